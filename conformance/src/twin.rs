@@ -1,0 +1,104 @@
+use rhytid_core::{Rig, Stage};
+use rhytid_kernels::normals::VertexTriangles;
+use rhytid_kernels::{Real, fine_scale, large_scale, normals, strain};
+
+/// Every stage of a batch, as the twin computes them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results<T> {
+    /// frames × F.
+    pub strain: Vec<T>,
+    /// frames × V.
+    pub large_scale: Vec<[T; 3]>,
+    /// frames × V.
+    pub large_scale_normals: Vec<[T; 3]>,
+    /// frames × V.
+    pub detail: Vec<[T; 3]>,
+    /// frames × V.
+    pub positions: Vec<[T; 3]>,
+    /// frames × V.
+    pub normals: Vec<[T; 3]>,
+}
+
+impl<T: Real> Results<T> {
+    /// One stage as flat numbers, as [`rhytid_core::Session::read`] gives it.
+    pub fn stage(&self, stage: Stage) -> &[T] {
+        match stage {
+            Stage::Strain => &self.strain,
+            Stage::LargeScale => self.large_scale.as_flattened(),
+            Stage::LargeScaleNormals => self.large_scale_normals.as_flattened(),
+            Stage::Detail => self.detail.as_flattened(),
+            Stage::Positions => self.positions.as_flattened(),
+            Stage::Normals => self.normals.as_flattened(),
+        }
+    }
+}
+
+/// Runs the twins of all kernels, one after the other, on one thread. `handle_positions` is frames × H.
+pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T> {
+    let (vertices, handles) = (rig.vertices(), rig.handles.len());
+    let frames = handle_positions.len() / handles;
+    let strain_edges = rig.strain_edges.len();
+    let vectors = || vec![[T::zero(); 3]; frames * vertices];
+    let mut results = Results {
+        strain: vec![T::zero(); frames * strain_edges],
+        large_scale: vectors(),
+        large_scale_normals: vectors(),
+        detail: vectors(),
+        positions: vectors(),
+        normals: vectors(),
+    };
+    strain::strain(
+        strain::Params { frames: frames as u32, handles: handles as u32, strain_edges: strain_edges as u32 },
+        handle_positions,
+        &rig.strain_edges,
+        &strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
+        &mut results.strain,
+    );
+    let handle_rest: Vec<[T; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    large_scale::large_scale(
+        large_scale::Params { frames: frames as u32, vertices: vertices as u32, handles: handles as u32 },
+        &rig.rest,
+        &rig.basis,
+        &handle_rest,
+        handle_positions,
+        &mut results.large_scale,
+    );
+    let normals_params = normals::Params { frames: frames as u32, vertices: vertices as u32 };
+    let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
+    normals::normals(
+        normals_params,
+        &results.large_scale,
+        &rig.triangles,
+        &vertex_triangles,
+        &mut results.large_scale_normals,
+    );
+    fine_scale::fine_scale(
+        fine_scale::Params {
+            frames: frames as u32,
+            vertices: vertices as u32,
+            strain_edges: strain_edges as u32,
+            influences: rig.influences() as u32,
+            centers: rig.centers() as u32,
+        },
+        &fine_scale::Buffers {
+            influence_edges: &rig.influence_edges,
+            influence_weights: &rig.influence_weights,
+            pose_features: &rig.pose_features,
+            rbf_weights: &rig.rbf_weights,
+            frame_neighbors: &rig.frame_neighbors,
+        },
+        &results.strain,
+        &results.large_scale,
+        &results.large_scale_normals,
+        &mut results.detail,
+        &mut results.positions,
+    );
+    normals::normals(
+        normals_params,
+        &results.positions,
+        &rig.triangles,
+        &vertex_triangles,
+        &mut results.normals,
+    );
+    results
+}

@@ -1,0 +1,109 @@
+//! Random faces for property tests: sheets with holes, obtuse triangles and several components.
+use proptest::prelude::*;
+use rhytid_core::{Example, Face, Faces, Handles, Mesh, Settings, UpAxis};
+
+/// Deterministic numbers in 0..1 from a seed (splitmix64).
+pub struct Numbers(pub u64);
+
+impl Numbers {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn signed(&mut self) -> f64 {
+        2.0 * self.next() - 1.0
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        ((self.next() * n as f64) as usize).min(n - 1)
+    }
+}
+
+/// A sheet of about `n × n` sheared and jittered vertices with a hole, triangles and quads.
+fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &mut Numbers) {
+    let first = mesh.positions.len() as u32;
+    for i in 0..n {
+        for j in 0..n {
+            let (u, v) = (i as f64 + 0.25 * numbers.signed(), j as f64 + 0.25 * numbers.signed());
+            let (x, y) = (u + shear * v, v);
+            mesh.positions.push([
+                center[0] + x,
+                center[1] + y,
+                center[2] + 0.15 * (0.7 * x).sin() * y + 0.1 * numbers.signed(),
+            ]);
+        }
+    }
+    let hole = (1 + numbers.below(n - 3), 1 + numbers.below(n - 3));
+    for i in 0..n - 1 {
+        for j in 0..n - 1 {
+            if (i, j) == hole {
+                continue;
+            }
+            let at = |i: usize, j: usize| first + (i * n + j) as u32;
+            let quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if numbers.next() < 0.5 {
+                mesh.faces.push(&quad);
+            } else {
+                mesh.faces.push(&[quad[0], quad[1], quad[2]]);
+                mesh.faces.push(&[quad[0], quad[2], quad[3]]);
+            }
+        }
+    }
+}
+
+/// A face of two driven sheets, one sheet without handles and an isolated vertex.
+pub fn random_face(seed: u64, n: usize, handles: usize, examples: usize, shear: f64) -> Face {
+    let mut numbers = Numbers(seed);
+    let mut mesh = Mesh { faces: Faces::default(), ..Mesh::default() };
+    add_sheet(&mut mesh, n, [0.0; 3], shear, &mut numbers);
+    add_sheet(&mut mesh, 5, [20.0, 0.0, 1.0], 0.3, &mut numbers);
+    let driven = mesh.positions.len();
+    add_sheet(&mut mesh, 4, [0.0, 20.0, -1.0], 0.0, &mut numbers);
+    mesh.positions.push([5.0, 5.0, 5.0]);
+
+    // At least one handle on each driven sheet.
+    let mut vertices = vec![numbers.below(n * n) as u32, (n * n + numbers.below(25)) as u32];
+    while vertices.len() < handles {
+        let v = numbers.below(driven) as u32;
+        if !vertices.contains(&v) {
+            vertices.push(v);
+        }
+    }
+    let examples = (0..examples)
+        .map(|j| {
+            let (a, b, c) = (numbers.signed(), numbers.signed(), numbers.signed());
+            let positions = mesh
+                .positions
+                .iter()
+                .map(|p| {
+                    let bump = |k: f64| 0.3 * (k * p[0] + a).sin() * (0.6 * p[1] + b).cos();
+                    [
+                        p[0] + bump(0.5 + 0.1 * j as f64) + 0.02 * numbers.signed(),
+                        p[1] + 0.3 * c * (0.4 * p[0]).sin() + 0.02 * numbers.signed(),
+                        p[2] + bump(0.9) + 0.05 * numbers.signed(),
+                    ]
+                })
+                .collect();
+            Example { name: format!("pose {j}"), positions }
+        })
+        .collect();
+    Face {
+        name: "random".into(),
+        neutral: mesh,
+        metres_per_unit: 0.01,
+        up_axis: UpAxis::Y,
+        handles: Handles { labels: (0..vertices.len()).map(|h| format!("m{h}")).collect(), vertices },
+        examples,
+        settings: Settings { max_influences: 6, ..Settings::default() },
+    }
+}
+
+/// Faces of every kind that [`random_face`] makes.
+pub fn faces() -> impl Strategy<Value = Face> {
+    (any::<u64>(), 5usize..11, 4usize..14, 0usize..5, -1.5f64..1.5)
+        .prop_map(|(seed, n, handles, examples, shear)| random_face(seed, n, handles, examples, shear))
+}

@@ -1,0 +1,43 @@
+use crate::CpuSession;
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, Error, Result, Rig};
+use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
+
+/// The processor this program runs on; work is spread over rayon's global thread pool.
+#[derive(Debug, Clone, Copy)]
+pub struct Cpu;
+
+impl Backend for Cpu {
+    const NAME: &'static str = "cpu";
+    type Session = CpuSession;
+
+    fn devices() -> Result<Vec<DeviceInfo>> {
+        let what = RefreshKind::nothing()
+            .with_cpu(CpuRefreshKind::nothing())
+            .with_memory(MemoryRefreshKind::nothing().with_ram());
+        // What the system does not tell is left out: the processor is there all the same.
+        let system = System::new_with_specifics(what).ok();
+        let name = system.as_ref().and_then(|s| s.cpus().first()).map_or("", |cpu| cpu.brand().trim());
+        Ok(vec![DeviceInfo {
+            backend: Self::NAME,
+            index: 0,
+            name: if name.is_empty() { "processor".into() } else { name.into() },
+            driver: format!("rhytid {}, {} threads", env!("CARGO_PKG_VERSION"), rayon::current_num_threads()),
+            memory_bytes: system.as_ref().map(System::total_memory).filter(|&bytes| bytes > 0),
+        }])
+    }
+
+    fn open(device: &DeviceInfo) -> Result<Self> {
+        if device.backend == Self::NAME && device.index == 0 {
+            return Ok(Self);
+        }
+        Err(Error::Device {
+            kind: DeviceErrorKind::NotFound,
+            device: device.id(),
+            message: "the CPU backend has one device, cpu:0".into(),
+        })
+    }
+
+    fn upload(&self, rig: &Rig, max_frames: usize) -> Result<CpuSession> {
+        Ok(CpuSession::new(rig, max_frames))
+    }
+}

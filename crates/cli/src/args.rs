@@ -1,0 +1,320 @@
+//! Every command and flag, once: parsing, help, man pages and shell completions are all made from this file.
+
+use clap::{Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use rhytid_core::Stage;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+const GLOBAL: &str = "Options of every command";
+
+/// From face scans and marker tracks to detailed facial animation.
+///
+/// `solve` turns a neutral scan, its handles and a few expression scans into a rig, once per face. `animate`
+/// plays marker takes on the rig and writes files for DCC tools.
+#[derive(Debug, Parser)]
+#[command(
+    name = "rhytid",
+    version,
+    arg_required_else_help = true,
+    after_help = "\
+Examples:
+  rhytid demo
+  rhytid doctor FACE.toml
+  rhytid solve FACE.toml -o FACE.safetensors
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usda
+
+Exit codes:
+  0  done
+  1  a fault of Rhytid's own or of a device
+  2  a mistake in the input or the command line, a file that cannot be read or written, or stopped by Ctrl-C"
+)]
+pub struct Args {
+    /// Show no progress and no summary; warnings and errors only.
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = GLOBAL)]
+    pub quiet: bool,
+
+    /// Log more to stderr; twice for everything.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, help_heading = GLOBAL)]
+    pub verbose: u8,
+
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Solve a face: scans, handles and examples become a rig.
+    #[command(after_help = "\
+Examples:
+  rhytid solve FACE.toml -o FACE.safetensors
+  rhytid solve scans/anna/face.toml -o rigs/anna.safetensors --quiet")]
+    Solve(Solve),
+
+    /// Play a take on a rig and write the animated mesh.
+    #[command(after_help = "\
+Examples:
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usda
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --frames 100..200
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usda --fps 24 --missing hold
+  rhytid animate FACE.safetensors TAKE.csv -o coarse.usda --stage large-scale --device cpu:0")]
+    Animate(Animate),
+
+    /// Say what is in a mesh, rig, take, handle table or project file.
+    #[command(after_help = "\
+Examples:
+  rhytid info neutral.obj
+  rhytid info FACE.safetensors --json
+  rhytid info TAKE.csv
+  rhytid info FACE.toml")]
+    Info(Info),
+
+    /// List the devices that can evaluate a rig.
+    #[command(after_help = "\
+Examples:
+  rhytid devices
+  rhytid devices --json")]
+    Devices(Devices),
+
+    /// Look at a project for everything that would hurt its solve.
+    ///
+    /// Exits with 0 if the face can be solved and with 2 if it can't.
+    #[command(after_help = "\
+Examples:
+  rhytid doctor FACE.toml
+  rhytid doctor FACE.toml --json")]
+    Doctor(Doctor),
+
+    /// Make a face and a performance in code, solve and animate it: no input needed.
+    #[command(after_help = "\
+Examples:
+  rhytid demo
+  rhytid demo /tmp/face --vertices 530000")]
+    Demo(Demo),
+
+    /// Print completions for a shell.
+    #[command(after_help = "\
+Examples:
+  rhytid completions bash > ~/.local/share/bash-completion/completions/rhytid
+  rhytid completions zsh > ~/.zfunc/_rhytid
+  rhytid completions fish > ~/.config/fish/completions/rhytid.fish")]
+    Completions(Completions),
+
+    /// Write man pages for every command.
+    #[command(after_help = "\
+Examples:
+  rhytid man
+  rhytid man ~/.local/share/man/man1")]
+    Man(Man),
+}
+
+/// `rhytid solve`
+#[derive(Debug, clap::Args)]
+pub struct Solve {
+    /// The project file.
+    #[arg(value_name = "FACE.toml")]
+    pub project: PathBuf,
+
+    /// The rig file to write.
+    #[arg(short, long, value_name = "FACE.safetensors")]
+    pub output: PathBuf,
+}
+
+/// `rhytid animate`
+#[derive(Debug, clap::Args)]
+pub struct Animate {
+    /// The rig file that `solve` wrote.
+    pub rig: PathBuf,
+
+    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space.
+    pub take: PathBuf,
+
+    /// The file to write; its ending is the format: .usda or .glb.
+    #[arg(short, long, value_name = "OUT.usda|OUT.glb")]
+    pub output: PathBuf,
+
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest.
+    #[arg(long, default_value = "auto")]
+    pub device: String,
+
+    /// The frames A to B-1 of the take, counted from 0; either end can be left out.
+    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
+    pub frames: FrameRange,
+
+    /// How far to go.
+    #[arg(long, value_enum, default_value_t = StageChoice::Full)]
+    pub stage: StageChoice,
+
+    /// Resample to N frames per second [default: the take's own rate].
+    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    pub fps: Option<f64>,
+
+    /// What to do where a marker is missing from a frame.
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    pub missing: MissingChoice,
+}
+
+/// `rhytid info`
+#[derive(Debug, clap::Args)]
+pub struct Info {
+    /// A mesh (.obj, .ply, .glb, .gltf), rig (.safetensors), take or handle table (.csv) or project (.toml).
+    pub file: PathBuf,
+
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `rhytid devices`
+#[derive(Debug, clap::Args)]
+pub struct Devices {
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `rhytid doctor`
+#[derive(Debug, clap::Args)]
+pub struct Doctor {
+    /// The project file.
+    #[arg(value_name = "FACE.toml")]
+    pub project: PathBuf,
+
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `rhytid demo`
+#[derive(Debug, clap::Args)]
+pub struct Demo {
+    /// The folder to write to; made if it does not exist, the demo's own files in it are replaced.
+    #[arg(default_value = "rhytid-demo")]
+    pub dir: PathBuf,
+
+    /// About how many vertices the face has.
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1_000..=4_000_000))]
+    pub vertices: u32,
+}
+
+/// `rhytid completions`
+#[derive(Debug, clap::Args)]
+pub struct Completions {
+    /// The shell.
+    pub shell: Shell,
+}
+
+/// `rhytid man`
+#[derive(Debug, clap::Args)]
+pub struct Man {
+    /// The folder to write to; made if it does not exist.
+    #[arg(default_value = "man")]
+    pub dir: PathBuf,
+}
+
+/// `--stage`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StageChoice {
+    /// The smooth deformation alone.
+    LargeScale,
+    /// With the folds of the examples.
+    Full,
+}
+
+impl StageChoice {
+    /// The stages to read: positions, normals.
+    pub fn stages(self) -> [Stage; 2] {
+        match self {
+            StageChoice::LargeScale => [Stage::LargeScale, Stage::LargeScaleNormals],
+            StageChoice::Full => [Stage::Positions, Stage::Normals],
+        }
+    }
+}
+
+/// `--missing`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MissingChoice {
+    /// Keep the marker where it was last seen.
+    Hold,
+    /// Stop and name frame and marker.
+    Error,
+}
+
+impl From<MissingChoice> for rhytid_formats::take::Missing {
+    fn from(choice: MissingChoice) -> Self {
+        match choice {
+            MissingChoice::Hold => Self::Hold,
+            MissingChoice::Error => Self::Error,
+        }
+    }
+}
+
+/// `A..B` of `--frames`: A is part of it, B is not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FrameRange {
+    /// A, counted from 0; `None` is the first frame.
+    pub start: Option<usize>,
+    /// B; `None` is behind the last frame.
+    pub end: Option<usize>,
+}
+
+impl FromStr for FrameRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || "expected A..B, A.. or ..B with whole numbers, such as 100..200".to_owned();
+        let number = |part: &str| match part {
+            "" => Ok(None),
+            digits => digits.parse().map(Some).map_err(|_| expected()),
+        };
+        let (start, end) = text.split_once("..").ok_or_else(expected)?;
+        let range = FrameRange { start: number(start)?, end: number(end)? };
+        match range {
+            FrameRange { start, end: Some(end) } if start.unwrap_or(0) >= end => {
+                Err(format!("it has no frame: A must be below B, and B = {end} is not part of it"))
+            }
+            range => Ok(range),
+        }
+    }
+}
+
+fn parse_fps(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(fps) if (0.01..=10_000.0).contains(&fps) => Ok(fps),
+        _ => Err("expected frames per second, from 0.01 to 10000".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_has_an_example() {
+        for command in Args::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let example = format!("  rhytid {}", command.get_name());
+            assert!(help.contains(&example), "{}: {help}", command.get_name());
+        }
+    }
+
+    #[test]
+    fn frame_ranges() {
+        let range = |start, end| Ok(FrameRange { start, end });
+        assert_eq!("3..7".parse::<FrameRange>(), range(Some(3), Some(7)));
+        assert_eq!("3..".parse::<FrameRange>(), range(Some(3), None));
+        assert_eq!("..7".parse::<FrameRange>(), range(None, Some(7)));
+        assert_eq!("..".parse::<FrameRange>(), range(None, None));
+        for bad in ["", "3", "3-7", "a..b", "-1..3", "7..3", "3..3", "..0", "3...7", "1..2..3", "1.5..2"] {
+            assert!(bad.parse::<FrameRange>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! `rhytid completions`
+
+use crate::{args, output};
+use clap::CommandFactory;
+use rhytid_core::{Error, Result};
+
+/// Prints the completions.
+///
+/// # Errors
+/// As [`output::say`].
+pub fn run(args: &args::Completions) -> Result<()> {
+    // Into memory first: clap_complete panics where its writer fails.
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut args::Args::command(), "rhytid", &mut script);
+    let script = String::from_utf8(script).map_err(|e| Error::Internal(e.to_string()))?;
+    output::say(script.trim_end())
+}

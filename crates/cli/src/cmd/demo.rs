@@ -1,0 +1,205 @@
+//! `rhytid demo`
+
+use super::{animate, solve};
+use crate::args::{FrameRange, MissingChoice, StageChoice};
+use crate::progress::Ui;
+use crate::{args, human, output};
+use rhytid_core::{Error, Face, Mesh, Progress, Result, StrainEdges, Take};
+use rhytid_formats::project::{
+    self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method,
+    Project, StrainSection, Units,
+};
+use rhytid_formats::{mesh, tables, take};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// No animated file is to become larger than about this: longer ones are cut to a range of frames.
+const MAX_FILE_BYTES: usize = 1_000_000_000;
+
+/// The animated files, and about how many bytes each takes per vertex and frame.
+const ANIMATIONS: [(&str, usize); 2] = [("face.usda", 80), ("face.glb", 25)];
+
+/// What was done, for the table at the end.
+#[derive(Default)]
+struct Steps(Vec<[String; 3]>);
+
+impl Steps {
+    fn add(&mut self, name: &str, what: String, time: Duration) {
+        self.0.push([name.to_owned(), human::duration(time), what]);
+    }
+}
+
+/// Makes a face and a performance, writes them as files, and goes the way of `solve` and `animate` with these.
+///
+/// # Errors
+/// [`Error::Io`] if the folder cannot be written; [`Error::Input`] if the user stops it.
+pub fn run(args: &args::Demo, ui: &Ui) -> Result<()> {
+    let mut steps = Steps::default();
+    let result = demo(args, ui, &mut steps);
+    if matches!(result, Err(Error::Cancelled)) {
+        let dir = args.dir.display();
+        return Err(Error::input(format!("stopped before the end; the files finished so far are in {dir}")));
+    }
+    result?;
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    output::say(&output::table(&steps.0))?;
+    output::say(&next_steps(&args.dir))
+}
+
+fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
+    let dir = args.dir.as_path();
+    let poses = dir.join("poses");
+    std::fs::create_dir_all(&poses).map_err(Error::io(&poses))?;
+
+    let (face, time) = ui.timed("make a face", || rhytid_demo::face(args.vertices as usize));
+    let made = format!(
+        "{} vertices, {}, {}",
+        human::count(face.neutral.positions.len()),
+        human::counted(face.handles.labels.len(), "handle"),
+        human::counted(face.examples.len(), "example")
+    );
+    steps.add("make a face", made, time);
+
+    let (take, time) = human::timed(|| rhytid_demo::performance(&face));
+    let rate = human::number(take.rate());
+    let made = format!("{} at {rate} frames per second", human::counted(take.frames(), "frame"));
+    steps.add("make a performance", made, time);
+
+    let (written, time) = human::timed(|| write_inputs(dir, &face, &take, ui));
+    steps.add("write the input", written?, time);
+
+    let ranges = ANIMATIONS.map(|(file, bytes)| (file, range(&face, &take, bytes)));
+    let frames = take.frames();
+    drop((face, take));
+
+    let rig = dir.join("face.safetensors");
+    let solved = solve::solve(&dir.join("face.toml"), &rig, ui)?;
+    steps.add("read it back", "face.toml and the files it names".to_owned(), solved.reading);
+    steps.add("examine the face", "no errors: it can be solved".to_owned(), solved.examining);
+    let made = format!(
+        "{}, {}, bending length {} {}",
+        human::counted(solved.rig.strain_edges.len(), "strain edge"),
+        human::counted(solved.rig.influences(), "influence"),
+        human::number(solved.rig.bending_length),
+        human::unit(solved.rig.metres_per_unit)
+    );
+    steps.add("solve", made, solved.solving);
+    steps.add("write the rig", format!("face.safetensors, {}", human::bytes(solved.bytes)), solved.writing);
+    drop(solved);
+
+    for (file, range) in ranges {
+        let whole = range == FrameRange::default();
+        let job = args::Animate {
+            rig: rig.clone(),
+            take: dir.join("performance.csv"),
+            output: dir.join(file),
+            device: "auto".to_owned(),
+            frames: range,
+            stage: StageChoice::Full,
+            fps: None,
+            missing: MissingChoice::Error,
+        };
+        let done = animate::animate(&job, ui)?;
+        let mut made =
+            format!("{file}, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.bytes));
+        if !whole {
+            let first = range.start.unwrap_or(0);
+            made += &format!(
+                " (frames {first} to {} of {frames}: with all of them the file would exceed 1 GB)",
+                first + done.frames - 1
+            );
+        }
+        steps.add(&format!("animate on {}", done.device.id()), made, done.time);
+    }
+    Ok(())
+}
+
+/// Writes the meshes, the handles, the project file and the take; says which.
+fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String> {
+    let meshes = 1 + face.examples.len() as u64;
+    let report = |done| {
+        ui.report("write the input", done, meshes);
+        if ui.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+    };
+    report(0)?;
+    mesh::write_obj(&dir.join("neutral.obj"), &face.neutral)?;
+    report(1)?;
+    let mut pose = Mesh::clone(&face.neutral);
+    let mut examples = Vec::new();
+    for (i, example) in face.examples.iter().enumerate() {
+        let file = PathBuf::from("poses").join(format!("{}.obj", example.name));
+        pose.positions.clone_from(&example.positions);
+        mesh::write_obj(&dir.join(&file), &pose)?;
+        examples.push(ExampleSection { name: example.name.clone(), mesh: file });
+        report(i as u64 + 2)?;
+    }
+    tables::write_handles(&dir.join("markers.csv"), &face.handles)?;
+    take::write(&dir.join("performance.csv"), take)?;
+    project::write(&dir.join("face.toml"), &project_of(face, examples)?)?;
+    Ok(format!("face.toml, neutral.obj, {} in poses/, markers.csv, performance.csv", meshes - 1))
+}
+
+fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
+    if face.settings.strain_edges != StrainEdges::Auto {
+        return Err(Error::Internal("the demo's strain edges are not auto".to_owned()));
+    }
+    let units = match face.metres_per_unit {
+        0.01 => Units::Centimetres,
+        other => Units::MetresPerUnit(other),
+    };
+    Ok(Project {
+        mesh: MeshSection {
+            name: Some(face.name.clone()),
+            neutral: "neutral.obj".into(),
+            units,
+            up: face.up_axis,
+        },
+        handles: HandlesSection { vertices: "markers.csv".into() },
+        examples,
+        large_scale: LargeScaleSection {
+            bending_length: face.settings.bending_length,
+            bind: face.settings.bind,
+        },
+        strain: StrainSection { edges: Edges::Auto },
+        fine_scale: FineScaleSection {
+            method: Method::Chapter,
+            max_influences: face.settings.max_influences,
+        },
+    })
+}
+
+/// All frames, or as many as a file has room for, around the strongest expression.
+fn range(face: &Face, take: &Take, bytes_per_vertex: usize) -> FrameRange {
+    let room = MAX_FILE_BYTES / (face.neutral.positions.len() * bytes_per_vertex).max(1);
+    let room = room.max(1);
+    if take.frames() <= room {
+        return FrameRange::default();
+    }
+    let start = strongest_frame(face, take).saturating_sub(room / 2).min(take.frames() - room);
+    FrameRange { start: Some(start), end: Some(start + room) }
+}
+
+/// The frame whose handles are farthest from rest, all together.
+fn strongest_frame(face: &Face, take: &Take) -> usize {
+    let Ok(positions) = take.handle_positions(&face.handles.labels) else { return 0 };
+    let rest: Vec<f32> = (face.handles.vertices.iter())
+        .flat_map(|&v| face.neutral.positions[v as usize])
+        .map(|x| x as f32)
+        .collect();
+    let motion = |frame: &[f32]| frame.iter().zip(&rest).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
+    let frames = positions.chunks_exact(rest.len().max(1)).map(motion).enumerate();
+    frames.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(frame, _)| frame)
+}
+
+fn next_steps(dir: &Path) -> String {
+    let dir = dir.display();
+    format!(
+        "\nNext:
+  open {dir}/face.usda or {dir}/face.glb in Blender (File > Import) and press play
+  rhytid info {dir}/face.safetensors
+  rhytid animate {dir}/face.safetensors {dir}/performance.csv -o coarse.usda --stage large-scale
+  with your own scans: edit {dir}/face.toml, then rhytid doctor, solve and animate; see docs/getting-started.md"
+    )
+}

@@ -1,0 +1,64 @@
+//! `rhytid doctor`
+
+use crate::progress::Ui;
+use crate::{args, exit, human, output};
+use rhytid_core::{Finding, Report, Result, Severity};
+use serde::Serialize;
+use std::process::ExitCode;
+
+#[derive(Serialize)]
+struct Examination<'a> {
+    file: String,
+    solvable: bool,
+    errors: usize,
+    warnings: usize,
+    notes: usize,
+    findings: &'a [Finding],
+}
+
+/// Prints what the doctor saw.
+///
+/// # Errors
+/// As [`rhytid_formats::project::read`]: what cannot be read cannot be examined.
+pub fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
+    let face = rhytid_formats::project::read(&args.project)?;
+    let report = rhytid_core::examine(&face);
+    let count = |severity| report.findings.iter().filter(|f| f.severity == severity).count();
+    let examination = Examination {
+        file: args.project.display().to_string(),
+        solvable: count(Severity::Error) == 0,
+        errors: count(Severity::Error),
+        warnings: count(Severity::Warning),
+        notes: count(Severity::Note),
+        findings: &report.findings,
+    };
+    if args.json {
+        output::json(&examination)?;
+    } else if !(ui.is_quiet() && examination.solvable) {
+        output::say(&text(&report, &examination))?;
+    }
+    Ok(if examination.solvable { ExitCode::SUCCESS } else { ExitCode::from(exit::USER) })
+}
+
+fn text(report: &Report, examination: &Examination<'_>) -> String {
+    let mut lines: Vec<String> = report.findings.iter().map(line).collect();
+    lines.push(format!(
+        "{}: {}, {}, {}; the face {} be solved",
+        examination.file,
+        human::counted(examination.errors, "error"),
+        human::counted(examination.warnings, "warning"),
+        human::counted(examination.notes, "note"),
+        if examination.solvable { "can" } else { "cannot" }
+    ));
+    lines.join("\n")
+}
+
+/// A finding as one line: `warning: …`.
+pub fn line(finding: &Finding) -> String {
+    let severity = match finding.severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+        Severity::Error => "error",
+    };
+    format!("{severity}: {}", finding.message)
+}

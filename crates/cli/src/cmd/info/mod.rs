@@ -1,0 +1,95 @@
+//! `rhytid info`: one file per kind of file.
+
+mod project;
+mod rig;
+mod shape;
+mod take;
+
+use crate::{args, human, output};
+use project::ProjectInfo;
+use rhytid_core::{Error, Handles, Result, rig_file};
+use rhytid_formats::{mesh, tables};
+use rig::RigInfo;
+use serde::Serialize;
+use shape::{Shape, list, row};
+use std::io::Read;
+use std::path::Path;
+use take::TakeInfo;
+
+/// What `--json` prints; docs/cli.md documents every key.
+#[derive(Serialize)]
+struct Info {
+    file: String,
+    file_bytes: u64,
+    #[serde(flatten)]
+    content: Content,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Content {
+    Mesh(Shape),
+    Rig(RigInfo),
+    Take(TakeInfo),
+    Handles(HandlesInfo),
+    Project(ProjectInfo),
+}
+
+#[derive(Serialize)]
+struct HandlesInfo {
+    handles: usize,
+    labels: Vec<String>,
+    handle_vertices: Vec<u32>,
+}
+
+/// Prints what is in a file.
+///
+/// # Errors
+/// [`Error::Input`] if the file is not whole or of no known kind; [`Error::Io`].
+pub fn run(args: &args::Info) -> Result<()> {
+    let file_bytes = std::fs::metadata(&args.file).map_err(Error::io(&args.file))?.len();
+    let info = Info { file: args.file.display().to_string(), file_bytes, content: read(&args.file)? };
+    if args.json {
+        return output::json(&info);
+    }
+    let (what, rows) = match &info.content {
+        Content::Mesh(shape) => ("mesh".to_owned(), shape.rows("mesh units")),
+        Content::Rig(rig) => (format!("rig of “{}”", rig.name), rig.rows()),
+        Content::Take(take) => ("take".to_owned(), take.rows()),
+        Content::Handles(handles) => ("handle table".to_owned(), vec![row("handles", list(&handles.labels))]),
+        Content::Project(project) => (format!("project of “{}”", project.name), project.rows()),
+    };
+    let title = format!("{}: {what}, {}", info.file, human::bytes(info.file_bytes));
+    output::say(&format!("{title}\n{}", output::table(&rows)))
+}
+
+fn read(path: &Path) -> Result<Content> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    Ok(match ending.as_str() {
+        "obj" | "ply" | "glb" | "gltf" => Content::Mesh(Shape::of(&mesh::read(path)?)),
+        "safetensors" => Content::Rig(RigInfo::of(rig_file::read(path)?)),
+        "csv" if is_handle_table(path)? => {
+            let Handles { labels, vertices } = tables::read_handles(path)?;
+            Content::Handles(HandlesInfo { handles: labels.len(), labels, handle_vertices: vertices })
+        }
+        "csv" => Content::Take(TakeInfo::read(path)?),
+        "toml" => Content::Project(ProjectInfo::of(rhytid_formats::project::read(path)?)),
+        _ => {
+            return Err(Error::input(format!(
+                "{}: expected a mesh (.obj, .ply, .glb, .gltf), a rig (.safetensors), a take or handle table (.csv) \
+                 or a project (.toml)",
+                path.display()
+            )));
+        }
+    })
+}
+
+/// Takes and handle tables are both CSV; a take's header has no column `vertex`.
+fn is_handle_table(path: &Path) -> Result<bool> {
+    let mut start = Vec::new();
+    let file = std::fs::File::open(path).map_err(Error::io(path))?;
+    file.take(256).read_to_end(&mut start).map_err(Error::io(path))?;
+    let header = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    let header = String::from_utf8_lossy(header);
+    Ok(header.split(',').any(|cell| cell.trim() == "vertex"))
+}

@@ -1,0 +1,81 @@
+//! `rhytid info` of a rig file.
+
+use super::shape::{Shape, list, row, up};
+use crate::{human, memory};
+use rhytid_core::{Mesh, Rig, UpAxis};
+use serde::Serialize;
+
+#[derive(Serialize)]
+pub struct RigInfo {
+    pub name: String,
+    metres_per_unit: f64,
+    up: UpAxis,
+    #[serde(flatten)]
+    shape: Shape,
+    driven_vertices: usize,
+    handles: usize,
+    labels: Vec<String>,
+    strain_edges: usize,
+    examples: Vec<String>,
+    centers: usize,
+    influences: usize,
+    bending_length: f64,
+    beta: f64,
+    device_bytes: usize,
+    device_bytes_per_frame: usize,
+}
+
+impl RigInfo {
+    pub fn of(rig: Rig) -> Self {
+        let (device_bytes, device_bytes_per_frame) = (memory::rig_bytes(&rig), memory::frame_bytes(&rig));
+        let driven = |row: &&[f32]| row.iter().any(|&b| b != 0.0);
+        let driven_vertices = rig.basis.chunks_exact(rig.handles.len().max(1)).filter(driven).count();
+        let (centers, influences) = (rig.centers(), rig.influences());
+        let neutral = Mesh {
+            positions: rig.rest.iter().map(|p| p.map(f64::from)).collect(),
+            faces: rig.faces,
+            uvs: rig.uvs,
+        };
+        Self {
+            name: rig.name,
+            metres_per_unit: rig.metres_per_unit,
+            up: rig.up_axis,
+            shape: Shape::of(&neutral),
+            driven_vertices,
+            handles: rig.handles.len(),
+            labels: rig.labels,
+            strain_edges: rig.strain_edges.len(),
+            examples: rig.example_names,
+            centers,
+            influences,
+            bending_length: rig.bending_length,
+            beta: rig.beta,
+            device_bytes,
+            device_bytes_per_frame,
+        }
+    }
+
+    pub fn rows(&self) -> Vec<[String; 2]> {
+        let unit = human::unit(self.metres_per_unit);
+        let mut rows = vec![row("units", format!("{unit}, {} up", up(self.up)))];
+        rows.extend(self.shape.rows(&unit));
+        rows.extend([
+            row("driven vertices", human::count(self.driven_vertices)),
+            row("handles", list(&self.labels)),
+            row("strain edges", human::count(self.strain_edges)),
+            row("examples", list(&self.examples)),
+            row("influences", format!("{} per vertex", self.influences)),
+            row("bending length", format!("{} {unit}", human::number(self.bending_length))),
+            row("beta", format!("{} per {unit}", human::number(self.beta))),
+            row(
+                "memory on a device",
+                format!(
+                    "{} and {} per frame of a batch",
+                    human::bytes(self.device_bytes as u64),
+                    human::bytes(self.device_bytes_per_frame as u64)
+                ),
+            ),
+        ]);
+        rows
+    }
+}

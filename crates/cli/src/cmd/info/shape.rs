@@ -1,0 +1,97 @@
+//! What meshes, rigs and projects have in common, and how rows of text are made.
+
+use crate::human;
+use rhytid_core::{Mesh, UpAxis, Uvs};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What meshes, rigs and projects have in common.
+#[derive(Serialize)]
+pub struct Shape {
+    vertices: usize,
+    faces: usize,
+    /// Number of faces by number of corners.
+    faces_by_corners: BTreeMap<u32, usize>,
+    triangles: usize,
+    /// `none`, `vertex` or `corner`.
+    uvs: &'static str,
+    bounds: Option<Bounds>,
+}
+
+#[derive(Serialize)]
+pub struct Bounds {
+    min: [f64; 3],
+    max: [f64; 3],
+}
+
+impl Shape {
+    pub fn of(mesh: &Mesh) -> Self {
+        let mut faces_by_corners = BTreeMap::new();
+        for &corners in &mesh.faces.counts {
+            *faces_by_corners.entry(corners).or_insert(0) += 1;
+        }
+        Self {
+            vertices: mesh.positions.len(),
+            faces: mesh.faces.len(),
+            faces_by_corners,
+            triangles: mesh.faces.triangle_count(),
+            uvs: match &mesh.uvs {
+                None => "none",
+                Some(Uvs { corners: None, .. }) => "vertex",
+                Some(Uvs { corners: Some(_), .. }) => "corner",
+            },
+            bounds: mesh.bounds().map(Bounds::from),
+        }
+    }
+
+    pub fn rows(&self, unit: &str) -> Vec<[String; 2]> {
+        let by_corners = self.faces_by_corners.iter().map(|(corners, &n)| match corners {
+            3 => human::counted(n, "triangle"),
+            4 => human::counted(n, "quad"),
+            corners => format!("{} of {corners} corners", human::count(n)),
+        });
+        let by_corners = by_corners.collect::<Vec<_>>().join(", ");
+        let uvs = match self.uvs {
+            "none" => "none".to_owned(),
+            per => format!("per {per}"),
+        };
+        let mut rows = vec![
+            row("vertices", human::count(self.vertices)),
+            row("faces", format!("{} ({by_corners})", human::count(self.faces))),
+            row("texture coordinates", uvs),
+        ];
+        rows.extend(self.bounds.as_ref().map(|b| row("bounds", b.text(unit))));
+        rows
+    }
+}
+
+impl From<[[f64; 3]; 2]> for Bounds {
+    fn from([min, max]: [[f64; 3]; 2]) -> Self {
+        Self { min, max }
+    }
+}
+
+impl Bounds {
+    pub fn text(&self, unit: &str) -> String {
+        format!("{} {unit}", human::bounds([self.min, self.max])).trim_end().to_owned()
+    }
+}
+
+pub fn row(name: &str, value: String) -> [String; 2] {
+    [name.to_owned(), value]
+}
+
+pub fn up(axis: UpAxis) -> &'static str {
+    match axis {
+        UpAxis::Y => "Y",
+        UpAxis::Z => "Z",
+    }
+}
+
+/// Number and names: `3: a, b, c`.
+pub fn list(names: &[String]) -> String {
+    match names {
+        [] => "none".to_owned(),
+        names => format!("{}: {}", human::count(names.len()), names.join(", ")),
+    }
+}

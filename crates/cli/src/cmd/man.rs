@@ -1,0 +1,34 @@
+//! `rhytid man`
+
+use crate::progress::Ui;
+use crate::{args, human, output};
+use clap::{Command, CommandFactory};
+use rhytid_core::{Error, Result, WriteBeside};
+use std::path::Path;
+
+/// Writes `rhytid.1` and one page per command.
+///
+/// # Errors
+/// [`Error::Io`] if the folder or a page cannot be written.
+pub fn run(args: &args::Man, ui: &Ui) -> Result<()> {
+    std::fs::create_dir_all(&args.dir).map_err(Error::io(&args.dir))?;
+    let mut program = args::Args::command().disable_help_subcommand(true);
+    program.build();
+    write_page(&args.dir, program.clone())?;
+    let mut pages = 1;
+    for command in program.get_subcommands() {
+        write_page(&args.dir, command.clone())?;
+        pages += 1;
+    }
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    output::say(&format!("{}: {}", args.dir.display(), human::counted(pages, "man page")))
+}
+
+fn write_page(dir: &Path, command: Command) -> Result<()> {
+    let page = clap_mangen::Man::new(command);
+    let mut file = WriteBeside::create(&dir.join(page.get_filename()))?;
+    page.render(&mut file).map_err(file.error())?;
+    file.finish()
+}

@@ -1,0 +1,33 @@
+//! One file per command.
+
+mod animate;
+mod completions;
+mod demo;
+mod devices;
+mod doctor;
+mod info;
+mod man;
+mod solve;
+
+use crate::args::{Args, Command};
+use crate::progress::Ui;
+use rhytid_core::Result;
+use std::process::ExitCode;
+
+/// Runs the command.
+///
+/// # Errors
+/// As the command's.
+pub fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
+    match &args.command {
+        Command::Solve(args) => solve::run(args, ui)?,
+        Command::Animate(args) => animate::run(args, ui)?,
+        Command::Info(args) => info::run(args)?,
+        Command::Devices(args) => devices::run(args)?,
+        Command::Doctor(args) => return doctor::run(args, ui),
+        Command::Demo(args) => demo::run(args, ui)?,
+        Command::Completions(args) => completions::run(args)?,
+        Command::Man(args) => man::run(args, ui)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}

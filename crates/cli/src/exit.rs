@@ -1,0 +1,111 @@
+//! How the program ends: exit codes, and errors as one sentence on stderr.
+
+use crate::progress::Ui;
+use rhytid_core::{DeviceErrorKind, Error, Result};
+use std::io::{self, ErrorKind, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// The user's mistake, or something only the user can mend.
+pub const USER: u8 = 2;
+/// A fault of Rhytid's own, or of a device.
+pub const OURS: u8 = 1;
+
+/// A panic becomes one sentence instead of a dump; `RUST_BACKTRACE=1` adds the backtrace for a report.
+pub fn install_panic_hook() {
+    std::panic::set_hook(Box::new(|panic| {
+        let what = panic.payload_as_str().unwrap_or("unknown reason").lines().next().unwrap_or_default();
+        let place = panic.location().map(|place| format!(" at {}:{}", place.file(), place.line()));
+        let place = place.unwrap_or_default();
+        let backtrace = std::backtrace::Backtrace::capture();
+        let mut stderr = io::stderr().lock();
+        let _ = writeln!(stderr, "error: internal error: {what}{place}; please report it");
+        if backtrace.status() == std::backtrace::BacktraceStatus::Captured {
+            let _ = writeln!(stderr, "{backtrace}");
+        }
+    }));
+}
+
+/// Runs the program; prints its error, if any, and says the exit code. A panic unwinds to here, so that
+/// temporary files are removed on the way.
+pub fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
+    let result = catch_unwind(AssertUnwindSafe(run));
+    ui.clear();
+    match result {
+        Ok(Ok(code)) => code,
+        Ok(Err(error)) => {
+            ui.line(&format!("error: {}", sentence(&error)));
+            ExitCode::from(code(&error))
+        }
+        Err(_) => ExitCode::from(OURS),
+    }
+}
+
+fn code(error: &Error) -> u8 {
+    match error {
+        Error::Input(_) | Error::Io { .. } | Error::Cancelled => USER,
+        Error::Device { kind: DeviceErrorKind::NotFound, .. } => USER,
+        Error::Device { .. } | Error::Internal(_) => OURS,
+    }
+}
+
+fn sentence(error: &Error) -> String {
+    match error {
+        Error::Io { path, source } => io_sentence(path, source),
+        other => other.to_string(),
+    }
+}
+
+fn io_sentence(path: &Path, source: &io::Error) -> String {
+    let what = match source.kind() {
+        ErrorKind::NotFound => "no such file or folder; check the path".to_owned(),
+        ErrorKind::PermissionDenied => {
+            "permission denied; check the rights of the file and its folder".to_owned()
+        }
+        ErrorKind::ReadOnlyFilesystem => "the disk is read-only; choose another folder".to_owned(),
+        ErrorKind::IsADirectory => "is a folder, expected a file; check the path".to_owned(),
+        ErrorKind::NotADirectory => "a part of the path is a file, not a folder; check the path".to_owned(),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "no space left on the disk; nothing was written".to_owned()
+        }
+        ErrorKind::FileTooLarge => {
+            "no space left: the file would be larger than this system allows; nothing was written".to_owned()
+        }
+        _ => source.to_string(),
+    };
+    format!("{}: {what}", path.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_tell_apart_whose_fault_it_is() {
+        let device = |kind| Error::Device { kind, device: "cpu:0".into(), message: "gone".into() };
+        assert_eq!(code(&Error::input("wrong")), 2);
+        assert_eq!(code(&Error::Cancelled), 2);
+        assert_eq!(code(&Error::io(Path::new("x"))(ErrorKind::NotFound.into())), 2);
+        assert_eq!(code(&device(DeviceErrorKind::NotFound)), 2);
+        assert_eq!(code(&device(DeviceErrorKind::Lost)), 1);
+        assert_eq!(code(&Error::Internal("oops".into())), 1);
+    }
+
+    #[test]
+    fn a_panic_is_our_fault() {
+        let ui = Ui::new(true);
+        let panics = || -> Result<ExitCode> { panic!("on purpose") };
+        let shown = |code: ExitCode| format!("{code:?}");
+        assert_eq!(shown(status(&ui, panics)), shown(ExitCode::from(1)));
+        assert_eq!(shown(status(&ui, || Ok(ExitCode::SUCCESS))), shown(ExitCode::from(0)));
+        assert_eq!(shown(status(&ui, || Err(Error::Cancelled))), shown(ExitCode::from(2)));
+    }
+
+    #[test]
+    fn a_full_disk_is_said_in_words() {
+        let full = io::Error::from(ErrorKind::StorageFull);
+        let sentence = sentence(&Error::io(Path::new("out/face.usda"))(full));
+        assert_eq!(sentence, "out/face.usda: no space left on the disk; nothing was written");
+    }
+}

@@ -1,0 +1,188 @@
+//! Which frames of a take are animated, and at which rate.
+
+use crate::args::FrameRange;
+use crate::human;
+use rhytid_core::{Error, Result, Take};
+use std::ops::Range;
+
+/// A step may differ from the take's own by this part of it before the take is resampled.
+const STEP_TOLERANCE: f64 = 0.01;
+
+/// More frames than this are refused: that many are a mistake in the times or the rate.
+const MAX_RESAMPLED: f64 = 1e6;
+
+/// Evenly spaced frames, ready to be animated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selection {
+    /// The frames.
+    pub take: Take,
+    /// Frames per second.
+    pub rate: f64,
+    /// Number of the first frame, counted from 0 at the take's start at `rate`.
+    pub first: usize,
+}
+
+/// The frames `range` of `take`, resampled if `fps` says so or if their times are uneven.
+///
+/// Resampling keeps the clock: the whole take is resampled from its start, then the frames within the range's
+/// time are kept, so that frame numbers at the new rate are whole and stay in step with sound.
+///
+/// # Errors
+/// [`Error::Input`] if the range is not within the take, or holds no frame at the new rate.
+pub fn select(take: Take, range: FrameRange, fps: Option<f64>) -> Result<Selection> {
+    let range = within(range, take.frames())?;
+    let own_rate = take.rate();
+    let chosen = take.slice(range.clone());
+    let uneven = uneven_step(&chosen, own_rate).map(|(frame, step)| (range.start + frame, step));
+    if let Some((frame, step)) = uneven {
+        log::warn!(
+            "the take's times are uneven: frame {frame} comes {step:.4} s after the one before it, {:.4} s is the \
+             usual; it is resampled to {} frames per second",
+            1.0 / own_rate,
+            human::number(fps.unwrap_or(own_rate))
+        );
+    }
+    let rate = fps.unwrap_or(own_rate);
+    if uneven.is_none() && rate == own_rate {
+        return Ok(Selection { take: chosen, rate, first: range.start });
+    }
+    // Files have rounded times: ties are meant where they are this close.
+    let slack = STEP_TOLERANCE / rate;
+    let from = take.times[range.start] - slack;
+    let until = take.times.get(range.end).map_or(f64::INFINITY, |time| time - slack);
+    let resampled = resample(&take, rate)?;
+    let first = resampled.times.partition_point(|&time| time < from);
+    let end = resampled.times.partition_point(|&time| time < until);
+    if first >= end {
+        return Err(Error::input(format!(
+            "--frames {}..{}: at {} frames per second none falls into it; widen the range or raise --fps",
+            range.start,
+            range.end,
+            human::number(rate)
+        )));
+    }
+    Ok(Selection { take: resampled.slice(first..end), rate, first })
+}
+
+fn resample(take: &Take, rate: f64) -> Result<Take> {
+    let (start, end) = (take.times[0], take.times[take.frames() - 1]);
+    let frames = (end - start) * rate;
+    if frames > MAX_RESAMPLED {
+        return Err(Error::input(format!(
+            "the take lasts from {start} s to {end} s, which is {frames:.0} frames at {} per second, expected at most \
+             {MAX_RESAMPLED}; check its column time",
+            human::number(rate)
+        )));
+    }
+    take.resample(rate)
+}
+
+fn within(range: FrameRange, frames: usize) -> Result<Range<usize>> {
+    let start = range.start.unwrap_or(0);
+    let end = range.end.unwrap_or(frames);
+    if end > frames || start >= end {
+        let shown = |n: Option<usize>| n.map(|n| n.to_string()).unwrap_or_default();
+        return Err(Error::input(format!(
+            "--frames {}..{}: the take has {}, expected a range within 0..{frames}",
+            shown(range.start),
+            shown(range.end),
+            human::counted(frames, "frame")
+        )));
+    }
+    Ok(start..end)
+}
+
+/// The first frame whose step is not 1 / `rate`, and that step.
+pub fn uneven_step(take: &Take, rate: f64) -> Option<(usize, f64)> {
+    let step = take.times.windows(2).map(|w| w[1] - w[0]);
+    step.enumerate()
+        .map(|(i, step)| (i + 1, step))
+        .find(|(_, step)| (step * rate - 1.0).abs() > STEP_TOLERANCE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One marker that moves 1 unit along x a second.
+    fn take(times: &[f64]) -> Take {
+        let positions = times.iter().map(|&t| [t, 0.0, 0.0]).collect();
+        Take { labels: vec!["a".into()], times: times.to_vec(), positions }
+    }
+
+    fn even(frames: usize, rate: f64) -> Take {
+        take(&(0..frames).map(|i| i as f64 / rate).collect::<Vec<_>>())
+    }
+
+    fn range(start: usize, end: usize) -> FrameRange {
+        FrameRange { start: Some(start), end: Some(end) }
+    }
+
+    /// Whatever is selected, frame number over rate is the time, and x is the time.
+    fn check_clock(selection: &Selection) {
+        for (i, p) in selection.take.positions.iter().enumerate() {
+            let time = (selection.first + i) as f64 / selection.rate;
+            assert!((p[0] - time).abs() < 1e-9, "frame {i}: x = {}, expected {time}", p[0]);
+        }
+    }
+
+    #[test]
+    fn an_even_take_is_only_sliced() {
+        let s = select(even(100, 30.0), range(10, 20), None).unwrap();
+        assert_eq!((s.take.frames(), s.first, s.rate), (10, 10, 30.0));
+        check_clock(&s);
+    }
+
+    #[test]
+    fn resampling_keeps_the_clock() {
+        for (fps, first, frames) in [(60.0, 20, 20), (24.0, 8, 8), (15.0, 5, 5), (25.0, 9, 8)] {
+            let s = select(even(100, 30.0), range(10, 20), Some(fps)).unwrap();
+            assert_eq!((s.first, s.take.frames()), (first, frames), "{fps}");
+            check_clock(&s);
+        }
+    }
+
+    #[test]
+    fn the_own_rate_changes_nothing() {
+        let own = select(even(50, 30.0), FrameRange::default(), None).unwrap();
+        let asked = select(even(50, 30.0), FrameRange::default(), Some(30.0)).unwrap();
+        assert_eq!(own, asked);
+    }
+
+    #[test]
+    fn an_uneven_take_is_resampled() {
+        let times: Vec<f64> = (0..100).filter(|&i| i != 40).map(|i| f64::from(i) / 30.0).collect();
+        let s = select(take(&times), FrameRange::default(), None).unwrap();
+        assert_eq!((s.take.frames(), s.rate), (100, 30.0));
+        check_clock(&s);
+        // Where the range itself is even, nothing is resampled.
+        let s = select(take(&times), range(41, 50), None).unwrap();
+        assert_eq!((s.first, s.take.frames(), s.take.times[0]), (41, 9, times[41]));
+        // The range counts the take's own frames: its row 39 is at time 39/30, its row 50 at 51/30.
+        let s = select(take(&times), range(39, 50), None).unwrap();
+        assert_eq!((s.first, s.take.frames()), (39, 12));
+        check_clock(&s);
+    }
+
+    #[test]
+    fn ranges_outside_the_take() {
+        for bad in [range(0, 101), range(100, 101), FrameRange { start: Some(100), end: None }] {
+            let error = select(even(100, 30.0), bad, None).unwrap_err().to_string();
+            assert!(error.contains("100 frames"), "{error}");
+        }
+        let error = select(even(100, 30.0), range(1, 2), Some(5.0)).unwrap_err().to_string();
+        assert!(error.contains("none falls into it"), "{error}");
+    }
+
+    #[test]
+    fn a_gap_of_years() {
+        let error = select(take(&[0.0, 0.1, 0.2, 1e9]), FrameRange::default(), None).unwrap_err().to_string();
+        assert!(error.contains("column time"), "{error}");
+    }
+
+    #[test]
+    fn one_frame() {
+        let s = select(even(1, 30.0), FrameRange::default(), None).unwrap();
+        assert_eq!((s.take.frames(), s.first), (1, 0));
+    }
+}

@@ -1,0 +1,26 @@
+//! `rhytid`: from face scans and marker tracks to detailed facial animation.
+#![forbid(unsafe_code)]
+
+mod args;
+mod backends;
+mod cmd;
+mod exit;
+mod frames;
+mod human;
+mod interrupt;
+mod memory;
+mod output;
+mod progress;
+
+use clap::Parser;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+fn main() -> ExitCode {
+    exit::install_panic_hook();
+    let args = args::Args::parse();
+    let ui = Arc::new(progress::Ui::new(args.quiet));
+    progress::install_logger(&ui, args.quiet, args.verbose);
+    interrupt::install(&ui);
+    exit::status(&ui, || cmd::run(&args, &ui))
+}

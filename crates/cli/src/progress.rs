@@ -1,0 +1,182 @@
+//! What is told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
+//! `--quiet`. All of it goes to stderr.
+
+use crate::{human, interrupt};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rhytid_core::Progress;
+use std::io::{self, IsTerminal, Write};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Plain lines of a running step come at most this often.
+const LINE_EVERY: Duration = Duration::from_secs(5);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Silent,
+    Lines,
+    Bars,
+}
+
+/// The user at the other end of stderr.
+#[derive(Debug)]
+pub struct Ui {
+    mode: Mode,
+    step: Mutex<Option<Step>>,
+}
+
+#[derive(Debug)]
+struct Step {
+    name: &'static str,
+    started: Instant,
+    last_line: Instant,
+    /// Hidden unless the mode is [`Mode::Bars`].
+    bar: ProgressBar,
+}
+
+impl Ui {
+    /// Silent if `quiet`, else as stderr allows.
+    pub fn new(quiet: bool) -> Self {
+        let mode = match quiet {
+            true => Mode::Silent,
+            false if io::stderr().is_terminal() => Mode::Bars,
+            false => Mode::Lines,
+        };
+        Self { mode, step: Mutex::new(None) }
+    }
+
+    /// Whether summaries and notes are wanted.
+    pub fn is_quiet(&self) -> bool {
+        self.mode == Mode::Silent
+    }
+
+    /// Writes one line to stderr, above the bar if there is one. Errors are ignored: there is nowhere left
+    /// to report them.
+    pub fn line(&self, text: &str) {
+        write_above(self.lock().as_ref(), text);
+    }
+
+    /// Runs work that is one step in one piece, and says how long it took.
+    pub fn timed<T>(&self, step: &'static str, work: impl FnOnce() -> T) -> (T, Duration) {
+        self.report(step, 0, 1);
+        let result = human::timed(work);
+        self.report(step, 1, 1);
+        result
+    }
+
+    /// Takes the bar away, if any.
+    pub fn clear(&self) {
+        if let Some(step) = self.lock().take() {
+            step.bar.finish_and_clear();
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Step>> {
+        // A panic elsewhere must not keep its own sentence from being shown.
+        self.step.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn begin(&self, name: &'static str, total: u64) -> Step {
+        let target = match self.mode {
+            Mode::Bars => ProgressDrawTarget::stderr(),
+            _ => ProgressDrawTarget::hidden(),
+        };
+        let bar = ProgressBar::with_draw_target(Some(total), target).with_message(name);
+        // Of a step that is all one piece nothing can be estimated.
+        let style = match total {
+            0 | 1 => "{msg:28} {elapsed}",
+            _ => "{msg:28} [{bar:32}] {percent:>3} %  {elapsed}, about {eta} left",
+        };
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        match self.mode {
+            // Redraws while a step's units take long.
+            Mode::Bars => bar.enable_steady_tick(Duration::from_millis(250)),
+            _ => write_above(None, &format!("{name} …")),
+        }
+        let now = Instant::now();
+        Step { name, started: now, last_line: now, bar }
+    }
+}
+
+fn write_above(step: Option<&Step>, text: &str) {
+    let write = || drop(writeln!(io::stderr().lock(), "{text}"));
+    match step {
+        Some(step) => step.bar.suspend(write),
+        None => write(),
+    }
+}
+
+impl Progress for Ui {
+    fn report(&self, name: &'static str, done: u64, total: u64) {
+        if self.mode == Mode::Silent {
+            return;
+        }
+        let mut current = self.lock();
+        if let Some(old) = current.take_if(|step| step.name != name) {
+            old.bar.finish_and_clear();
+        }
+        let step = current.get_or_insert_with(|| self.begin(name, total));
+        step.bar.set_position(done);
+        if done >= total {
+            step.bar.finish_and_clear();
+            let taken = step.started.elapsed();
+            if self.mode == Mode::Bars || taken >= Duration::from_secs(1) {
+                write_above(None, &format!("{name}: {}", human::duration(taken)));
+            }
+            *current = None;
+        } else if self.mode == Mode::Lines && step.last_line.elapsed() >= LINE_EVERY && done > 0 {
+            step.last_line = Instant::now();
+            let left = step.started.elapsed().mul_f64((total - done) as f64 / done as f64);
+            let percent = 100 * done / total;
+            write_above(None, &format!("{name}: {percent} %, about {} left", human::duration(left)));
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        interrupt::requested()
+    }
+}
+
+/// Sends log records to `ui` as lines such as `warning: …`. Shows warnings, and more with each `verbose`; the
+/// environment variable RUST_LOG overrides both.
+pub fn install_logger(ui: &Arc<Ui>, quiet: bool, verbose: u8) {
+    let level = match verbose {
+        _ if quiet => log::LevelFilter::Warn,
+        0 => log::LevelFilter::Warn,
+        1 => log::LevelFilter::Info,
+        2 => log::LevelFilter::Debug,
+        _ => log::LevelFilter::Trace,
+    };
+    let format = |out: &mut env_logger::fmt::Formatter, record: &log::Record<'_>| {
+        let level = match record.level() {
+            log::Level::Error => "error",
+            log::Level::Warn => "warning",
+            log::Level::Info => "info",
+            log::Level::Debug => "debug",
+            log::Level::Trace => "trace",
+        };
+        writeln!(out, "{level}: {}", record.args())
+    };
+    env_logger::Builder::new()
+        .filter_level(level)
+        .parse_default_env()
+        .format(format)
+        .target(env_logger::Target::Pipe(Box::new(LogLines(Arc::clone(ui)))))
+        .init();
+}
+
+/// One record comes as one write.
+struct LogLines(Arc<Ui>);
+
+impl Write for LogLines {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.line(String::from_utf8_lossy(bytes).trim_end_matches('\n'));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

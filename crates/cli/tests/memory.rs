@@ -1,0 +1,82 @@
+//! Memory does not grow with the frames: measured on the real face, where the test data is there.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+
+const PROJECT: &str = r#"
+[mesh]
+neutral = "DATA/face/neutral.obj"
+units = "cm"
+up = "y"
+[handles]
+vertices = "markers.csv"
+[large_scale]
+bending_length = 3.0
+"#;
+
+/// Runs a command that must succeed and returns the most memory it held, in MB. The high-water mark is read
+/// from /proc until the process is gone, so it misses at most the last few milliseconds.
+fn peak_megabytes(dir: &Path, args: &str) -> f64 {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rhytid"))
+        .args(args.split_whitespace())
+        .current_dir(dir)
+        .stdout(Stdio::null())
+        .stderr(Stdio::inherit())
+        .spawn()
+        .unwrap();
+    let mut peak = 0.0;
+    loop {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        if let Some(line) = status.lines().find(|line| line.starts_with("VmHWM:")) {
+            let kilobytes: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();
+            peak = kilobytes * 1024.0 / 1e6;
+        }
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success(), "{args}");
+            return peak;
+        }
+        std::thread::sleep(Duration::from_millis(3));
+    }
+}
+
+#[test]
+fn animating_the_real_face() {
+    let Some(shared) = common::shared() else { return };
+    let data = shared.join("data").canonicalize().unwrap();
+    let dir = TempDir::new().unwrap();
+    let mut project = PROJECT.replace("DATA", data.to_str().unwrap());
+    let mut poses = common::list(&data.join("face/poses"));
+    poses.retain(|name| name.ends_with(".obj"));
+    assert_eq!(poses.len(), 8);
+    for pose in poses {
+        let mesh = data.join("face/poses").join(&pose);
+        project += &format!("[[example]]\nname = {pose:?}\nmesh = {mesh:?}\n");
+    }
+    std::fs::write(dir.path().join("face.toml"), project).unwrap();
+    // The table is for the whole head too: all its vertices are below the face's count.
+    std::fs::copy(data.join("markers.csv"), dir.path().join("markers.csv")).unwrap();
+    peak_megabytes(dir.path(), "solve face.toml -o face.safetensors -q");
+    let take = data.join("takes/rom_3_clean.csv");
+    for ending in ["usda", "glb"] {
+        let peak = |frames: usize| {
+            let output = dir.path().join(format!("face.{ending}"));
+            let args = format!(
+                "animate face.safetensors {} -o face.{ending} --frames 0..{frames} -q",
+                take.display()
+            );
+            let peak = peak_megabytes(dir.path(), &args);
+            let size = std::fs::metadata(&output).unwrap().len() as f64 / 1e6;
+            std::fs::remove_file(output).unwrap();
+            eprintln!("{ending}, {frames} frames: {peak:.0} MB held, {size:.0} MB written");
+            peak
+        };
+        let (short, long) = (peak(300), peak(600));
+        assert!((10.0..300.0).contains(&short), "{ending}: 300 frames hold {short} MB");
+        assert!(long <= short * 1.1, "{ending}: 600 frames hold {long} MB, 300 hold {short} MB");
+    }
+}

@@ -1,0 +1,34 @@
+//! The heart of Rhytid: what a face is ([`Face`]), how it becomes a [`Rig`] ([`solve()`]), and the traits by
+//! which any device evaluates one ([`Backend`], [`Session`], [`Animator`]).
+//!
+//! No unsafe code, no GPU, and no file format but the rig's own ([`rig_file`]).
+#![forbid(unsafe_code)]
+
+mod animator;
+mod backend;
+mod doctor;
+mod error;
+mod face;
+mod mesh;
+mod progress;
+mod rig;
+mod rig_check;
+pub mod rig_file;
+pub mod solve;
+mod take;
+mod topology;
+mod triangulate;
+mod write_beside;
+
+pub use animator::Animator;
+pub use backend::{Backend, DeviceInfo, HandleFrames, Session, Stage};
+pub use doctor::{Finding, Report, Severity, examine};
+pub use error::{DeviceErrorKind, Error, Result};
+pub use face::{Bind, Example, Face, Handles, Settings, StrainEdges};
+pub use mesh::{Faces, Mesh, UpAxis, Uvs};
+pub use progress::{NoProgress, Progress};
+pub use rig::Rig;
+pub use solve::solve;
+pub use take::Take;
+pub use topology::Topology;
+pub use write_beside::WriteBeside;

@@ -1,0 +1,94 @@
+use crate::{Faces, UpAxis, Uvs};
+use rhytid_kernels::Real;
+
+/// A solved face: immutable plain data, the same for every backend.
+///
+/// Shapes use V vertices, H handles, F strain edges, N = P + 1 RBF centres (centre 0 is the rest pose) and K
+/// influences per vertex. All arrays are row-major. `Rig<f64>` is what the solve returns and the twin
+/// evaluates; `Rig<f32>` is what is stored and uploaded. References are to `docs/method.md`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rig<T: Real = f32> {
+    /// Names what is exported.
+    pub name: String,
+    /// Metres in one mesh unit.
+    pub metres_per_unit: f64,
+    /// The mesh's up axis.
+    pub up_axis: UpAxis,
+    /// H handle labels, distinct.
+    pub labels: Vec<String>,
+    /// P names of the examples.
+    pub example_names: Vec<String>,
+    /// The polygons of the neutral mesh, for export.
+    pub faces: Faces,
+    /// The texture coordinates of the neutral mesh, for export.
+    pub uvs: Option<Uvs>,
+    /// ℓ in mesh units, as solved with (section 2).
+    pub bending_length: f64,
+    /// β in 1/mesh unit (section 4); 0 where F ≤ K.
+    pub beta: f64,
+
+    /// H vertex indices, distinct.
+    pub handles: Vec<u32>,
+    /// Triangles of the computation.
+    pub triangles: Vec<[u32; 3]>,
+    /// V×3 rest positions in mesh units.
+    pub rest: Vec<[T; 3]>,
+    /// B, V×H (section 2): identity rows at handles, zero rows at vertices that are not driven.
+    pub basis: Vec<T>,
+    /// F pairs of handles (section 3), as indices into `handles`.
+    pub strain_edges: Vec<[u32; 2]>,
+    /// V×K indices of strain edges (section 4), nearest first; K = `influences()`.
+    pub influence_edges: Vec<u32>,
+    /// α, V×K in [0, 1] (section 4).
+    pub influence_weights: Vec<T>,
+    /// V one-ring neighbours that orient the local frames (section 5); a vertex without any names itself.
+    pub frame_neighbors: Vec<u32>,
+    /// f_j, N×F strains of the centres (section 6); row 0 is zero.
+    pub pose_features: Vec<T>,
+    /// w, V×N×3 (section 7), in mesh units.
+    pub rbf_weights: Vec<[T; 3]>,
+}
+
+impl<T: Real> Rig<T> {
+    /// V.
+    pub fn vertices(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// K: influences stored per vertex.
+    pub fn influences(&self) -> usize {
+        self.influence_edges.len().checked_div(self.vertices()).unwrap_or(0)
+    }
+
+    /// N: RBF centres, the rest pose included.
+    pub fn centers(&self) -> usize {
+        self.example_names.len() + 1
+    }
+
+    /// The same rig in another precision; to `f32` it rounds to nearest.
+    pub fn cast<U: Real>(&self) -> Rig<U> {
+        let number = |x: &T| U::round_from(x.widen());
+        let vector = |x: &[T; 3]| x.map(|c| U::round_from(c.widen()));
+        Rig {
+            name: self.name.clone(),
+            metres_per_unit: self.metres_per_unit,
+            up_axis: self.up_axis,
+            labels: self.labels.clone(),
+            example_names: self.example_names.clone(),
+            faces: self.faces.clone(),
+            uvs: self.uvs.clone(),
+            bending_length: self.bending_length,
+            beta: self.beta,
+            handles: self.handles.clone(),
+            triangles: self.triangles.clone(),
+            rest: self.rest.iter().map(vector).collect(),
+            basis: self.basis.iter().map(number).collect(),
+            strain_edges: self.strain_edges.clone(),
+            influence_edges: self.influence_edges.clone(),
+            influence_weights: self.influence_weights.iter().map(number).collect(),
+            frame_neighbors: self.frame_neighbors.clone(),
+            pose_features: self.pose_features.iter().map(number).collect(),
+            rbf_weights: self.rbf_weights.iter().map(vector).collect(),
+        }
+    }
+}

@@ -1,0 +1,117 @@
+use crate::{Error, Result, Rig};
+use std::collections::HashSet;
+
+impl Rig {
+    /// Whether every array has the shape, and every number the range, that [`Rig`] promises. What passes can be
+    /// evaluated by any backend without a further look.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the first array and element that does not fit.
+    pub fn check(&self) -> Result<()> {
+        let (v, h, f, n) = (self.vertices(), self.handles.len(), self.strain_edges.len(), self.centers());
+        let fail = |message: String| Err(Error::Input(message));
+        if v == 0 || h == 0 || self.faces.is_empty() {
+            return fail(format!(
+                "a rig has vertices, handles and faces; found {v}, {h} and {}",
+                self.faces.len()
+            ));
+        }
+        if u32::try_from(v).is_err() || u32::try_from(f).is_err() {
+            return fail(format!("{v} vertices and {f} strain edges are more than 32 bits can count"));
+        }
+        if !(self.metres_per_unit.is_finite() && self.metres_per_unit > 0.0) {
+            return fail(format!("metres_per_unit is {}, expected a number above 0", self.metres_per_unit));
+        }
+        for (name, value) in [("bending_length", self.bending_length), ("beta", self.beta)] {
+            // β is infinite where more than K edges tie.
+            if value.is_nan() || value < 0.0 {
+                return fail(format!("{name} is {value}, expected 0 or more"));
+            }
+        }
+        let k = self.influences();
+        for (name, found, expected) in [
+            ("labels", self.labels.len(), h),
+            ("basis", self.basis.len(), v * h),
+            ("influence_edges", self.influence_edges.len(), v * k),
+            ("influence_weights", self.influence_weights.len(), v * k),
+            ("frame_neighbors", self.frame_neighbors.len(), v),
+            ("pose_features", self.pose_features.len(), n * f),
+            ("rbf_weights", self.rbf_weights.len(), v * n),
+        ] {
+            if found != expected {
+                return fail(format!("{name} has {found} elements, expected {expected}"));
+            }
+        }
+        below("handles", &self.handles, v)?;
+        below("triangles", self.triangles.as_flattened(), v)?;
+        self.check_faces()?;
+        below("strain_edges", self.strain_edges.as_flattened(), h)?;
+        below("influence_edges", &self.influence_edges, f)?;
+        below("frame_neighbors", &self.frame_neighbors, v)?;
+        finite("rest", self.rest.as_flattened())?;
+        finite("basis", &self.basis)?;
+        finite("influence_weights", &self.influence_weights)?;
+        finite("pose_features", &self.pose_features)?;
+        finite("rbf_weights", self.rbf_weights.as_flattened())?;
+        if let Some(i) = self.influence_weights.iter().position(|a| !(0.0..=1.0).contains(a)) {
+            return fail(format!("influence_weights[{i}] is {}, expected 0 to 1", self.influence_weights[i]));
+        }
+        let mut seen = HashSet::new();
+        if let Some(label) = self.labels.iter().find(|l| !seen.insert(l.as_str())) {
+            return fail(format!("the label {label} names two handles"));
+        }
+        let mut seen = HashSet::new();
+        if let Some(vertex) = self.handles.iter().find(|v| !seen.insert(**v)) {
+            return fail(format!("vertex {vertex} is two handles"));
+        }
+        let at = |handle: u32| self.rest[self.handles[handle as usize] as usize];
+        if let Some(i) = self.strain_edges.iter().position(|&[a, b]| at(a) == at(b)) {
+            return fail(format!("strain_edges[{i}] has no length at rest"));
+        }
+        Ok(())
+    }
+
+    fn check_faces(&self) -> Result<()> {
+        let fail = |message: String| Err(Error::Input(message));
+        let corners = self.faces.indices.len();
+        let counted: u64 = self.faces.counts.iter().map(|&n| u64::from(n)).sum();
+        if let Some(f) = self.faces.counts.iter().position(|&n| n < 3) {
+            return fail(format!("face {f} has {} corners, expected at least 3", self.faces.counts[f]));
+        }
+        if counted != corners as u64 {
+            return fail(format!("face_indices has {corners} elements, expected {counted}"));
+        }
+        below("face_indices", &self.faces.indices, self.vertices())?;
+        if self.faces.triangle_corners(&self.triangles).is_none() {
+            return fail("the triangles are not made from the faces".into());
+        }
+        let Some(uvs) = &self.uvs else { return Ok(()) };
+        finite("uvs", uvs.values.as_flattened())?;
+        match &uvs.corners {
+            None if uvs.values.len() != self.vertices() => {
+                fail(format!("uvs has {} elements, expected {}", uvs.values.len(), self.vertices()))
+            }
+            Some(indices) if indices.len() != corners => {
+                fail(format!("uv_indices has {} elements, expected {corners}", indices.len()))
+            }
+            Some(indices) => below("uv_indices", indices, uvs.values.len()),
+            None => Ok(()),
+        }
+    }
+}
+
+fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
+    match indices.iter().position(|&i| i as usize >= end) {
+        Some(at) => {
+            Err(Error::Input(format!("{name}[{at}] is {}, expected an index below {end}", indices[at])))
+        }
+        None => Ok(()),
+    }
+}
+
+fn finite(name: &str, numbers: &[f32]) -> Result<()> {
+    match numbers.iter().position(|x| !x.is_finite()) {
+        Some(at) => Err(Error::Input(format!("{name}[{at}] is {}, expected a finite number", numbers[at]))),
+        None => Ok(()),
+    }
+}

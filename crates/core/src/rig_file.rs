@@ -1,0 +1,235 @@
+//! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
+//!
+//! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
+use crate::{Error, Faces, Result, Rig, UpAxis, Uvs, WriteBeside};
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::Path;
+
+/// The version that this program writes and reads.
+pub const VERSION: u32 = 1;
+
+/// The metadata key under which [`Metadata`] stands, as JSON.
+const METADATA_KEY: &str = "rhytid";
+
+/// Everything of a rig that is no array.
+#[derive(Debug, Serialize, Deserialize)]
+struct Metadata {
+    version: u32,
+    name: String,
+    metres_per_unit: f64,
+    up_axis: UpAxis,
+    method: String,
+    bending_length: f64,
+    /// `null` for an infinite β, which JSON cannot hold.
+    beta: Option<f64>,
+    labels: Vec<String>,
+    examples: Vec<String>,
+}
+
+/// Read apart from the rest, so that a newer file is told from a broken one.
+#[derive(Deserialize)]
+struct VersionOnly {
+    version: u32,
+}
+
+/// Reads a rig file.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] if the file is cut short, of another version, lacks an array, or has a shape,
+/// an index or a number out of range.
+pub fn read(path: &Path) -> Result<Rig> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    decode(&bytes, &path.display().to_string())
+}
+
+/// Writes a rig file; it appears under its name only when it is whole.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] if the folder does not exist.
+pub fn write(path: &Path, rig: &Rig) -> Result<()> {
+    let mut file = WriteBeside::create(path)?;
+    let bytes = encode(rig)?;
+    file.write_all(&bytes).map_err(file.error())?;
+    file.finish()
+}
+
+/// The bytes of a rig file; the same rig gives the same bytes.
+///
+/// # Errors
+/// [`Error::Internal`] if an array does not have its shape.
+pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
+    let (v, h, f, n) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len(), rig.centers());
+    let k = rig.influences();
+    let metadata = Metadata {
+        version: VERSION,
+        name: rig.name.clone(),
+        metres_per_unit: rig.metres_per_unit,
+        up_axis: rig.up_axis,
+        method: "chapter".into(),
+        bending_length: rig.bending_length,
+        beta: rig.beta.is_finite().then_some(rig.beta),
+        labels: rig.labels.clone(),
+        examples: rig.example_names.clone(),
+    };
+    let json = serde_json::to_string(&metadata).map_err(|e| Error::Internal(e.to_string()))?;
+    let mut tensors = vec![
+        ("face_counts", u32s(&rig.faces.counts), vec![rig.faces.len()]),
+        ("face_indices", u32s(&rig.faces.indices), vec![rig.faces.indices.len()]),
+        ("handles", u32s(&rig.handles), vec![h]),
+        ("triangles", u32s(rig.triangles.as_flattened()), vec![rig.triangles.len(), 3]),
+        ("rest", f32s(rig.rest.as_flattened()), vec![v, 3]),
+        ("basis", f32s(&rig.basis), vec![v, h]),
+        ("strain_edges", u32s(rig.strain_edges.as_flattened()), vec![f, 2]),
+        ("influence_edges", u32s(&rig.influence_edges), vec![v, k]),
+        ("influence_weights", f32s(&rig.influence_weights), vec![v, k]),
+        ("frame_neighbors", u32s(&rig.frame_neighbors), vec![v]),
+        ("pose_features", f32s(&rig.pose_features), vec![n, f]),
+        ("rbf_weights", f32s(rig.rbf_weights.as_flattened()), vec![v, n, 3]),
+    ];
+    if let Some(uvs) = &rig.uvs {
+        tensors.push(("uvs", f32s(uvs.values.as_flattened()), vec![uvs.values.len(), 2]));
+        if let Some(corners) = &uvs.corners {
+            tensors.push(("uv_indices", u32s(corners), vec![corners.len()]));
+        }
+    }
+    let views = tensors
+        .iter()
+        .map(|(name, (dtype, bytes), shape)| Ok((*name, TensorView::new(*dtype, shape.clone(), bytes)?)))
+        .collect::<std::result::Result<Vec<_>, safetensors::SafeTensorError>>();
+    views
+        .and_then(|views| {
+            safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), json)])))
+        })
+        .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
+}
+
+/// Safetensors is little-endian, whatever the machine.
+fn u32s(numbers: &[u32]) -> (Dtype, Vec<u8>) {
+    (Dtype::U32, numbers.iter().flat_map(|x| x.to_le_bytes()).collect())
+}
+
+fn f32s(numbers: &[f32]) -> (Dtype, Vec<u8>) {
+    (Dtype::F32, numbers.iter().flat_map(|x| x.to_le_bytes()).collect())
+}
+
+/// Reads the bytes of a rig file; `name` stands for it in messages.
+///
+/// # Errors
+/// [`Error::Input`], as [`read`].
+pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
+    let fail = |what: String| Error::Input(format!("{name}: {what}"));
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| {
+        fail(format!("is no whole safetensors file ({e}); it may be cut short: solve or copy it again"))
+    })?;
+    let json = header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY)).ok_or_else(|| {
+        fail(format!("is a safetensors file, but no rig: it has no `{METADATA_KEY}` in its metadata"))
+    })?;
+    let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
+    let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
+    if version != VERSION {
+        return Err(fail(format!(
+            "is a rig file of version {version}, expected {VERSION}; solve the rig again with this program"
+        )));
+    }
+    let metadata: Metadata = serde_json::from_str(json).map_err(broken)?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|e| {
+        fail(format!("is no whole safetensors file ({e}); it may be cut short: solve or copy it again"))
+    })?;
+    let arrays = Arrays { tensors, name };
+    let rest = vectors::<3>(arrays.f32s("rest", &[None, Some(3)])?);
+    let v = Some(rest.len());
+    let handles = arrays.u32s("handles", &[None])?;
+    let h = Some(handles.len());
+    let strain_edges = pairs(arrays.u32s("strain_edges", &[None, Some(2)])?);
+    let n = Some(metadata.examples.len() + 1);
+    let uvs = match arrays.has("uvs") {
+        true => Some(Uvs {
+            values: vectors::<2>(arrays.f32s("uvs", &[None, Some(2)])?),
+            corners: match arrays.has("uv_indices") {
+                true => Some(arrays.u32s("uv_indices", &[None])?),
+                false => None,
+            },
+        }),
+        false => None,
+    };
+    let rig = Rig {
+        name: metadata.name,
+        metres_per_unit: metadata.metres_per_unit,
+        up_axis: metadata.up_axis,
+        labels: metadata.labels,
+        example_names: metadata.examples,
+        faces: Faces {
+            counts: arrays.u32s("face_counts", &[None])?,
+            indices: arrays.u32s("face_indices", &[None])?,
+        },
+        uvs,
+        bending_length: metadata.bending_length,
+        beta: metadata.beta.unwrap_or(f64::INFINITY),
+        triangles: arrays.u32s("triangles", &[None, Some(3)])?.as_chunks().0.to_vec(),
+        basis: arrays.f32s("basis", &[v, h])?,
+        influence_edges: arrays.u32s("influence_edges", &[v, None])?,
+        influence_weights: arrays.f32s("influence_weights", &[v, None])?,
+        frame_neighbors: arrays.u32s("frame_neighbors", &[v])?,
+        pose_features: arrays.f32s("pose_features", &[n, Some(strain_edges.len())])?,
+        rbf_weights: vectors::<3>(arrays.f32s("rbf_weights", &[v, n, Some(3)])?),
+        rest,
+        handles,
+        strain_edges,
+    };
+    match rig.check() {
+        Err(Error::Input(what)) => Err(fail(format!("{what}; the file is damaged: solve the rig again"))),
+        other => other.map(|()| rig),
+    }
+}
+
+fn vectors<const N: usize>(numbers: Vec<f32>) -> Vec<[f32; N]> {
+    numbers.as_chunks::<N>().0.to_vec()
+}
+
+fn pairs(numbers: Vec<u32>) -> Vec<[u32; 2]> {
+    numbers.as_chunks::<2>().0.to_vec()
+}
+
+/// The arrays of a file, each checked for type and shape as it is taken out.
+struct Arrays<'a> {
+    tensors: SafeTensors<'a>,
+    name: &'a str,
+}
+
+impl Arrays<'_> {
+    fn has(&self, array: &str) -> bool {
+        self.tensors.tensor(array).is_ok()
+    }
+
+    /// `shape` has `None` where any extent will do.
+    fn bytes(&self, array: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<&[u8]> {
+        let fail = |what: String| Error::Input(format!("{}: {what}; solve the rig again", self.name));
+        let view = self.tensors.tensor(array).map_err(|_| fail(format!("has no array `{array}`")))?;
+        let fits = view.shape().len() == shape.len()
+            && view.shape().iter().zip(shape).all(|(found, expected)| expected.is_none_or(|e| e == *found));
+        if view.dtype() != dtype || !fits {
+            let extents: Vec<String> =
+                shape.iter().map(|e| e.map_or("any".into(), |e| e.to_string())).collect();
+            return Err(fail(format!(
+                "array `{array}` is {:?} {:?}, expected {dtype:?} [{}]",
+                view.dtype(),
+                view.shape(),
+                extents.join(", ")
+            )));
+        }
+        Ok(view.data())
+    }
+
+    fn u32s(&self, array: &str, shape: &[Option<usize>]) -> Result<Vec<u32>> {
+        let bytes = self.bytes(array, Dtype::U32, shape)?;
+        Ok(bytes.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect())
+    }
+
+    fn f32s(&self, array: &str, shape: &[Option<usize>]) -> Result<Vec<f32>> {
+        let bytes = self.bytes(array, Dtype::F32, shape)?;
+        Ok(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
+    }
+}

@@ -1,0 +1,61 @@
+//! Section 6: what the large scale leaves of the examples.
+use crate::progress::step;
+use crate::{Example, Progress, Result, Rig, Topology};
+use glam::DVec3;
+use rayon::prelude::*;
+use rhytid_kernels::{fine_scale, large_scale, normals, strain, vec3};
+
+/// The features of the centres (N×F, the rest pose first) and the detail of the examples (P×V×3 in mesh units,
+/// components along t, b, n of the frames on the large-scale result).
+///
+/// `rig` needs everything up to its influences. The detail is zero where `moves` says that a vertex does not.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn features_and_detail(
+    rig: &Rig<f64>,
+    rest_lengths: &[f64],
+    topology: &Topology,
+    examples: &[Example],
+    moves: impl Fn(usize) -> bool + Sync,
+    progress: &dyn Progress,
+) -> Result<(Vec<f64>, Vec<[f64; 3]>)> {
+    let (vertices, edges) = (rig.vertices(), rig.strain_edges.len());
+    let mut features = vec![0.0; (examples.len() + 1) * edges];
+    let mut detail = vec![[0.0; 3]; examples.len() * vertices];
+    let at_handles = |positions: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        rig.handles.iter().map(|&v| positions[v as usize]).collect()
+    };
+    let handle_rest = at_handles(&rig.rest);
+    for (j, example) in examples.iter().enumerate() {
+        step(progress, "detail", j as u64, examples.len() as u64)?;
+        let handle_positions = at_handles(&example.positions);
+        strain::strain(
+            strain::Params { frames: 1, handles: rig.handles.len() as u32, strain_edges: edges as u32 },
+            &handle_positions,
+            &rig.strain_edges,
+            rest_lengths,
+            &mut features[(j + 1) * edges..][..edges],
+        );
+        let mut smooth = vec![[0.0; 3]; vertices];
+        large_scale::large_scale(
+            large_scale::Params { frames: 1, vertices: vertices as u32, handles: rig.handles.len() as u32 },
+            &rig.rest,
+            &rig.basis,
+            &handle_rest,
+            &handle_positions,
+            &mut smooth,
+        );
+        detail[j * vertices..][..vertices].par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(
+            |(v, d)| {
+                let n = normals::vertex_normal(&smooth, &rig.triangles, topology.vertex_triangles.at(v));
+                let to_neighbor = vec3::sub(smooth[rig.frame_neighbors[v] as usize], smooth[v]);
+                let frame = fine_scale::local_frame(to_neighbor, n);
+                let left = DVec3::from_array(vec3::sub(example.positions[v], smooth[v]));
+                *d = frame.map(|axis| DVec3::from_array(axis).dot(left));
+            },
+        );
+    }
+    step(progress, "detail", examples.len() as u64, examples.len() as u64)?;
+    Ok((features, detail))
+}

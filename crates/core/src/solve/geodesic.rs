@@ -1,0 +1,82 @@
+//! Geodesic Voronoi cells of the handles, for `auto` strain edges (section 3).
+use crate::Topology;
+use glam::DVec3;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// A distance along mesh edges; ordered, since it is never NaN.
+#[derive(PartialEq, PartialOrd)]
+struct Distance(f64);
+
+impl Eq for Distance {}
+
+impl Ord for Distance {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// The handle that is nearest to each vertex along the edges of the rest mesh (ties: the lowest handle);
+/// `None` where no handle can be reached.
+pub fn voronoi_cells(positions: &[[f64; 3]], topology: &Topology, handles: &[u32]) -> Vec<Option<u32>> {
+    let position = |v: u32| DVec3::from_array(positions[v as usize]);
+    let mut best: Vec<Option<(f64, u32)>> = vec![None; positions.len()];
+    let mut queue = BinaryHeap::new();
+    for (h, &v) in handles.iter().enumerate() {
+        best[v as usize] = Some((0.0, h as u32));
+        queue.push(Reverse((Distance(0.0), h as u32, v)));
+    }
+    while let Some(Reverse((Distance(distance), handle, v))) = queue.pop() {
+        if best[v as usize] != Some((distance, handle)) {
+            continue;
+        }
+        for &w in topology.neighbors(v as usize) {
+            let candidate = (distance + position(v).distance(position(w)), handle);
+            if best[w as usize].is_none_or(|b| candidate < b) {
+                best[w as usize] = Some(candidate);
+                queue.push(Reverse((Distance(candidate.0), handle, w)));
+            }
+        }
+    }
+    best.into_iter().map(|b| b.map(|(_, handle)| handle)).collect()
+}
+
+/// The pairs of handles whose cells touch: those with an edge of the mesh between them. Each pair ascending,
+/// pairs sorted.
+pub fn touching_cells(topology: &Topology, cells: &[Option<u32>]) -> Vec<[u32; 2]> {
+    let mut pairs = Vec::new();
+    for (v, cell) in cells.iter().enumerate() {
+        for &w in topology.neighbors(v) {
+            if let (Some(a), Some(b)) = (*cell, cells[w as usize])
+                && a < b
+            {
+                pairs.push([a, b]);
+            }
+        }
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_of_a_strip() {
+        // A strip of seven quads, each cut in two; handles at its two ends and in the middle.
+        let positions: Vec<[f64; 3]> = (0..16).map(|i| [f64::from(i / 2), f64::from(i % 2), 0.0]).collect();
+        let triangles: Vec<[u32; 3]> = (0..7u32)
+            .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 2, 2 * i + 3, 2 * i + 1]])
+            .collect();
+        let topology = Topology::new(17, &triangles);
+        let positions = [positions, vec![[9.0; 3]]].concat();
+        let cells = voronoi_cells(&positions, &topology, &[0, 14, 6]);
+        let expected = [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 1, 2, 1, 1, 1, 1].map(Some);
+        assert_eq!(cells[..4], expected[..4]);
+        assert_eq!(cells[12..16], expected[12..16]);
+        assert_eq!(cells[16], None);
+        assert_eq!(touching_cells(&topology, &cells), [[0, 2], [1, 2]]);
+    }
+}

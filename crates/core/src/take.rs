@@ -1,0 +1,171 @@
+use crate::{Error, Result};
+
+/// Marker tracks: positions of labelled markers over time, in mesh units and head space.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Take {
+    /// M distinct labels.
+    pub labels: Vec<String>,
+    /// One time per frame, in seconds, strictly increasing.
+    pub times: Vec<f64>,
+    /// frames × M positions.
+    pub positions: Vec<[f64; 3]>,
+}
+
+impl Take {
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.times.len()
+    }
+
+    /// The take's own rate in frames per second: from the mean of the steps that are no gaps (within a tenth of
+    /// the median, since files round their times), made a whole number or a multiple of 1000/1001 where it is
+    /// within 0.04 % of one. 30 where there is only one frame.
+    pub fn rate(&self) -> f64 {
+        let mut steps: Vec<f64> = self.times.windows(2).map(|w| w[1] - w[0]).collect();
+        if steps.is_empty() {
+            return 30.0;
+        }
+        steps.sort_by(f64::total_cmp);
+        let median = steps[steps.len() / 2];
+        steps.retain(|step| (step / median - 1.0).abs() < 0.1);
+        let rate = steps.len() as f64 / steps.iter().sum::<f64>();
+        let whole = rate.round();
+        let ntsc = (rate * 1.001).round() * 1000.0 / 1001.0;
+        let near = |candidate: f64| candidate >= 0.9 && (rate / candidate - 1.0).abs() < 4e-4;
+        [whole, ntsc].into_iter().find(|&candidate| near(candidate)).unwrap_or(rate)
+    }
+
+    /// The frames `range`, as a take of their own with unchanged times.
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Take {
+        let m = self.labels.len();
+        Take {
+            labels: self.labels.clone(),
+            times: self.times[range.clone()].to_vec(),
+            positions: self.positions[range.start * m..range.end * m].to_vec(),
+        }
+    }
+
+    /// Sampled at `fps` frames per second from its first time to its last, linearly between frames.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if `fps` is not finite and positive.
+    pub fn resample(&self, fps: f64) -> Result<Take> {
+        if !(fps.is_finite() && fps > 0.0) {
+            return Err(Error::input(format!("the frame rate is {fps}, expected a number above 0")));
+        }
+        let (Some(&start), Some(&end)) = (self.times.first(), self.times.last()) else {
+            return Ok(self.clone());
+        };
+        let m = self.labels.len();
+        // A last sample that the rounding of times in files puts just beyond the end still counts.
+        let count = ((end - start) * fps + 0.01).floor() as usize + 1;
+        let mut out = Take { labels: self.labels.clone(), ..Take::default() };
+        let mut k = 0;
+        for i in 0..count {
+            let time = (start + i as f64 / fps).min(end);
+            while k + 2 < self.times.len() && self.times[k + 1] <= time {
+                k += 1;
+            }
+            let next = (k + 1).min(self.times.len() - 1);
+            let step = self.times[next] - self.times[k];
+            let s = if step > 0.0 { (time - self.times[k]) / step } else { 0.0 };
+            out.times.push(start + i as f64 / fps);
+            for j in 0..m {
+                let (a, b) = (self.positions[k * m + j], self.positions[next * m + j]);
+                out.positions.push(if s == 1.0 {
+                    b
+                } else {
+                    std::array::from_fn(|c| a[c] + s * (b[c] - a[c]))
+                });
+            }
+        }
+        Ok(out)
+    }
+
+    /// The positions of `labels`, frame after frame and in their order, rounded to `f32`: frames × H × 3, what
+    /// [`crate::Animator::evaluate`] takes. Labels that are not asked for are left out.
+    ///
+    /// # Errors
+    /// [`Error::Input`] names every label that the take lacks.
+    pub fn handle_positions(&self, labels: &[String]) -> Result<Vec<f32>> {
+        let columns: Vec<Option<usize>> =
+            labels.iter().map(|l| self.labels.iter().position(|m| m == l)).collect();
+        let missing: Vec<&str> = labels
+            .iter()
+            .zip(&columns)
+            .filter(|(_, column)| column.is_none())
+            .map(|(label, _)| label.as_str())
+            .collect();
+        if !missing.is_empty() {
+            return Err(Error::input(format!(
+                "the take lacks {} of the rig's {} handles: {}; every handle needs its three columns",
+                missing.len(),
+                labels.len(),
+                missing.join(", ")
+            )));
+        }
+        let m = self.labels.len();
+        let columns: Vec<usize> = columns.into_iter().flatten().collect();
+        let mut out = Vec::with_capacity(self.frames() * columns.len() * 3);
+        for frame in self.positions.chunks_exact(m.max(1)) {
+            out.extend(columns.iter().flat_map(|&c| frame[c]).map(|x| x as f32));
+        }
+        Ok(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn take(times: &[f64]) -> Take {
+        Take {
+            labels: vec!["a".into()],
+            times: times.to_vec(),
+            positions: times.iter().map(|t| [*t, 2.0 * t, 1.0]).collect(),
+        }
+    }
+
+    #[test]
+    fn the_rate_survives_rounded_times_and_gaps() {
+        let rounded = |rate: f64, digits: f64| -> Vec<f64> {
+            (0..200).map(|i| (f64::from(i) / rate * digits).round() / digits).collect()
+        };
+        assert_eq!(take(&rounded(30.0, 1e4)).rate(), 30.0);
+        assert_eq!(take(&rounded(30.0, 1e3)).rate(), 30.0);
+        assert_eq!(take(&rounded(120.0, 1e4)).rate(), 120.0);
+        assert_eq!(take(&rounded(30000.0 / 1001.0, 1e6)).rate(), 30.0 * 1000.0 / 1001.0);
+        assert_eq!(take(&rounded(12.5, 1e6)).rate(), 12.5);
+        let mut gap = rounded(30.0, 1e4);
+        gap.remove(57);
+        assert_eq!(take(&gap).rate(), 30.0);
+        assert_eq!(take(&[0.0]).rate(), 30.0);
+    }
+
+    #[test]
+    fn resampling_is_linear_and_keeps_the_last_frame() {
+        let times: Vec<f64> = (0..31).map(|i| (f64::from(i) / 30.0 * 1e4).round() / 1e4).collect();
+        for (fps, count) in [(30.0, 31), (60.0, 61), (24.0, 25), (7.0, 8)] {
+            let got = take(&times).resample(fps).unwrap();
+            assert_eq!(got.frames(), count, "{fps}");
+            for (time, p) in got.times.iter().zip(&got.positions) {
+                // The last sample stays at the take's end, which the file rounded.
+                assert!((p[0] - time).abs() < 1e-4 && (p[1] - 2.0 * p[0]).abs() < 1e-12);
+            }
+        }
+        assert!(take(&times).resample(f64::NAN).is_err() && take(&times).resample(0.0).is_err());
+    }
+
+    #[test]
+    fn handles_are_found_by_label_and_the_missing_ones_are_named() {
+        let take = Take {
+            labels: ["a", "b", "c"].map(String::from).to_vec(),
+            times: vec![0.0],
+            positions: vec![[1.0; 3], [2.0; 3], [3.0; 3]],
+        };
+        let labels = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+        assert_eq!(take.handle_positions(&labels(&["c", "a"])).unwrap(), [3.0, 3.0, 3.0, 1.0, 1.0, 1.0]);
+        let message = take.handle_positions(&labels(&["a", "nose", "chin"])).unwrap_err().to_string();
+        assert!(message.contains("2 of the rig's 3 handles: nose, chin"), "{message}");
+    }
+}

@@ -1,0 +1,98 @@
+use crate::{Error, Result};
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+/// A file that appears under its name only when it is whole.
+///
+/// Bytes go to a temporary file in the same folder; [`WriteBeside::finish`] renames it. Dropped before that,
+/// the temporary file is removed and whatever stood under the name is untouched.
+#[derive(Debug)]
+pub struct WriteBeside {
+    writer: BufWriter<tempfile::NamedTempFile>,
+    path: PathBuf,
+}
+
+impl WriteBeside {
+    /// Opens a temporary file beside `path`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the folder does not exist or `path` is a folder; [`Error::Io`].
+    pub fn create(path: &Path) -> Result<Self> {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        if !folder.is_dir() {
+            return Err(Error::input(format!(
+                "{}: the folder {} does not exist; create it first",
+                path.display(),
+                folder.display()
+            )));
+        }
+        if path.is_dir() {
+            return Err(Error::input(format!(
+                "{}: is a folder, expected the name of a file",
+                path.display()
+            )));
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".rhytid-").suffix(".partial");
+        #[cfg(unix)]
+        {
+            // A temporary file is private by default; what is renamed gets the rights of any new file.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let file = builder.tempfile_in(folder).map_err(Error::io(path))?;
+        Ok(Self { writer: BufWriter::with_capacity(1 << 20, file), path: path.to_owned() })
+    }
+
+    /// The final name.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// An unnamed file on the same disk, for what has to be written after what is not yet known. It vanishes
+    /// when dropped.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn spool(&self) -> Result<File> {
+        let folder = self.writer.get_ref().path().parent().unwrap_or(Path::new("."));
+        tempfile::tempfile_in(folder).map_err(Error::io(&self.path))
+    }
+
+    /// For `map_err` on writes: names the final path.
+    pub fn error(&self) -> impl FnOnce(io::Error) -> Error + use<> {
+        Error::io(&self.path)
+    }
+
+    /// Flushes to disk and renames.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; the temporary file is removed then.
+    pub fn finish(self) -> Result<()> {
+        let path = self.path;
+        let file = self.writer.into_inner().map_err(|e| Error::io(&path)(e.into_error()))?;
+        file.as_file().sync_all().map_err(Error::io(&path))?;
+        file.persist(&path).map_err(|e| Error::io(&path)(e.error))?;
+        Ok(())
+    }
+}
+
+impl Write for WriteBeside {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+impl Seek for WriteBeside {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.writer.seek(to)
+    }
+}

@@ -1,0 +1,114 @@
+//! The neutral surface: a continuous function from a flat domain to space, sampled at any resolution.
+//!
+//! The domain is a sheet laid over the face, in centimetres: `across` runs from the right temple (negative)
+//! to the left, `up` from the neck to the hairline. It is cut along three lines: the eyes' and the mouth's. The
+//! sides of a cut are pulled apart by the surface, so that openings have smooth rims at every resolution.
+//!
+//! Space: x to the face's left, y up, z forward, in centimetres; the pupils are at y = 0.
+
+mod eye;
+mod head;
+mod mouth;
+mod nose;
+
+pub use eye::Eye;
+pub use mouth::Mouth;
+
+use crate::curve::{lattice, ramp};
+use glam::DVec3;
+use head::Head;
+use nose::Nose;
+
+/// The domain's half width.
+pub const HALF_WIDTH: f64 = 10.0;
+/// The domain's lower end, at the neck.
+pub const BOTTOM: f64 = -15.2;
+/// The domain's upper end, at the hairline.
+pub const TOP: f64 = 8.6;
+/// Where the eyes are cut open.
+pub const EYE_LINE: f64 = 0.0;
+/// Between these distances from the midline.
+pub const EYE_CUT: [f64; 2] = [1.75, 4.7];
+/// Where the mouth is cut open.
+pub const MOUTH_LINE: f64 = -6.45;
+/// To this distance from the midline on both sides.
+pub const MOUTH_CUT: f64 = 2.65;
+
+/// A point of the domain. On a cut, the flags say which side of it is meant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// Across the face, in [-[`HALF_WIDTH`], [`HALF_WIDTH`]].
+    pub across: f64,
+    /// Up the face, in [[`BOTTOM`], [`TOP`]].
+    pub up: f64,
+    /// Whether it belongs to the upper side of the eyes' line.
+    pub above_eyes: bool,
+    /// Whether it belongs to the upper side of the mouth's line.
+    pub above_mouth: bool,
+}
+
+impl Site {
+    fn shifted(self, across: f64, up: f64) -> Self {
+        Self { across: self.across + across, up: self.up + up, ..self }
+    }
+}
+
+/// The neutral face.
+#[derive(Debug)]
+pub struct Shape {
+    head: Head,
+    nose: Nose,
+    /// Opening and lids.
+    pub eye: Eye,
+    /// Opening and lips.
+    pub mouth: Mouth,
+}
+
+impl Shape {
+    /// The one there is.
+    pub fn new() -> Self {
+        Self { head: Head::new(), nose: Nose::new(), eye: Eye::new(), mouth: Mouth::new() }
+    }
+
+    /// The point in space of a site, without pores.
+    pub fn position(&self, site: Site) -> DVec3 {
+        let opened = self.mouth.open(site, self.eye.open(site, site.up));
+        let mut p = self.head.position(site.across, opened);
+        let (x, y) = (p.x, p.y);
+        p.z += self.nose.height(x, y);
+        p.z = self.eye.lids(x, y, p.z);
+        p.y += self.nose.droop(x, y);
+        p += self.mouth.lips(site, x, y);
+        p.z += self.eye.margin(site);
+        p
+    }
+
+    /// The outward normal there, of length 1.
+    pub fn normal(&self, site: Site) -> DVec3 {
+        const STEP: f64 = 0.02;
+        let across = self.position(site.shifted(STEP, 0.0)) - self.position(site.shifted(-STEP, 0.0));
+        // Away from the nearest cut, which must not be crossed.
+        let middle = 0.5 * (EYE_LINE + MOUTH_LINE);
+        let upward = site.above_eyes || (site.above_mouth && site.up < middle);
+        let step = if upward { STEP } else { -STEP };
+        let up = (self.position(site.shifted(0.0, step)) - self.position(site)) / step;
+        across.cross(up).normalize_or_zero()
+    }
+}
+
+/// The depth of the pores at a site, in centimetres along the normal.
+pub fn pores(site: Site) -> f64 {
+    const SPACING: f64 = 0.085;
+    const RADIUS: f64 = 0.42;
+    let (x, y) = (site.across / SPACING, site.up / SPACING);
+    let (i, j) = (x.floor() as i32, y.floor() as i32);
+    let mut depth = 0.0;
+    for (di, dj) in (-1..=1).flat_map(|di| (-1..=1).map(move |dj| (di, dj))) {
+        let (ci, cj) = (i + di, j + dj);
+        let dx = f64::from(ci) + 0.5 + 0.45 * lattice(ci, cj, 1) - x;
+        let dy = f64::from(cj) + 0.5 + 0.45 * lattice(ci, cj, 2) - y;
+        let size = 0.6 + 0.4 * lattice(ci, cj, 3);
+        depth += size * ramp((dx * dx + dy * dy).sqrt(), 2.0 * RADIUS, 0.0);
+    }
+    -0.006 * depth
+}

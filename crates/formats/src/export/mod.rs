@@ -1,0 +1,61 @@
+//! Animation out: one [`Exporter`] per file format, fed frame by frame.
+//!
+//! ```no_run
+//! # fn demo(scene: &rhytid_formats::export::Scene<'_>, frame: (Vec<f32>, Vec<f32>)) -> rhytid_core::Result<()> {
+//! let mut exporter = rhytid_formats::export::create("face.usda".as_ref(), scene)?;
+//! for _ in 0..scene.frames {
+//!     exporter.frame(&frame.0, &frame.1)?;
+//! }
+//! exporter.finish()
+//! # }
+//! ```
+//! `docs/export.md` says what each format holds and how to open it.
+
+mod checked;
+mod glb;
+mod scene;
+mod text;
+mod usda;
+
+use rhytid_core::{Error, Result};
+use std::path::Path;
+
+pub use scene::Scene;
+
+/// One animation file being written. Memory does not grow with the frames' data.
+pub trait Exporter: Send {
+    /// Adds the next frame: `positions` in mesh units and `normals` of length 1 (or 0), both V×3.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a length is wrong, a number is not finite or the frame is one too many;
+    /// [`Error::Io`].
+    fn frame(&mut self, positions: &[f32], normals: &[f32]) -> Result<()>;
+
+    /// Writes what remains and gives the file its name. Dropped without it, nothing is left behind, and what
+    /// stood under the name before is untouched.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if frames are missing; [`Error::Io`].
+    fn finish(self: Box<Self>) -> Result<()>;
+}
+
+/// Opens an exporter for `path` by its extension: `.usda` or `.glb`.
+///
+/// # Errors
+/// [`Error::Input`] if the extension is another, the scene is not consistent, the folder does not exist or the
+/// format has no room for that many frames; [`Error::Io`].
+pub fn create(path: &Path, scene: &Scene<'_>) -> Result<Box<dyn Exporter>> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    if !["usda", "glb"].contains(&extension.as_str()) {
+        return Err(Error::input(format!(
+            "{}: animation is written as .usda or .glb, found the extension “{extension}”",
+            path.display()
+        )));
+    }
+    scene.check()?;
+    let exporter: Box<dyn Exporter> = match extension.as_str() {
+        "usda" => Box::new(usda::Usda::create(path, scene)?),
+        _ => Box::new(glb::Glb::create(path, scene)?),
+    };
+    Ok(Box::new(checked::Checked::new(exporter, path, scene)))
+}

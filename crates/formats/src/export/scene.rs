@@ -1,0 +1,111 @@
+use rhytid_core::{Error, Faces, Result, UpAxis, Uvs};
+
+/// What is known of an animation before its first frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
+    /// Names the mesh in the file; any text.
+    pub name: &'a str,
+    /// V×3 rest positions in mesh units.
+    pub rest: &'a [[f32; 3]],
+    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area.
+    pub rest_normals: &'a [[f32; 3]],
+    /// The polygons of the input mesh.
+    pub faces: &'a Faces,
+    /// The polygons cut into triangles, for formats that have triangles alone: each triangle's three corners
+    /// as indices into [`Faces::indices`] (so that texture coordinates per corner are found).
+    pub triangle_corners: &'a [[u32; 3]],
+    /// Texture coordinates of the input mesh.
+    pub uvs: Option<&'a Uvs>,
+    /// Metres in one mesh unit.
+    pub metres_per_unit: f64,
+    /// The mesh's up axis.
+    pub up_axis: UpAxis,
+    /// Number of frames that will follow, at least 1.
+    pub frames: usize,
+    /// Frames per second.
+    pub rate: f64,
+    /// The time code (frame number) of the first frame.
+    pub first_time_code: f64,
+}
+
+impl Scene<'_> {
+    /// Checks every length, index and number, so that the exporters can rely on them.
+    pub(super) fn check(&self) -> Result<()> {
+        match self.fault() {
+            None => Ok(()),
+            Some(fault) => Err(Error::input(format!("the animation of “{}” {fault}", self.name))),
+        }
+    }
+
+    fn fault(&self) -> Option<String> {
+        let vertices = self.rest.len();
+        let corners = self.faces.indices.len();
+        if vertices == 0 || self.faces.is_empty() {
+            return Some(format!("has {vertices} vertices and {} faces, expected some", self.faces.len()));
+        }
+        if self.rest_normals.len() != vertices {
+            return Some(format!("has {} rest normals for {vertices} vertices", self.rest_normals.len()));
+        }
+        let counted: u64 = self.faces.counts.iter().map(|&n| u64::from(n)).sum();
+        if counted != corners as u64 {
+            return Some(format!("has faces of {counted} corners in all, but {corners} corner indices"));
+        }
+        if let Some(&v) = self.faces.indices.iter().find(|&&v| v as usize >= vertices) {
+            return Some(format!("has a face with vertex {v}, expected 0 to {}", vertices - 1));
+        }
+        if let Some(&c) = self.triangle_corners.as_flattened().iter().find(|&&c| c as usize >= corners) {
+            return Some(format!("has a triangle with corner {c}, expected 0 to {}", corners - 1));
+        }
+        if self.triangle_corners.is_empty() {
+            return Some("has no triangles".into());
+        }
+        if let Some(v) = first_not_finite(self.rest.as_flattened()) {
+            return Some(format!("has a rest position that is not finite, at vertex {v}"));
+        }
+        if let Some(v) = first_not_finite(self.rest_normals.as_flattened()) {
+            return Some(format!("has a rest normal that is not finite, at vertex {v}"));
+        }
+        if !(self.metres_per_unit.is_finite() && self.metres_per_unit > 0.0) {
+            return Some(format!("has a unit of {} metres, expected a number above 0", self.metres_per_unit));
+        }
+        if self.frames == 0 {
+            return Some("has no frames, expected at least 1".into());
+        }
+        if !(1e-6..=1e6).contains(&self.rate) {
+            return Some(format!("has {} frames per second, expected 0.000001 to 1000000", self.rate));
+        }
+        // Time codes are doubles: beyond this, neighbours would be equal.
+        if !(self.first_time_code.abs() <= 1e12 && self.frames as f64 <= 1e12) {
+            return Some(format!(
+                "has {} frames from time code {}, expected at most 10¹²",
+                self.frames, self.first_time_code
+            ));
+        }
+        self.uvs.and_then(|uvs| uv_fault(uvs, vertices, corners))
+    }
+}
+
+fn uv_fault(uvs: &Uvs, vertices: usize, corners: usize) -> Option<String> {
+    let values = uvs.values.len();
+    if let Some(i) = uvs.values.iter().position(|uv| !uv.iter().all(|x| x.is_finite())) {
+        return Some(format!("has a texture coordinate that is not finite, number {i}"));
+    }
+    match &uvs.corners {
+        None if values != vertices => {
+            Some(format!("has {values} texture coordinates for {vertices} vertices"))
+        }
+        Some(indices) if indices.len() != corners => {
+            Some(format!("has texture coordinates at {} corners of {corners}", indices.len()))
+        }
+        Some(indices) => indices
+            .iter()
+            .find(|&&i| i as usize >= values)
+            .map(|i| format!("has a corner with texture coordinate {i}, expected below {values}")),
+        None => None,
+    }
+}
+
+/// The vertex of the first of `numbers` (V×3) that is NaN or infinite.
+pub(super) fn first_not_finite(numbers: &[f32]) -> Option<usize> {
+    numbers.iter().position(|x| !x.is_finite()).map(|i| i / 3)
+}

@@ -1,0 +1,12 @@
+/// The shortest text of a finite `x` that reads back as the same bits, -0 included, also where the reader goes
+/// by way of `f64` as USD and most JSON readers do. At most 16 characters.
+pub(super) fn shortest(digits: &mut ryu::Buffer, x: f32) -> &str {
+    /// Of all `f32`, this number and its negative alone have a shortest text (7.038531e-26) that `f64` takes to
+    /// just between it and its neighbour, which then wins. One more digit helps.
+    const ROUNDED_TWICE: u32 = 0x15ae_43fd;
+    match x.to_bits() {
+        ROUNDED_TWICE => "7.0385307e-26",
+        bits if bits == ROUNDED_TWICE | 1 << 31 => "-7.0385307e-26",
+        _ => digits.format_finite(x),
+    }
+}

@@ -1,0 +1,9 @@
+//! What comes in and goes out of Rhytid: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]),
+//! takes ([`take`]), the project file ([`project`]) and the exporters ([`export`]).
+#![forbid(unsafe_code)]
+
+pub mod export;
+pub mod mesh;
+pub mod project;
+pub mod tables;
+pub mod take;

@@ -1,0 +1,70 @@
+//! glTF 2.0, as GLB or JSON. The `gltf` crate splits and parses; what it would only read after a validation that
+//! does not look at buffers is read here (`accessor`), since its own iterators panic on wrong ranges.
+
+mod accessor;
+mod buffers;
+mod scene;
+
+pub(super) use buffers::{External, read_beside};
+
+use ::gltf::Gltf;
+use ::gltf::json::Root;
+use buffers::Buffers;
+use rhytid_core::{Error, Mesh, Result};
+
+pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>) -> Result<Mesh> {
+    check_glb_length(bytes, name)?;
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|error| {
+        Error::input(match error {
+            ::gltf::Error::Deserialize(error) => {
+                format!("{name}: its JSON is not that of a glTF file: {error}; the file may be cut short")
+            }
+            error => format!("{name}: is not a valid glTF file: {error}; export the mesh again"),
+        })
+    })?;
+    let root = document.into_json();
+    check_extensions(&root, name)?;
+    let buffers = Buffers::load(&root, blob, name, external)?;
+    scene::read(&root, &buffers, name)
+}
+
+/// The crate subtracts from a GLB's length before it looks whether it can.
+fn check_glb_length(bytes: &[u8], name: &str) -> Result<()> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok(());
+    }
+    let length = bytes.get(8..).and_then(<[u8]>::first_chunk).map(|b| u32::from_le_bytes(*b) as usize);
+    match length {
+        Some(length) if (12..=bytes.len()).contains(&length) => Ok(()),
+        Some(length) if length > bytes.len() => Err(Error::input(format!(
+            "{name}: has {} bytes, expected the {length} that its header announces; the file is cut short",
+            bytes.len()
+        ))),
+        Some(length) => Err(Error::input(format!(
+            "{name}: announces a length of {length} bytes, expected at least 12; the file is damaged"
+        ))),
+        None => Err(Error::input(format!(
+            "{name}: has {} bytes, expected at least the 12 of a GLB header; the file is cut short",
+            bytes.len()
+        ))),
+    }
+}
+
+fn check_extensions(root: &Root, name: &str) -> Result<()> {
+    // These change how a surface looks, not where it is; quantised positions are read as any others.
+    let harmless = |extension: &str| {
+        ["KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "MSFT_texture_"]
+            .iter()
+            .any(|family| extension.starts_with(family))
+            || extension == "KHR_mesh_quantization"
+    };
+    match root.extensions_required.iter().find(|extension| !harmless(extension)) {
+        None => Ok(()),
+        Some(extension) if extension.contains("compression") => Err(Error::input(format!(
+            "{name}: is compressed with {extension}, which is not supported; export it without compression"
+        ))),
+        Some(extension) => Err(Error::input(format!(
+            "{name}: requires the extension {extension}, which is not supported; export it without"
+        ))),
+    }
+}

@@ -1,0 +1,158 @@
+use rhytid_core::{Error, Result};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn parse(word: &str) -> Option<Self> {
+        Some(match word {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// In bytes, in a binary file.
+    pub fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
+pub(super) struct Property {
+    pub name: String,
+    /// The type of a list's length; `None` for a single number.
+    pub list: Option<Scalar>,
+    pub scalar: Scalar,
+}
+
+pub(super) struct Element {
+    pub name: String,
+    pub count: u64,
+    pub properties: Vec<Property>,
+}
+
+pub(super) struct Header {
+    pub encoding: Encoding,
+    /// In the file's order; distinct names.
+    pub elements: Vec<Element>,
+    /// Bytes before the first element.
+    pub bytes: usize,
+    /// Lines before the first element.
+    pub lines: usize,
+}
+
+impl Header {
+    pub fn element(&self, name: &str) -> Option<&Element> {
+        self.elements.iter().find(|e| e.name == name)
+    }
+
+    pub fn parse(file: &[u8], name: &str) -> Result<Self> {
+        let mut encoding = None;
+        let mut elements: Vec<Element> = Vec::new();
+        let (mut bytes, mut lines) = (0, 0);
+        loop {
+            let rest = file.get(bytes..).unwrap_or_default();
+            let end = rest.iter().position(|&b| b == b'\n');
+            let line = rest[..end.unwrap_or(rest.len())].trim_ascii();
+            if lines == 0 && line != b"ply" {
+                return Err(Error::input(format!(
+                    "{name}: does not begin with a line \"ply\", so it is not a PLY file; check its extension"
+                )));
+            }
+            let Some(end) = end else {
+                return Err(Error::input(format!(
+                    "{name}: ends within its header, after line {lines}, expected a line \"end_header\"; the \
+                     file is cut short"
+                )));
+            };
+            bytes += end + 1;
+            lines += 1;
+            let fail = |what: &str| {
+                let line = String::from_utf8_lossy(&line[..line.len().min(60)]).into_owned();
+                Err(Error::input(format!("{name}, line {lines}: found {line:?}, {what}")))
+            };
+            // Comments may be in any encoding; all else is ASCII.
+            let text = String::from_utf8_lossy(line);
+            let words: Vec<&str> = text.split_ascii_whitespace().collect();
+            match words.as_slice() {
+                ["ply"] if lines == 1 => {}
+                [] | ["comment" | "obj_info", ..] => {}
+                ["end_header"] => break,
+                ["format", kind, "1.0"] => {
+                    encoding = Some(match *kind {
+                        "ascii" => Encoding::Ascii,
+                        "binary_little_endian" => Encoding::LittleEndian,
+                        "binary_big_endian" => Encoding::BigEndian,
+                        _ => {
+                            return fail("expected ascii, binary_little_endian or binary_big_endian");
+                        }
+                    });
+                }
+                ["format", ..] => return fail("expected a format of version 1.0"),
+                ["element", element, count] => {
+                    let Ok(count) = count.parse() else { return fail("expected a whole number at the end") };
+                    if elements.iter().any(|e| e.name == *element) {
+                        return fail("but there is such an element already");
+                    }
+                    elements.push(Element { name: (*element).into(), count, properties: Vec::new() });
+                }
+                ["property", types @ .., property] => {
+                    let Some(element) = elements.last_mut() else {
+                        return fail("expected an element before its properties");
+                    };
+                    let (list, scalar) = match *types {
+                        [scalar] => (None, Scalar::parse(scalar)),
+                        ["list", count, scalar] => (Some(Scalar::parse(count)), Scalar::parse(scalar)),
+                        _ => (None, None),
+                    };
+                    let (Some(scalar), false) = (scalar, list == Some(None)) else {
+                        return fail("expected known types, as in \"property float x\"");
+                    };
+                    if matches!(list, Some(Some(Scalar::F32 | Scalar::F64))) {
+                        return fail("expected a whole number's type for the length of a list");
+                    }
+                    element.properties.push(Property {
+                        name: (*property).into(),
+                        list: list.flatten(),
+                        scalar,
+                    });
+                }
+                _ => return fail("expected a PLY header line; the file may be damaged"),
+            }
+        }
+        let Some(encoding) = encoding else {
+            return Err(Error::input(format!(
+                "{name}: its header has no line \"format\", expected one such as \"format ascii 1.0\"; export \
+                 the mesh again"
+            )));
+        };
+        Ok(Self { encoding, elements, bytes, lines })
+    }
+}

@@ -1,0 +1,175 @@
+use super::header::{Element, Encoding, Header, Scalar};
+use rhytid_core::{Error, Result};
+
+/// The numbers after the header, in whichever encoding; all fit an `f64` exactly.
+pub(super) struct Values<'a> {
+    pub name: &'a str,
+    encoding: Encoding,
+    /// What is not read yet; in ASCII, of the current line.
+    rest: &'a [u8],
+    /// ASCII: what follows the current line.
+    following: &'a [u8],
+    /// ASCII: number of the current line, from 1.
+    line: usize,
+    /// The element being read, its place among its like, and how many of them the header promised.
+    element: String,
+    index: u64,
+    count: u64,
+}
+
+impl<'a> Values<'a> {
+    pub fn new(file: &'a [u8], header: &Header, name: &'a str) -> Self {
+        let data = file.get(header.bytes..).unwrap_or_default();
+        let (rest, following): (&[u8], &[u8]) =
+            if header.encoding == Encoding::Ascii { (&[], data) } else { (data, &[]) };
+        Self {
+            name,
+            encoding: header.encoding,
+            rest,
+            following,
+            line: header.lines,
+            element: String::new(),
+            index: 0,
+            count: 0,
+        }
+    }
+
+    /// Goes to the `index`-th of `element`. ASCII: to the next line that is not blank.
+    pub fn begin(&mut self, element: &Element, index: u64) -> Result<()> {
+        if index == 0 {
+            self.element.clone_from(&element.name);
+            self.count = element.count;
+        }
+        self.index = index;
+        while self.encoding == Encoding::Ascii && self.rest.is_empty() {
+            if self.following.is_empty() {
+                return Err(self.cut_short());
+            }
+            let end = self.following.iter().position(|&b| b == b'\n').unwrap_or(self.following.len());
+            self.rest = self.following[..end].trim_ascii();
+            self.following = self.following.get(end + 1..).unwrap_or_default();
+            self.line += 1;
+        }
+        Ok(())
+    }
+
+    /// ASCII: fails if the line holds more than was asked for.
+    pub fn end(&mut self) -> Result<()> {
+        if self.encoding == Encoding::Ascii && !self.rest.is_empty() {
+            return self.fail(format!(
+                "{} has more numbers than the header announces; the header or the line is wrong",
+                self.place()
+            ));
+        }
+        Ok(())
+    }
+
+    /// The next number.
+    pub fn number(&mut self, scalar: Scalar) -> Result<f64> {
+        match self.encoding {
+            Encoding::Ascii => self.word(),
+            Encoding::LittleEndian => Ok(match scalar {
+                Scalar::I8 => i8::from_le_bytes(self.take()?).into(),
+                Scalar::U8 => u8::from_le_bytes(self.take()?).into(),
+                Scalar::I16 => i16::from_le_bytes(self.take()?).into(),
+                Scalar::U16 => u16::from_le_bytes(self.take()?).into(),
+                Scalar::I32 => i32::from_le_bytes(self.take()?).into(),
+                Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
+                Scalar::F32 => f32::from_le_bytes(self.take()?).into(),
+                Scalar::F64 => f64::from_le_bytes(self.take()?),
+            }),
+            Encoding::BigEndian => Ok(match scalar {
+                Scalar::I8 => i8::from_be_bytes(self.take()?).into(),
+                Scalar::U8 => u8::from_be_bytes(self.take()?).into(),
+                Scalar::I16 => i16::from_be_bytes(self.take()?).into(),
+                Scalar::U16 => u16::from_be_bytes(self.take()?).into(),
+                Scalar::I32 => i32::from_be_bytes(self.take()?).into(),
+                Scalar::U32 => u32::from_be_bytes(self.take()?).into(),
+                Scalar::F32 => f32::from_be_bytes(self.take()?).into(),
+                Scalar::F64 => f64::from_be_bytes(self.take()?),
+            }),
+        }
+    }
+
+    /// The next list, into `out`.
+    pub fn list(&mut self, count: Scalar, scalar: Scalar, out: &mut Vec<f64>) -> Result<()> {
+        out.clear();
+        for _ in 0..self.list_length(count)? {
+            out.push(self.number(scalar)?);
+        }
+        Ok(())
+    }
+
+    pub fn skip_list(&mut self, count: Scalar, scalar: Scalar) -> Result<()> {
+        let length = self.list_length(count)?;
+        if self.encoding == Encoding::Ascii {
+            for _ in 0..length {
+                self.word()?;
+            }
+        } else {
+            let bytes = usize::try_from(length).ok().and_then(|n| n.checked_mul(scalar.size()));
+            self.rest = bytes.and_then(|n| self.rest.get(n..)).ok_or_else(|| self.cut_short())?;
+        }
+        Ok(())
+    }
+
+    fn list_length(&mut self, count: Scalar) -> Result<u64> {
+        let length = self.number(count)?;
+        if !(0.0..=f64::from(u32::MAX)).contains(&length) || length.fract() != 0.0 {
+            return self.fail(format!(
+                "{} has a list of {length} numbers, expected a whole number of them; the file may be damaged",
+                self.place()
+            ));
+        }
+        Ok(length as u64)
+    }
+
+    fn word(&mut self) -> Result<f64> {
+        let end = self.rest.iter().position(u8::is_ascii_whitespace).unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(end);
+        if word.is_empty() {
+            return self.fail(format!(
+                "{} has fewer numbers than the header announces; the file may be cut short",
+                self.place()
+            ));
+        }
+        self.rest = rest.trim_ascii_start();
+        std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()).ok_or_else(|| {
+            let word = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
+            self.error(format!("{} has {word:?}, expected a number; the file may be damaged", self.place()))
+        })
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let (bytes, rest) = self.rest.split_first_chunk().ok_or_else(|| self.cut_short())?;
+        self.rest = rest;
+        Ok(*bytes)
+    }
+
+    fn cut_short(&self) -> Error {
+        let plural = match self.element.as_str() {
+            "vertex" => "vertices".into(),
+            "face" => "faces".into(),
+            other => format!("elements {other:?}"),
+        };
+        Error::input(format!(
+            "{}: ends after {} of {} {plural}; the file is cut short",
+            self.name, self.index, self.count
+        ))
+    }
+
+    /// The current element for a message, counted from 1 as lines are.
+    pub fn place(&self) -> String {
+        format!("{} {} of {}", self.element, self.index + 1, self.count)
+    }
+
+    pub fn fail<T>(&self, what: String) -> Result<T> {
+        Err(self.error(what))
+    }
+
+    fn error(&self, what: String) -> Error {
+        let line =
+            if self.encoding == Encoding::Ascii { format!(", line {}", self.line) } else { String::new() };
+        Error::input(format!("{}{line}: {what}", self.name))
+    }
+}

@@ -1,0 +1,163 @@
+//! Tables: the handles (`label,vertex`) and the strain edges (`a,b`), as CSV.
+pub(crate) mod rows;
+pub(crate) mod text;
+
+use rhytid_core::{Error, Handles, Result, WriteBeside};
+use rows::Rows;
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::Path;
+use text::{did_you_mean, quoted};
+
+/// Reads the handles from a CSV file with the header `label,vertex` (in either order); `vertex` counts from 0.
+/// Blanks around cells, blank lines and a byte order mark do not count.
+///
+/// A vertex that occurs twice is left to [`rhytid_core::examine`].
+///
+/// # Errors
+/// [`Error::Input`]: a header other than that, an empty label or one that occurs twice, a vertex that is not a
+/// whole number, no rows at all. [`Error::Io`].
+pub fn read_handles(path: &Path) -> Result<Handles> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    decode_handles(&bytes, &path.display().to_string())
+}
+
+/// As [`read_handles`], from the bytes of the file `name`.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
+    let mut rows = Rows::open(bytes, name)?;
+    let [label_column, vertex_column] = rows.columns(["label", "vertex"])?;
+    let mut handles = Handles::default();
+    let mut seen = HashMap::new();
+    while rows.next()? {
+        let label = rows.text(label_column)?;
+        if label.is_empty() {
+            return Err(rows.error("the label is empty, expected the name of a marker"));
+        }
+        if let Some(first) = seen.insert(label.to_owned(), rows.offset()) {
+            return Err(rows.error(&format!(
+                "the label {} was given in line {} already; every handle needs a label of its own",
+                quoted(label),
+                rows.line_at(first)
+            )));
+        }
+        let vertex = rows.text(vertex_column)?;
+        let vertex = vertex.parse().map_err(|_| {
+            rows.error(&format!(
+                "the vertex of handle {} is {}, expected a whole number from 0 to {}",
+                quoted(label),
+                quoted(vertex),
+                u32::MAX
+            ))
+        })?;
+        handles.labels.push(label.to_owned());
+        handles.vertices.push(vertex);
+    }
+    if handles.labels.is_empty() {
+        return Err(Error::input(format!(
+            "{name}: has no handles, expected a row label,vertex under the header for each"
+        )));
+    }
+    Ok(handles)
+}
+
+/// Writes handles so that [`read_handles`] gives them back.
+///
+/// # Errors
+/// [`Error::Input`] if it would not: labels that are empty, that begin or end with a blank or occur twice, or
+/// no handles at all. [`Error::Io`].
+pub fn write_handles(path: &Path, handles: &Handles) -> Result<()> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    let mut encode = || -> csv::Result<()> {
+        csv.write_record(["label", "vertex"])?;
+        for (label, vertex) in handles.labels.iter().zip(&handles.vertices) {
+            csv.write_record([label, &vertex.to_string()])?;
+        }
+        Ok(())
+    };
+    encode().map_err(|e| Error::Internal(e.to_string()))?;
+    let bytes = csv.into_inner().map_err(|e| Error::Internal(e.to_string()))?;
+    write_checked(path, &bytes, |name| Ok(decode_handles(&bytes, name)? == *handles))
+}
+
+/// Writes `bytes` if `reads_back`, which is given the file's name, finds the same in them again.
+pub(crate) fn write_checked(
+    path: &Path,
+    bytes: &[u8],
+    reads_back: impl FnOnce(&str) -> Result<bool>,
+) -> Result<()> {
+    let refused = |reason: &str| Error::input(format!("not written, as it could not be read back: {reason}"));
+    let name = path.display().to_string();
+    match reads_back(&name) {
+        Ok(true) => {}
+        Ok(false) => {
+            return Err(refused(&format!(
+                "{name}: labels begin or end with a blank, or the lists have different lengths"
+            )));
+        }
+        Err(e) => return Err(refused(&e.to_string())),
+    }
+    let mut file = WriteBeside::create(path)?;
+    file.write_all(bytes).map_err(file.error())?;
+    file.finish()
+}
+
+/// Reads strain edges from a CSV file with the header `a,b`: pairs of `labels`, returned as indices into them.
+///
+/// # Errors
+/// [`Error::Input`]: a header other than that, an unknown label, an edge from a handle to itself, one that
+/// occurs twice (in either direction), no rows at all. [`Error::Io`].
+pub fn read_strain_edges(path: &Path, labels: &[String]) -> Result<Vec<[u32; 2]>> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    decode_strain_edges(&bytes, &path.display().to_string(), labels)
+}
+
+/// As [`read_strain_edges`], from the bytes of the file `name`.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Result<Vec<[u32; 2]>> {
+    let index: HashMap<&str, u32> = labels.iter().map(String::as_str).zip(0..).collect();
+    let mut rows = Rows::open(bytes, name)?;
+    let columns = rows.columns(["a", "b"])?;
+    let mut edges = Vec::new();
+    let mut seen = HashMap::new();
+    while rows.next()? {
+        let mut edge = [0; 2];
+        for (end, column) in edge.iter_mut().zip(columns) {
+            let label = rows.text(column)?;
+            *end = *index.get(label).ok_or_else(|| {
+                rows.error(&format!(
+                    "no handle is called {}{}, expected the label of one",
+                    quoted(label),
+                    did_you_mean(label, labels.iter().map(String::as_str))
+                ))
+            })?;
+        }
+        let [a, b] = edge;
+        if a == b {
+            return Err(rows.error(&format!(
+                "the edge joins {} to itself, expected two different handles",
+                quoted(rows.text(columns[0])?)
+            )));
+        }
+        if let Some(first) = seen.insert((a.min(b), a.max(b)), rows.offset()) {
+            return Err(rows.error(&format!(
+                "the edge from {} to {} was given in line {} already; give each pair once, in either order",
+                quoted(rows.text(columns[0])?),
+                quoted(rows.text(columns[1])?),
+                rows.line_at(first)
+            )));
+        }
+        edges.push(edge);
+    }
+    if edges.is_empty() {
+        return Err(Error::input(format!(
+            "{name}: has no edges, expected a row a,b under the header for each; \
+             edges = \"auto\" in the project file finds them"
+        )));
+    }
+    Ok(edges)
+}

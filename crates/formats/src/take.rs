@@ -1,0 +1,299 @@
+//! Takes: marker tracks as CSV, `time,LABEL_x,LABEL_y,LABEL_z,…` in seconds and mesh units.
+use crate::tables::rows::Rows;
+use crate::tables::text::{did_you_mean, listed, quoted};
+use crate::tables::write_checked;
+use rhytid_core::{Error, Result, Take};
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+/// What to do where a marker is missing from a frame: where one of its cells is empty, NaN or infinite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Missing {
+    /// An error that names frame and label.
+    #[default]
+    Error,
+    /// Keep the marker where it was last seen (before its first sighting: where it is first seen).
+    Hold,
+}
+
+const AXES: [&str; 3] = ["_x", "_y", "_z"];
+
+/// Reads a take. Columns are matched by name, in any order.
+///
+/// With `wanted` (distinct labels: a rig's handles) the take has these labels in this order, and whatever else
+/// is in the file is named in one warning. Without, it has all labels in the order of the header.
+///
+/// # Errors
+/// [`Error::Input`]: no column `time`, a column that occurs twice, a label without its three columns (with
+/// `wanted`: a wanted one), without `wanted` any other column; a row with more or fewer cells than the header;
+/// a time that does not increase; a cell that is not a number; a marker that is missing from a frame, or with
+/// [`Missing::Hold`] from all frames; no frames. [`Error::Io`].
+pub fn read(path: &Path, wanted: Option<&[String]>, missing: Missing) -> Result<Take> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    decode(&bytes, &path.display().to_string(), wanted, missing)
+}
+
+/// As [`read`], from the bytes of the file `name`.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Missing) -> Result<Take> {
+    let mut rows = Rows::open(bytes, name)?;
+    let columns = match_columns(&rows, name, wanted)?;
+    let m = columns.labels.len();
+    let mut take = Take { labels: columns.labels, ..Take::default() };
+    let mut last_seen = vec![None; m];
+    while rows.next()? {
+        let frame = take.times.len();
+        let time = read_time(&rows, columns.time, frame, take.times.last().copied())?;
+        for (j, last) in last_seen.iter_mut().enumerate() {
+            let seen = read_marker(&rows, columns.markers[j], frame, &take.labels[j], missing)?;
+            if let (Some(first), None) = (seen, &last) {
+                for gap in 0..frame {
+                    take.positions[gap * m + j] = first;
+                }
+            }
+            *last = seen.or(*last);
+            take.positions.push(last.unwrap_or_default());
+        }
+        take.times.push(time);
+    }
+    if take.times.is_empty() {
+        return Err(Error::input(format!("{name}: has no frames, expected a row for each under the header")));
+    }
+    let unseen: Vec<&str> = take
+        .labels
+        .iter()
+        .zip(&last_seen)
+        .filter(|(_, last)| last.is_none())
+        .map(|(l, _)| l.as_str())
+        .collect();
+    if !unseen.is_empty() {
+        return Err(Error::input(format!(
+            "{name}: missing from every frame: {}; a marker must be seen at least once to be held",
+            listed(unseen.into_iter())
+        )));
+    }
+    Ok(take)
+}
+
+/// Where things are in a row.
+struct Columns {
+    time: usize,
+    labels: Vec<String>,
+    /// x, y and z of each label.
+    markers: Vec<[usize; 3]>,
+}
+
+fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Result<Columns> {
+    let Header { time, labels, markers, others } = sort_header(rows, wanted)?;
+    let time = time.ok_or_else(|| {
+        rows.error(&format!(
+            "the header has no column \"time\"{}, expected time,LABEL_x,LABEL_y,LABEL_z,…",
+            did_you_mean("time", rows.header().iter().map(String::as_str))
+        ))
+    })?;
+    let kept: Vec<&str> = match wanted {
+        Some(wanted) => wanted.iter().map(String::as_str).collect(),
+        None => labels.clone(),
+    };
+    if kept.is_empty() {
+        return Err(rows.error("the header has no markers, expected LABEL_x,LABEL_y,LABEL_z for each"));
+    }
+    let mut complete = Vec::with_capacity(kept.len());
+    let mut lacking = Vec::new();
+    for label in &kept {
+        match markers.get(label) {
+            Some(&[Some(x), Some(y), Some(z)]) => complete.push([x, y, z]),
+            Some(axes) => lacking.push(format!("{} (lacks {})", quoted(label), lacking_columns(label, axes))),
+            None => lacking.push(quoted(label) + &did_you_mean(label, labels.iter().copied())),
+        }
+    }
+    if !lacking.is_empty() {
+        return Err(rows.error(&format!(
+            "{} of the {} {} missing from the header: {}; each needs its columns LABEL_x, LABEL_y and LABEL_z",
+            lacking.len(),
+            kept.len(),
+            if wanted.is_some() { "handles are" } else { "labels have columns" },
+            lacking.join(", ")
+        )));
+    }
+    if wanted.is_some() {
+        let kept: HashSet<&str> = kept.iter().copied().collect();
+        let ignored: Vec<&str> =
+            labels.into_iter().filter(|label| !kept.contains(label)).chain(others).collect();
+        if !ignored.is_empty() {
+            let listed = listed(ignored.iter().copied());
+            log::warn!("{name}: columns of no handle are left out ({} labels): {listed}", ignored.len());
+        }
+    }
+    Ok(Columns { time, labels: kept.into_iter().map(str::to_owned).collect(), markers: complete })
+}
+
+/// What the columns of a header are.
+#[derive(Default)]
+struct Header<'a> {
+    time: Option<usize>,
+    /// In the order of their first columns.
+    labels: Vec<&'a str>,
+    /// x, y and z of each label.
+    markers: HashMap<&'a str, [Option<usize>; 3]>,
+    /// Columns that are neither the time nor a marker's.
+    others: Vec<&'a str>,
+}
+
+fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Header<'a>> {
+    let wanted: Option<HashSet<&str>> = wanted.map(|labels| labels.iter().map(String::as_str).collect());
+    let mut header = Header::default();
+    for (column, cell) in rows.header().iter().enumerate() {
+        let before = if cell == "time" {
+            header.time.replace(column)
+        } else if let Some((label, axis)) = split(cell) {
+            let axes = header.markers.entry(label).or_insert_with(|| {
+                header.labels.push(label);
+                [None; 3]
+            });
+            let is_wanted = wanted.as_ref().is_none_or(|set| set.contains(label));
+            axes[axis].replace(column).filter(|_| is_wanted)
+        } else if wanted.is_some() {
+            header.others.push(cell);
+            None
+        } else {
+            return Err(rows.error(&format!(
+                "column {} of the header is {}, expected time, LABEL_x, LABEL_y or LABEL_z",
+                column + 1,
+                quoted(cell)
+            )));
+        };
+        if let Some(before) = before {
+            return Err(rows.error(&format!(
+                "the columns {} and {} of the header are both {}; keep one of them",
+                before + 1,
+                column + 1,
+                quoted(cell)
+            )));
+        }
+    }
+    Ok(header)
+}
+
+/// The label and the axis of a column: `brow_left_y` is axis 1 of `brow_left`.
+fn split(column: &str) -> Option<(&str, usize)> {
+    let axis = AXES.iter().position(|suffix| column.ends_with(suffix))?;
+    let label = column.strip_suffix(AXES[axis])?;
+    (!label.is_empty()).then_some((label, axis))
+}
+
+fn lacking_columns(label: &str, axes: &[Option<usize>; 3]) -> String {
+    let columns = axes.iter().zip(AXES).filter(|(column, _)| column.is_none());
+    columns.map(|(_, suffix)| quoted(&format!("{label}{suffix}"))).collect::<Vec<_>>().join(" and ")
+}
+
+fn read_time(rows: &Rows<'_>, column: usize, frame: usize, before: Option<f64>) -> Result<f64> {
+    let time = number(rows.cell(column)).filter(|time| time.is_finite()).ok_or_else(|| {
+        in_frame(rows, frame, &format!("the time is {}, expected a number of seconds", shown(rows, column)))
+    })?;
+    match before {
+        Some(before) if time <= before => Err(in_frame(
+            rows,
+            frame,
+            &format!(
+                "the time {time} does not come after the {before} of the frame before; times must increase"
+            ),
+        )),
+        _ => Ok(time),
+    }
+}
+
+/// Where a marker is in the current row; `None` where it is missing and may be.
+fn read_marker(
+    rows: &Rows<'_>,
+    columns: [usize; 3],
+    frame: usize,
+    label: &str,
+    missing: Missing,
+) -> Result<Option<[f64; 3]>> {
+    let mut position = [0.0; 3];
+    let mut is_missing = false;
+    for (value, column) in position.iter_mut().zip(columns) {
+        let cell = rows.cell(column);
+        match number(cell) {
+            // The runtime computes in f32.
+            Some(number) if number.abs() <= f64::from(f32::MAX) => *value = number,
+            found if found.map_or(!cell.is_empty(), f64::is_finite) => {
+                let message = format!(
+                    "{} of marker {} is {}, expected a number in mesh units, below 3.4e38",
+                    quoted(&rows.header()[column]),
+                    quoted(label),
+                    shown(rows, column)
+                );
+                return Err(in_frame(rows, frame, &message));
+            }
+            _ if missing == Missing::Hold => is_missing = true,
+            _ => {
+                let message = format!(
+                    "marker {} is missing: {} is {}, expected a finite number; \
+                     --missing hold keeps such a marker where it was last seen",
+                    quoted(label),
+                    quoted(&rows.header()[column]),
+                    shown(rows, column)
+                );
+                return Err(in_frame(rows, frame, &message));
+            }
+        }
+    }
+    Ok((!is_missing).then_some(position))
+}
+
+fn number(cell: &[u8]) -> Option<f64> {
+    std::str::from_utf8(cell).ok()?.parse().ok()
+}
+
+fn shown(rows: &Rows<'_>, column: usize) -> String {
+    match rows.cell(column) {
+        [] => "empty".to_owned(),
+        cell => quoted(&String::from_utf8_lossy(cell)),
+    }
+}
+
+fn in_frame(rows: &Rows<'_>, frame: usize, message: &str) -> Error {
+    rows.error(&format!("frame {frame}: {message}"))
+}
+
+/// Writes a take so that [`read`] gives it back bit for bit.
+///
+/// # Errors
+/// [`Error::Input`] if it would not: numbers that are not finite, times that do not increase, labels that are
+/// empty, that begin or end with a blank or occur twice, no frames, no labels. [`Error::Io`].
+pub fn write(path: &Path, take: &Take) -> Result<()> {
+    let m = take.labels.len();
+    if take.positions.len() != take.frames().saturating_mul(m) || m == 0 {
+        return Err(Error::input(format!(
+            "{}: not written: the take has {} positions, expected {} frames × {m} labels, at least one of each",
+            path.display(),
+            take.positions.len(),
+            take.frames()
+        )));
+    }
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    let mut encode = || -> csv::Result<()> {
+        csv.write_field("time")?;
+        for label in &take.labels {
+            for suffix in AXES {
+                csv.write_field(format!("{label}{suffix}"))?;
+            }
+        }
+        csv.write_record(None::<&[u8]>)?;
+        let mut digits = ryu::Buffer::new();
+        for (time, frame) in take.times.iter().zip(take.positions.chunks_exact(m)) {
+            for &value in std::iter::once(time).chain(frame.as_flattened()) {
+                csv.write_field(digits.format(value))?;
+            }
+            csv.write_record(None::<&[u8]>)?;
+        }
+        Ok(())
+    };
+    encode().map_err(|e| Error::Internal(e.to_string()))?;
+    let bytes = csv.into_inner().map_err(|e| Error::Internal(e.to_string()))?;
+    write_checked(path, &bytes, |name| Ok(decode(&bytes, name, None, Missing::Error)? == *take))
+}

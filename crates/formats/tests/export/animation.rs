@@ -1,0 +1,175 @@
+//! Small animations to export.
+use rhytid_core::{Faces, Result, UpAxis, Uvs};
+use rhytid_formats::export::{self, Scene};
+use std::path::Path;
+
+/// 7.038531e-26: that text, read as `f64` and rounded to `f32`, is its neighbour.
+pub const ROUNDED_TWICE: f32 = f32::from_bits(0x15ae_43fd);
+
+/// Everything that an exporter is told.
+#[derive(Clone)]
+pub struct Animation {
+    pub name: String,
+    pub rest: Vec<[f32; 3]>,
+    pub rest_normals: Vec<[f32; 3]>,
+    pub faces: Faces,
+    pub triangle_corners: Vec<[u32; 3]>,
+    pub uvs: Option<Uvs>,
+    pub metres_per_unit: f64,
+    pub up_axis: UpAxis,
+    pub rate: f64,
+    pub first_time_code: f64,
+    /// Positions and normals of each frame.
+    pub frames: Vec<[Vec<f32>; 2]>,
+}
+
+impl Animation {
+    pub fn scene(&self) -> Scene<'_> {
+        Scene {
+            name: &self.name,
+            rest: &self.rest,
+            rest_normals: &self.rest_normals,
+            faces: &self.faces,
+            triangle_corners: &self.triangle_corners,
+            uvs: self.uvs.as_ref(),
+            metres_per_unit: self.metres_per_unit,
+            up_axis: self.up_axis,
+            frames: self.frames.len(),
+            rate: self.rate,
+            first_time_code: self.first_time_code,
+        }
+    }
+
+    pub fn export(&self, path: &Path) -> Result<()> {
+        let mut exporter = export::create(path, &self.scene())?;
+        for [positions, normals] in &self.frames {
+            exporter.frame(positions, normals)?;
+        }
+        exporter.finish()
+    }
+}
+
+/// How texture coordinates are given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UvKind {
+    None,
+    PerVertex,
+    PerCorner,
+}
+
+/// A sheet of 5 × 4 quads with a triangle and a pentagon at its rim and one vertex of no face, moving at random.
+pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
+    let mut random = Random(seed);
+    let mut faces = Faces::default();
+    for y in 0..4 {
+        for x in 0..5 {
+            let v = y * 6 + x;
+            faces.push(&[v, v + 1, v + 7, v + 6]);
+        }
+    }
+    faces.push(&[0, 30, 1]);
+    faces.push(&[24, 25, 26, 31, 32]);
+    let vertices = 34;
+    let rest: Vec<[f32; 3]> = (0..vertices).map(|_| random.vector(10.0)).collect();
+    // The last vertex has no face, hence no normal.
+    let normals = |random: &mut Random| -> Vec<[f32; 3]> {
+        (0..vertices).map(|v| if v == vertices - 1 { [0.0; 3] } else { random.unit_vector() }).collect()
+    };
+    let rest_normals = normals(&mut random);
+    let uvs = match uvs {
+        UvKind::None => None,
+        UvKind::PerVertex => {
+            Some(Uvs { values: (0..vertices).map(|_| random.uv()).collect(), corners: None })
+        }
+        UvKind::PerCorner => {
+            // Few values for many corners: some vertices get one, others several, some twice the same value
+            // under two indices.
+            let mut values: Vec<[f32; 2]> = (0..5).map(|_| random.uv()).collect();
+            values.push(values[0]);
+            let corners = faces.indices.iter().map(|_| random.below(values.len() as u64) as u32).collect();
+            Some(Uvs { values, corners: Some(corners) })
+        }
+    };
+    let frames = (0..frames)
+        .map(|_| {
+            let positions = rest.iter().flat_map(|p| {
+                let offset = random.vector(2.0);
+                [p[0] + offset[0], p[1] + offset[1], p[2] + offset[2]]
+            });
+            [positions.collect(), normals(&mut random).into_flattened()]
+        })
+        .collect();
+    Animation {
+        name: "face".into(),
+        triangle_corners: fans(&faces),
+        rest,
+        rest_normals,
+        faces,
+        uvs,
+        metres_per_unit: 0.01,
+        up_axis: UpAxis::Y,
+        rate: 30.0,
+        first_time_code: 1.0,
+        frames,
+    }
+}
+
+/// Each polygon as a fan of triangles, by corner.
+fn fans(faces: &Faces) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::new();
+    let mut first = 0;
+    for &count in &faces.counts {
+        triangles.extend((1..count - 1).map(|i| [first, first + i, first + i + 1]));
+        first += count;
+    }
+    triangles
+}
+
+/// SplitMix64: the same numbers everywhere.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, n: u64) -> u64 {
+        self.bits() % n
+    }
+
+    /// From 0 to 1.
+    fn unit(&mut self) -> f32 {
+        (self.bits() >> 40) as f32 / (1 << 24) as f32
+    }
+
+    fn vector(&mut self, size: f32) -> [f32; 3] {
+        std::array::from_fn(|_| (self.unit() - 0.5) * size)
+    }
+
+    fn uv(&mut self) -> [f32; 2] {
+        [self.unit(), self.unit()]
+    }
+
+    fn unit_vector(&mut self) -> [f32; 3] {
+        loop {
+            let v = self.vector(2.0);
+            let length = v.iter().map(|x| x * x).sum::<f32>().sqrt();
+            if length > 0.1 {
+                return v.map(|x| x / length);
+            }
+        }
+    }
+
+    /// Any finite number: every exponent is as likely.
+    pub fn finite(&mut self) -> f32 {
+        loop {
+            let x = f32::from_bits(self.bits() as u32);
+            if x.is_finite() {
+                return x;
+            }
+        }
+    }
+}

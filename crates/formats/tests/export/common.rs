@@ -1,0 +1,145 @@
+//! What both formats promise, and the programs that the tests call.
+use crate::animation::{Animation, UvKind, animation};
+use rhytid_core::Error;
+use rhytid_formats::export;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The repository's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Python with the packages of `xtask/requirements.txt`.
+pub fn python() -> PathBuf {
+    let python = std::env::var_os("RHYTID_PYTHON")
+        .map_or_else(|| root().join("target/venv/bin/python"), PathBuf::from);
+    assert!(python.exists(), "{}: not found; run `cargo xtask setup` first", python.display());
+    python
+}
+
+/// Runs a checker and returns what it printed; its complaints fail the test.
+pub fn run(command: &mut Command) -> String {
+    let output =
+        command.output().unwrap_or_else(|e| panic!("{command:?}: {e}; run `cargo xtask setup` first"));
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{stdout}{}", String::from_utf8_lossy(&output.stderr));
+    stdout
+}
+
+/// The sentence of an error of the caller.
+#[track_caller]
+pub fn input_error<T>(result: rhytid_core::Result<T>) -> String {
+    match result {
+        Err(Error::Input(message)) => message,
+        Err(other) => panic!("expected an input error, found {other:?}"),
+        Ok(_) => panic!("expected an input error, found success"),
+    }
+}
+
+fn files_in(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
+    for extension in ["usda", "glb"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("face.{extension}"));
+        let animation = animation(UvKind::PerCorner, 3, 1);
+        for before in [None, Some("what stood there before")] {
+            if let Some(text) = before {
+                std::fs::write(&path, text).unwrap();
+            }
+            let mut exporter = export::create(&path, &animation.scene()).unwrap();
+            exporter.frame(&animation.frames[0][0], &animation.frames[0][1]).unwrap();
+            drop(exporter);
+            assert_eq!(std::fs::read_to_string(&path).ok().as_deref(), before, "{extension}");
+            assert_eq!(files_in(folder.path()).len(), usize::from(before.is_some()), "{extension}");
+        }
+        animation.export(&path).unwrap();
+        assert_eq!(files_in(folder.path()), [format!("face.{extension}")]);
+        assert!(std::fs::metadata(&path).unwrap().len() > 1000, "{extension}: replaced what stood there");
+    }
+}
+
+#[test]
+fn frames_that_do_not_fit_the_scene_are_refused() {
+    for extension in ["usda", "glb"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("face.{extension}"));
+        let animation = animation(UvKind::None, 2, 2);
+        let [positions, normals] = &animation.frames[0];
+        let mut exporter = export::create(&path, &animation.scene()).unwrap();
+
+        let message = input_error(exporter.frame(&positions[3..], normals));
+        assert!(message.contains("frame 0") && message.contains("99 numbers"), "{message}");
+        let mut bad = normals.clone();
+        bad[7] = f32::NAN;
+        let message = input_error(exporter.frame(positions, &bad));
+        assert!(message.contains("normals that are not finite, first at vertex 2"), "{message}");
+
+        exporter.frame(positions, normals).unwrap();
+        exporter.frame(positions, normals).unwrap();
+        let message = input_error(exporter.frame(positions, normals));
+        assert!(message.contains("more than the 2 announced"), "{message}");
+        drop(exporter);
+
+        let mut exporter = export::create(&path, &animation.scene()).unwrap();
+        exporter.frame(positions, normals).unwrap();
+        let message = input_error(exporter.finish());
+        assert!(message.contains("after 1 frames of 2"), "{message}");
+        assert_eq!(files_in(folder.path()), [""; 0]);
+    }
+}
+
+#[test]
+fn scenes_that_make_no_sense_are_refused() {
+    type Damage = fn(&mut Animation);
+    let damages: [(&str, Damage); 15] = [
+        ("0 faces", |a| a.faces = Default::default()),
+        ("33 rest normals for 34", |a| a.rest_normals.truncate(33)),
+        ("vertex 34, expected 0 to 33", |a| a.faces.indices[5] = 34),
+        ("corner indices", |a| a.faces.counts[2] += 1),
+        ("corner 88, expected 0 to 87", |a| a.triangle_corners[3][1] = 88),
+        ("no triangles", |a| a.triangle_corners.clear()),
+        ("rest position that is not finite, at vertex 4", |a| a.rest[4][1] = f32::INFINITY),
+        ("rest normal that is not finite, at vertex 9", |a| a.rest_normals[9][2] = f32::NAN),
+        ("unit of 0 metres", |a| a.metres_per_unit = 0.0),
+        ("no frames", |a| a.frames.clear()),
+        ("NaN frames per second", |a| a.rate = f64::NAN),
+        ("from time code NaN", |a| a.first_time_code = f64::NAN),
+        ("87 corners of 88", |a| a.uvs.as_mut().unwrap().corners.as_mut().unwrap().truncate(87)),
+        ("coordinate 6, expected below 6", |a| a.uvs.as_mut().unwrap().corners.as_mut().unwrap()[1] = 6),
+        ("6 texture coordinates for 34", |a| a.uvs.as_mut().unwrap().corners = None),
+    ];
+    for extension in ["usda", "glb"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("face.{extension}"));
+        for (expected, damage) in &damages {
+            let mut animation = animation(UvKind::PerCorner, 2, 3);
+            damage(&mut animation);
+            let message = input_error(export::create(&path, &animation.scene()));
+            assert!(message.contains(expected), "“{message}” lacks “{expected}”");
+        }
+        assert_eq!(files_in(folder.path()), [""; 0]);
+    }
+}
+
+#[test]
+fn names_that_cannot_be_written_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let animation = animation(UvKind::None, 1, 4);
+    for (name, expected) in
+        [("face.fbx", ".usda or .glb"), ("face", ".usda or .glb"), ("no/face.usda", "does not exist")]
+    {
+        let message = input_error(export::create(&folder.path().join(name), &animation.scene()));
+        assert!(message.contains(expected), "{message}");
+    }
+    animation.export(&folder.path().join("FACE.USDA")).unwrap();
+}

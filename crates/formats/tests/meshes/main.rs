@@ -1,0 +1,10 @@
+//! Meshes in, through public functions alone.
+
+mod garbage;
+mod gltf;
+mod like;
+mod obj;
+mod obj_round_trip;
+mod ply;
+mod shared;
+mod support;

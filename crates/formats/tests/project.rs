@@ -1,0 +1,204 @@
+//! The project file: what its text means, and that it survives being written.
+use proptest::prelude::*;
+use rhytid_core::{Bind, Error, UpAxis};
+use rhytid_formats::project::{
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method, Project,
+    StrainSection, Units, parse, write,
+};
+use std::path::PathBuf;
+
+/// Every key, each with a value that is not its default where there is another.
+const FULL: &str = r#"
+[mesh]
+name = "Ada"
+neutral = "neutral.obj"        # paths are relative to this file
+units = "cm"
+up = "z"
+[handles]
+vertices = "markers.csv"
+[[example]]
+name = "frown"
+mesh = "poses/frown.obj"
+[[example]]
+name = "smile"
+mesh = "poses/smile.ply"
+[large_scale]
+bending_length = 3.0
+bind = "nearest"
+[strain]
+edges = "edges.csv"
+[fine_scale]
+method = "chapter"
+max_influences = 8
+"#;
+
+const SMALLEST: &str = "[mesh]\nneutral = 'n.obj'\nunits = 'm'\n[handles]\nvertices = 'h.csv'\n";
+
+fn full() -> Project {
+    let example = |name: &str, mesh: &str| ExampleSection { name: name.into(), mesh: mesh.into() };
+    Project {
+        mesh: MeshSection {
+            name: Some("Ada".into()),
+            neutral: "neutral.obj".into(),
+            units: Units::Centimetres,
+            up: UpAxis::Z,
+        },
+        handles: HandlesSection { vertices: "markers.csv".into() },
+        examples: vec![example("frown", "poses/frown.obj"), example("smile", "poses/smile.ply")],
+        large_scale: LargeScaleSection { bending_length: Some(3.0), bind: Bind::Nearest },
+        strain: StrainSection { edges: Edges::File("edges.csv".into()) },
+        fine_scale: FineScaleSection { method: Method::Chapter, max_influences: 8 },
+    }
+}
+
+#[test]
+fn every_key_is_understood() {
+    assert_eq!(parse(FULL, "face.toml").unwrap(), full());
+    assert_eq!(parse(&format!("\u{feff}{}", FULL.replace('\n', "\r\n")), "face.toml").unwrap(), full());
+}
+
+#[test]
+fn inline_tables_are_sections_too() {
+    let text = "mesh = {neutral = 'n.obj', units = 'm'}\nhandles.vertices = 'h.csv'\n\
+                example = [{name = 'a', mesh = 'a.obj'}]\n";
+    assert_eq!(parse(text, "face.toml").unwrap().examples[0].name, "a");
+}
+
+#[test]
+fn what_is_left_out_has_its_default() {
+    let project = parse(SMALLEST, "face.toml").unwrap();
+    assert_eq!(
+        project,
+        Project {
+            mesh: MeshSection { name: None, neutral: "n.obj".into(), units: Units::Metres, up: UpAxis::Y },
+            handles: HandlesSection { vertices: "h.csv".into() },
+            examples: vec![],
+            large_scale: LargeScaleSection { bending_length: None, bind: Bind::Rigid },
+            strain: StrainSection { edges: Edges::Auto },
+            fine_scale: FineScaleSection { method: Method::Chapter, max_influences: 16 },
+        }
+    );
+    let empty_sections = format!("{SMALLEST}[large_scale]\n[strain]\n[fine_scale]\n");
+    assert_eq!(parse(&empty_sections, "face.toml").unwrap(), project);
+}
+
+#[test]
+fn units_and_axes_are_understood() {
+    for (units, metres) in
+        [("'m'", 1.0), ("'cm'", 0.01), ("'mm'", 0.001), ("'in'", 0.0254), ("2", 2.0), ("0.3048", 0.3048)]
+    {
+        let project = parse(&SMALLEST.replace("'m'", units), "face.toml").unwrap();
+        assert_eq!(project.mesh.units.metres_per_unit(), metres, "{units}");
+    }
+    for (up, axis) in [("y", UpAxis::Y), ("Y", UpAxis::Y), ("z", UpAxis::Z), ("Z", UpAxis::Z)] {
+        let text = SMALLEST.replace("units", &format!("up = '{up}'\nunits"));
+        assert_eq!(parse(&text, "face.toml").unwrap().mesh.up, axis);
+    }
+}
+
+#[test]
+fn what_is_written_can_be_read_by_people() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("face.toml");
+    write(&path, &full()).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    for line in ["[mesh]", "units = \"cm\"", "[[example]]", "bending_length = 3.0", "edges = \"edges.csv\""] {
+        assert!(text.lines().any(|l| l == line), "{line} in\n{text}");
+    }
+}
+
+#[test]
+fn projects_that_would_not_read_back_are_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("face.toml");
+    let change = |edit: fn(&mut Project)| {
+        let mut project = full();
+        edit(&mut project);
+        project
+    };
+    for (bad, words) in [
+        (change(|p| p.examples[1].name = "frown".into()), "[[example]] name is \"frown\""),
+        (change(|p| p.large_scale.bending_length = Some(f64::NAN)), "bending_length is nan"),
+        (change(|p| p.mesh.units = Units::MetresPerUnit(-1.0)), "units is -1.0"),
+        (change(|p| p.mesh.neutral = PathBuf::new()), "neutral is empty"),
+        (change(|p| p.fine_scale.max_influences = 0), "max_influences is 0"),
+    ] {
+        let Err(Error::Input(found)) = write(&path, &bad) else { panic!("{bad:?} was written") };
+        assert!(found.contains("not written") && found.contains(words), "{found}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}
+
+fn any_project() -> impl Strategy<Value = Project> {
+    let path = || "[a-zé .\"'#\\\\/]{0,12}[a-z]".prop_map(PathBuf::from);
+    let units = prop_oneof![
+        Just(Units::Metres),
+        Just(Units::Centimetres),
+        Just(Units::Millimetres),
+        Just(Units::Inches),
+        (1e-9..1e9).prop_map(Units::MetresPerUnit),
+    ];
+    let mesh = (proptest::option::of(".{0,8}[a-z]"), path(), units, any::<bool>());
+    let examples = proptest::collection::btree_map(".{0,8}[a-z]", path(), 0..4);
+    let choices =
+        (proptest::option::of(1e-9..1e9), any::<bool>(), proptest::option::of(path()), 1..1000_usize);
+    (mesh, path(), examples, choices).prop_map(|(mesh, vertices, examples, choices)| Project {
+        mesh: MeshSection {
+            name: mesh.0,
+            neutral: mesh.1,
+            units: mesh.2,
+            up: if mesh.3 { UpAxis::Z } else { UpAxis::Y },
+        },
+        handles: HandlesSection { vertices },
+        examples: examples.into_iter().map(|(name, mesh)| ExampleSection { name, mesh }).collect(),
+        large_scale: LargeScaleSection {
+            bending_length: choices.0,
+            bind: if choices.1 { Bind::Nearest } else { Bind::Rigid },
+        },
+        strain: StrainSection {
+            edges: choices.2.filter(|path| path.as_os_str() != "auto").map_or(Edges::Auto, Edges::File),
+        },
+        fine_scale: FineScaleSection { method: Method::Chapter, max_influences: choices.3 },
+    })
+}
+
+proptest! {
+    #[test]
+    fn projects_survive_writing_and_parsing(project in any_project()) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("face.toml");
+        write(&path, &project).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        prop_assert_eq!(parse(&text, "face.toml").unwrap(), project);
+    }
+
+    #[test]
+    fn any_text_is_a_project_or_a_named_error(
+        text in prop_oneof![
+            any::<String>(),
+            proptest::collection::vec(
+                proptest::sample::select(vec![
+                    "[mesh]\n", "[handles]\n", "[[example]]\n", "[example]\n", "neutral = ", "units = ", "'cm'",
+                    "vertices = ", "name = ", "'a'", "'b.obj'", "\n", "1", "-0.5", "true", "{", "}", "[", "]",
+                    "bending_length = ", "max_influences = ", "a.b = ", "0x", "_", "1979-05-27", "\u{feff}", "é",
+                ]),
+                0..30,
+            ).prop_map(|pieces| pieces.concat()),
+        ],
+    ) {
+        if let Err(error) = parse(&text, "f.toml") {
+            prop_assert!(error.to_string().starts_with("f.toml"), "{}", error);
+        }
+    }
+
+    #[test]
+    fn one_changed_byte_is_a_project_or_a_named_error(at in 0..FULL.len(), byte in 0..128_u8) {
+        let mut text = FULL.as_bytes().to_vec();
+        text[at] = byte;
+        let text = String::from_utf8(text).unwrap();
+        if let Err(error) = parse(&text, "f.toml") {
+            prop_assert!(error.to_string().starts_with("f.toml, line ") || error.to_string().contains("has no section"),
+                "{}", error);
+        }
+    }
+}

@@ -1,0 +1,79 @@
+#![doc = include_str!("README.md")]
+use crate::{Real, vec3};
+use bytemuck::{Pod, Zeroable};
+
+/// The parameter block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Params {
+    /// Frames in the batch.
+    pub frames: u32,
+    /// V.
+    pub vertices: u32,
+}
+
+/// The triangles at each vertex, as two flat buffers.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct VertexTriangles {
+    /// V + 1 entries: where each vertex's part of `triangles` begins.
+    pub offsets: Vec<u32>,
+    /// 3 T entries: triangle indices, ascending for each vertex.
+    pub triangles: Vec<u32>,
+}
+
+impl VertexTriangles {
+    /// Counts and sorts the corners of `triangles`; every index must be below `vertices`.
+    pub fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut offsets = vec![0u32; vertices + 1];
+        for &v in triangles.as_flattened() {
+            offsets[v as usize + 1] += 1;
+        }
+        for v in 0..vertices {
+            offsets[v + 1] += offsets[v];
+        }
+        let mut next = offsets.clone();
+        let mut sorted = vec![0; triangles.len() * 3];
+        for (t, triangle) in triangles.iter().enumerate() {
+            for &v in triangle {
+                sorted[next[v as usize] as usize] = t as u32;
+                next[v as usize] += 1;
+            }
+        }
+        Self { offsets, triangles: sorted }
+    }
+
+    /// The triangles at vertex `v`.
+    pub fn at(&self, v: usize) -> &[u32] {
+        &self.triangles[self.offsets[v] as usize..self.offsets[v + 1] as usize]
+    }
+}
+
+/// The normal of one vertex, given the triangles at it.
+pub fn vertex_normal<T: Real>(positions: &[[T; 3]], triangles: &[[u32; 3]], incident: &[u32]) -> [T; 3] {
+    let mut sum = [T::zero(); 3];
+    for &t in incident {
+        let [a, b, c] = triangles[t as usize].map(|v| positions[v as usize]);
+        let area = vec3::cross(vec3::sub(b, a), vec3::sub(c, a));
+        for i in 0..3 {
+            sum[i] += area[i];
+        }
+    }
+    vec3::normalize(sum)
+}
+
+/// The twin.
+pub fn normals<T: Real>(
+    params: Params,
+    positions: &[[T; 3]],
+    triangles: &[[u32; 3]],
+    vertex_triangles: &VertexTriangles,
+    normals: &mut [[T; 3]],
+) {
+    let vertices = params.vertices as usize;
+    for frame in 0..params.frames as usize {
+        let p = &positions[frame * vertices..][..vertices];
+        for v in 0..vertices {
+            normals[frame * vertices + v] = vertex_normal(p, triangles, vertex_triangles.at(v));
+        }
+    }
+}

@@ -1,0 +1,38 @@
+use std::fmt::{Debug, Display};
+
+/// A floating-point type that the twins can be evaluated in: `f32` or `f64`.
+pub trait Real:
+    num_traits::Float
+    + bytemuck::Pod
+    + std::ops::AddAssign
+    + std::iter::Sum
+    + Debug
+    + Display
+    + Default
+    + Send
+    + Sync
+    + 'static
+{
+    /// Rounds to the nearest value of this type.
+    fn round_from(value: f64) -> Self;
+    /// Exact for both types.
+    fn widen(self) -> f64;
+}
+
+impl Real for f32 {
+    fn round_from(value: f64) -> Self {
+        value as f32
+    }
+    fn widen(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Real for f64 {
+    fn round_from(value: f64) -> Self {
+        value
+    }
+    fn widen(self) -> f64 {
+        self
+    }
+}

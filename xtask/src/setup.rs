@@ -1,0 +1,108 @@
+//! `cargo xtask setup`: what the tests need beyond Rust. It installs only what is missing, so that a second
+//! run takes a moment.
+use crate::run::{Result, command, output, root, run, succeeds};
+use std::fs;
+use std::path::Path;
+
+/// The oldest Node.js that the glTF validator is known to run on.
+const OLDEST_NODE: u32 = 18;
+
+/// Installs system packages, then the Python packages into `target/venv` and the npm packages into
+/// `target/node`.
+pub fn setup() -> Result {
+    system_packages()?;
+    python_packages()?;
+    node_packages()
+}
+
+fn system_packages() -> Result {
+    let mut missing = Vec::new();
+    if !succeeds(command("python3", &["-c", "import venv, ensurepip"])) {
+        missing.extend(["python3", "python3-venv"]);
+    }
+    if !succeeds(command("node", &["--version"])) {
+        missing.push("nodejs");
+    }
+    if !succeeds(command("npm", &["--version"])) {
+        missing.push("npm");
+    }
+    if !missing.is_empty() {
+        apt_get(&missing)?;
+    }
+    let version = output(command("node", &["--version"])).unwrap_or_default();
+    let major = version.trim_start_matches('v').split('.').next().and_then(|n| n.parse::<u32>().ok());
+    match major {
+        Some(major) if major >= OLDEST_NODE => Ok(()),
+        _ => Err(format!(
+            "the glTF validator needs Node.js {OLDEST_NODE} or newer, found “{version}”; install a newer one"
+        )),
+    }
+}
+
+fn apt_get(packages: &[&str]) -> Result {
+    let list = packages.join(" ");
+    if !succeeds(command("apt-get", &["--version"])) {
+        return Err(format!("{list} missing, and there is no apt-get here: install them, then try again"));
+    }
+    let is_root = output(command("id", &["-u"])).as_deref() == Some("0");
+    if !is_root && !succeeds(command("sudo", &["--version"])) {
+        return Err(format!(
+            "{list} missing, and this is neither root nor a user with sudo: install them, then try again"
+        ));
+    }
+    let apt_get = |args: &[&str]| {
+        let (program, first) = if is_root { ("env", None) } else { ("sudo", Some("env")) };
+        let mut command = command(program, &[]);
+        command.args(first).arg("DEBIAN_FRONTEND=noninteractive").arg("apt-get").args(args);
+        run(command)
+    };
+    apt_get(&["update", "-qq"])?;
+    apt_get(&[&["install", "-y", "--no-install-recommends"], packages].concat())
+        .map_err(|e| format!("{e}: {list} could not be installed; install them by hand, then try again"))
+}
+
+fn python_packages() -> Result {
+    let venv = root().join("target/venv");
+    let python = venv.join("bin/python");
+    let wanted = root().join("xtask/requirements.txt");
+    let installed = venv.join("requirements.txt");
+    if same_text(&wanted, &installed) && succeeds(command(&python, &["-c", "import pxr.Usd"])) {
+        return Ok(());
+    }
+    // A folder left by another Python, or by a run that was stopped, is of no use.
+    let mut make_venv = command("python3", &["-m", "venv", "--clear"]);
+    make_venv.arg(&venv);
+    run(make_venv)?;
+    let mut install = command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+    install.arg("--requirement").arg(&wanted);
+    run(install)
+        .map_err(|e| format!("{e}: the Python packages of xtask/requirements.txt could not be installed"))?;
+    copy(&wanted, &installed)
+}
+
+fn node_packages() -> Result {
+    let folder = root().join("target/node");
+    let wanted = root().join("xtask/node");
+    // Written last, so that it stands for a finished installation.
+    let installed = folder.join("installed.json");
+    if same_text(&wanted.join("package-lock.json"), &installed) {
+        return Ok(());
+    }
+    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for name in ["package.json", "package-lock.json"] {
+        copy(&wanted.join(name), &folder.join(name))?;
+    }
+    let mut install = command("npm", &["ci", "--no-audit", "--no-fund"]);
+    install.current_dir(&folder);
+    run(install)
+        .map_err(|e| format!("{e}: the packages of xtask/node/package.json could not be installed"))?;
+    copy(&wanted.join("package-lock.json"), &installed)
+}
+
+fn same_text(a: &Path, b: &Path) -> bool {
+    matches!((fs::read(a), fs::read(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+fn copy(from: &Path, to: &Path) -> Result {
+    fs::copy(from, to).map(drop).map_err(|e| format!("{} to {}: {e}", from.display(), to.display()))
+}
