@@ -8,9 +8,6 @@ use std::ops::Range;
 /// A step may differ from the take's own by this part of it before the take is resampled.
 const STEP_TOLERANCE: f64 = 0.01;
 
-/// More frames than this are refused: that many are a mistake in the times or the rate.
-const MAX_RESAMPLED: f64 = 1e6;
-
 /// Evenly spaced frames, ready to be animated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
@@ -50,7 +47,7 @@ pub fn select(take: Take, range: FrameRange, fps: Option<f64>) -> Result<Selecti
     let slack = STEP_TOLERANCE / rate;
     let from = take.times[range.start] - slack;
     let until = take.times.get(range.end).map_or(f64::INFINITY, |time| time - slack);
-    let resampled = resample(&take, rate)?;
+    let resampled = take.resample(rate)?;
     let first = resampled.times.partition_point(|&time| time < from);
     let end = resampled.times.partition_point(|&time| time < until);
     if first >= end {
@@ -62,19 +59,6 @@ pub fn select(take: Take, range: FrameRange, fps: Option<f64>) -> Result<Selecti
         )));
     }
     Ok(Selection { take: resampled.slice(first..end), rate, first })
-}
-
-fn resample(take: &Take, rate: f64) -> Result<Take> {
-    let (start, end) = (take.times[0], take.times[take.frames() - 1]);
-    let frames = (end - start) * rate;
-    if frames > MAX_RESAMPLED {
-        return Err(Error::input(format!(
-            "the take lasts from {start} s to {end} s, which is {frames:.0} frames at {} per second, expected at most \
-             {MAX_RESAMPLED}; check its column time",
-            human::number(rate)
-        )));
-    }
-    take.resample(rate)
 }
 
 fn within(range: FrameRange, frames: usize) -> Result<Range<usize>> {

@@ -12,6 +12,9 @@ pub struct Take {
 }
 
 impl Take {
+    /// More frames than this come from a mistake in the times or the rate: nine hours at 30 frames per second.
+    pub const MAX_RESAMPLED: usize = 1_000_000;
+
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.times.len()
@@ -48,7 +51,8 @@ impl Take {
     /// Sampled at `fps` frames per second from its first time to its last, linearly between frames.
     ///
     /// # Errors
-    /// [`Error::Input`] if `fps` is not finite and positive.
+    /// [`Error::Input`] if `fps` is not finite and positive, or more than [`Take::MAX_RESAMPLED`] frames would
+    /// come out.
     pub fn resample(&self, fps: f64) -> Result<Take> {
         if !(fps.is_finite() && fps > 0.0) {
             return Err(Error::input(format!("the frame rate is {fps}, expected a number above 0")));
@@ -59,6 +63,13 @@ impl Take {
         let m = self.labels.len();
         // A last sample that the rounding of times in files puts just beyond the end still counts.
         let count = ((end - start) * fps + 0.01).floor() as usize + 1;
+        if count > Self::MAX_RESAMPLED {
+            return Err(Error::input(format!(
+                "the take runs from {start} to {end} s, which is {count} frames at {fps} per second, expected at \
+                 most {}; check its times",
+                Self::MAX_RESAMPLED
+            )));
+        }
         let mut out = Take { labels: self.labels.clone(), ..Take::default() };
         let mut k = 0;
         for i in 0..count {

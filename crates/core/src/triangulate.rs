@@ -9,8 +9,7 @@ const FLAT: f64 = 1e-12;
 pub(crate) fn is_degenerate([a, b, c]: [DVec3; 3]) -> bool {
     let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     let twice_area = (b - a).cross(c - a).length();
-    // Written so that a NaN counts as degenerate.
-    !(twice_area > FLAT * longest)
+    twice_area <= FLAT * longest || twice_area.is_nan()
 }
 
 impl Mesh {

@@ -78,8 +78,8 @@ mod tests {
         let l = laplacian(&positions, &triangles);
         let area = 0.5 * 2.0 * (std::f64::consts::TAU / 6.0).sin() * 6.0;
         assert!((l.mass.iter().sum::<f64>() - area).abs() < 1e-12);
-        for axis in 0..2 {
-            let value = |v: u32| positions[v as usize][axis];
+        for value in [|p: [f64; 3]| p[0], |p: [f64; 3]| p[1]] {
+            let value = |v: u32| value(positions[v as usize]);
             let mut sum = l.diagonal[0] * value(0);
             sum += l.edges.iter().filter(|e| e.0 == 0).map(|e| e.2 * value(e.1)).sum::<f64>();
             assert!(sum.abs() < 1e-12, "Δx = {sum}");

@@ -187,6 +187,12 @@ impl Reader<'_> {
         for token in tokens {
             let mut parts = token.split(|&b| b == b'/');
             let (vertex, uv) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+            if token.ends_with(b"/") {
+                return self.fail(format!(
+                    "a face corner is {}, expected an index after the slash; the file may be cut short",
+                    shown(token)
+                ));
+            }
             // What follows is the index of a normal, which is not used.
             if parts.nth(1).is_some() {
                 return self.fail(format!(

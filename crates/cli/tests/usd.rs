@@ -1,0 +1,51 @@
+//! What USD reads from an animated file has the bits of the backend's output.
+
+mod common;
+
+use common::Fixture;
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{Animator, Backend, Stage, rig_file};
+use rhytid_formats::take;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// Python with usd-core, as `cargo xtask setup` installs it.
+fn python() -> PathBuf {
+    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/venv/bin/python");
+    let python = std::env::var_os("RHYTID_PYTHON").map_or_else(|| default.into(), PathBuf::from);
+    assert!(python.exists(), "{}: not found; run `cargo xtask setup` first", python.display());
+    python
+}
+
+#[test]
+fn usd_reads_the_backends_bits() {
+    let f = Fixture::new();
+    f.done("demo demo --vertices 3000");
+    let rig = rig_file::read(&f.path("demo/face.safetensors")).unwrap();
+    let take = take::read(&f.path("demo/performance.csv"), Some(&rig.labels), take::Missing::Error).unwrap();
+    let handles = take.handle_positions(&rig.labels).unwrap();
+    let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
+    let mut animator = Animator::new(&cpu, &rig, take.frames()).unwrap();
+    animator.evaluate(&handles).unwrap();
+
+    for (args, stages) in [
+        ("", [Stage::Positions, Stage::Normals]),
+        (" --stage large-scale", [Stage::LargeScale, Stage::LargeScaleNormals]),
+    ] {
+        f.done(&format!("animate demo/face.safetensors demo/performance.csv -o face.usda{args}"));
+        let mut expected = Vec::new();
+        for stage in stages {
+            let mut values = Vec::new();
+            animator.read(stage, &mut values).unwrap();
+            expected.extend(values.iter().flat_map(|x| x.to_le_bytes()));
+        }
+        let dump = f.path("dump.bin");
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dump_usd.py");
+        let output = Command::new(python()).arg(script).arg(f.path("face.usda")).arg(&dump).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let codes: Vec<f64> =
+            String::from_utf8_lossy(&output.stdout).split_whitespace().map(|c| c.parse().unwrap()).collect();
+        assert_eq!(codes, (0..take.frames()).map(|i| i as f64).collect::<Vec<_>>());
+        assert!(f.read("dump.bin") == expected, "USD reads other bits than the backend gave{args}");
+    }
+}

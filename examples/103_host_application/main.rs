@@ -1,0 +1,29 @@
+//! What a game does: upload a rig once, then send nothing but marker positions, one frame at a time.
+//!
+//! ```sh
+//! cargo run --release -p rhytid-examples --example 103_host_application
+//! ```
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{Animator, Backend, NoProgress, Result, Stage, solve};
+use std::time::Instant;
+
+fn main() -> Result<()> {
+    let face = rhytid_demo::face(9_409);
+    let take = rhytid_demo::performance(&face);
+    let rig = solve(&face, &NoProgress)?.cast::<f32>();
+    let handles = take.handle_positions(&rig.labels)?;
+
+    let device = Cpu::devices()?.remove(0);
+    let mut animator = Animator::new(&Cpu::open(&device)?, &rig, 1)?;
+    println!("{} vertices on {} ({})", rig.vertices(), device.id(), device.name);
+
+    let mut positions = Vec::new();
+    let start = Instant::now();
+    for frame in handles.chunks_exact(3 * rig.handles.len()) {
+        animator.evaluate(frame)?;
+        animator.read(Stage::Positions, &mut positions)?;
+    }
+    let each = start.elapsed() / take.frames() as u32;
+    println!("{} frames of {} markers, {each:.2?} each", take.frames(), rig.handles.len());
+    Ok(())
+}
