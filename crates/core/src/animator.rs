@@ -38,7 +38,7 @@ impl<S: Session> Animator<S> {
     ///
     /// # Errors
     /// [`Error::Input`] if the length is not a multiple of 3 H, the batch is empty or above the room made for
-    /// it, or a number is not finite; [`Error::Device`].
+    /// it, or a number is not finite (the results of the last batch are kept then); [`Error::Device`].
     pub fn evaluate(&mut self, positions: &[f32]) -> Result<()> {
         let per_frame = self.handles * 3;
         let frames = positions.len() / per_frame;
@@ -72,10 +72,12 @@ impl<S: Session> Animator<S> {
     /// Copies one stage of the last batch to the host: frames × [`Stage::values_per_frame`].
     ///
     /// # Errors
-    /// [`Error::Input`] if nothing was evaluated yet; [`Error::Device`].
+    /// [`Error::Input`] if nothing was evaluated yet, or the last batch failed on the device; [`Error::Device`].
     pub fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
         if !self.evaluated {
-            return Err(Error::input("no batch was evaluated yet: call evaluate before read"));
+            return Err(Error::input(
+                "there is nothing to read: no batch was evaluated yet, or the last one failed on the device",
+            ));
         }
         self.session.read(stage, out)
     }

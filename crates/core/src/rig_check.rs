@@ -22,21 +22,22 @@ impl Rig {
         if !(self.metres_per_unit.is_finite() && self.metres_per_unit > 0.0) {
             return fail(format!("metres_per_unit is {}, expected a number above 0", self.metres_per_unit));
         }
-        for (name, value) in [("bending_length", self.bending_length), ("beta", self.beta)] {
-            // β is infinite where more than K edges tie.
-            if value.is_nan() || value < 0.0 {
-                return fail(format!("{name} is {value}, expected 0 or more"));
-            }
+        if !(self.bending_length.is_finite() && self.bending_length >= 0.0) {
+            return fail(format!("bending_length is {}, expected 0 or more", self.bending_length));
+        }
+        // β is infinite where more than K edges tie.
+        if self.beta.is_nan() || self.beta < 0.0 {
+            return fail(format!("beta is {}, expected 0 or more", self.beta));
         }
         let k = self.influences();
         for (name, found, expected) in [
             ("labels", self.labels.len(), h),
-            ("basis", self.basis.len(), v * h),
+            ("basis", self.basis.len(), v.saturating_mul(h)),
             ("influence_edges", self.influence_edges.len(), v * k),
             ("influence_weights", self.influence_weights.len(), v * k),
             ("frame_neighbors", self.frame_neighbors.len(), v),
-            ("pose_features", self.pose_features.len(), n * f),
-            ("rbf_weights", self.rbf_weights.len(), v * n),
+            ("pose_features", self.pose_features.len(), n.saturating_mul(f)),
+            ("rbf_weights", self.rbf_weights.len(), v.saturating_mul(n)),
         ] {
             if found != expected {
                 return fail(format!("{name} has {found} elements, expected {expected}"));
@@ -58,11 +59,11 @@ impl Rig {
         }
         let mut seen = HashSet::new();
         if let Some(label) = self.labels.iter().find(|l| !seen.insert(l.as_str())) {
-            return fail(format!("the label {label} names two handles"));
+            return fail(format!("labels has {label} twice, expected distinct labels"));
         }
         let mut seen = HashSet::new();
         if let Some(vertex) = self.handles.iter().find(|v| !seen.insert(**v)) {
-            return fail(format!("vertex {vertex} is two handles"));
+            return fail(format!("handles has vertex {vertex} twice, expected distinct vertices"));
         }
         let at = |handle: u32| self.rest[self.handles[handle as usize] as usize];
         if let Some(i) = self.strain_edges.iter().position(|&[a, b]| at(a) == at(b)) {
@@ -76,14 +77,14 @@ impl Rig {
         let corners = self.faces.indices.len();
         let counted: u64 = self.faces.counts.iter().map(|&n| u64::from(n)).sum();
         if let Some(f) = self.faces.counts.iter().position(|&n| n < 3) {
-            return fail(format!("face {f} has {} corners, expected at least 3", self.faces.counts[f]));
+            return fail(format!("face_counts[{f}] is {}, expected at least 3", self.faces.counts[f]));
         }
         if counted != corners as u64 {
             return fail(format!("face_indices has {corners} elements, expected {counted}"));
         }
         below("face_indices", &self.faces.indices, self.vertices())?;
         if self.faces.triangle_corners(&self.triangles).is_none() {
-            return fail("the triangles are not made from the faces".into());
+            return fail("triangles is not made from the faces".into());
         }
         let Some(uvs) = &self.uvs else { return Ok(()) };
         finite("uvs", uvs.values.as_flattened())?;

@@ -48,7 +48,7 @@ pub fn read(path: &Path) -> Result<Rig> {
 /// Writes a rig file; it appears under its name only when it is whole.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Input`] if the folder does not exist.
+/// [`Error::Io`]; [`Error::Input`] if the folder does not exist, or as [`encode`].
 pub fn write(path: &Path, rig: &Rig) -> Result<()> {
     let mut file = WriteBeside::create(path)?;
     let bytes = encode(rig)?;
@@ -59,8 +59,9 @@ pub fn write(path: &Path, rig: &Rig) -> Result<()> {
 /// The bytes of a rig file; the same rig gives the same bytes.
 ///
 /// # Errors
-/// [`Error::Internal`] if an array does not have its shape.
+/// [`Error::Input`] if the rig does not pass [`Rig::check`]: it could not be read back.
 pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
+    rig.check()?;
     let (v, h, f, n) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len(), rig.centers());
     let k = rig.influences();
     let metadata = Metadata {
@@ -153,6 +154,9 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
                 false => None,
             },
         }),
+        false if arrays.has("uv_indices") => {
+            return Err(fail("has an array `uv_indices`, but no `uvs`; solve the rig again".into()));
+        }
         false => None,
     };
     let rig = Rig {

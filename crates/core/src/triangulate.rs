@@ -1,5 +1,6 @@
 use crate::{Faces, Mesh};
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// Below this ratio of twice its area to its longest edge squared, a triangle counts as having no area: about
 /// ten thousand times what rounding makes of three points on a line.
@@ -85,12 +86,22 @@ impl Faces {
         }
         let mut out = Vec::with_capacity(triangles.len());
         let mut triangles = triangles.iter();
+        let mut corner_of: HashMap<u32, u32> = HashMap::new();
         let mut first = 0;
         for face in self.iter() {
+            // Most faces are small enough to look through; a polygon of thousands of corners is not.
+            corner_of.clear();
+            if face.len() > 32 {
+                corner_of.extend(face.iter().copied().zip(0..));
+            }
             for triangle in triangles.by_ref().take(face.len() - 2) {
                 let mut corners = [0; 3];
                 for (corner, v) in corners.iter_mut().zip(triangle) {
-                    *corner = first + face.iter().position(|w| w == v)? as u32;
+                    let found = match corner_of.is_empty() {
+                        true => face.iter().zip(0..).find(|(w, _)| *w == v).map(|(_, corner)| corner),
+                        false => corner_of.get(v).copied(),
+                    };
+                    *corner = first + found?;
                 }
                 out.push(corners);
             }
@@ -164,6 +175,11 @@ mod tests {
         );
         assert_eq!(faces.triangle_corners(&[[4, 5, 6], [0, 1, 2], [1, 5, 4]]), None);
         assert_eq!(faces.triangle_corners(&[[4, 5, 6]]), None);
+        let mut circle = Faces::default();
+        circle.push(&(0..100).rev().collect::<Vec<_>>());
+        let fan: Vec<[u32; 3]> = (1..99).map(|i| [99, 99 - i, 98 - i]).collect();
+        let expected = (1..99).map(|i| [0, i, i + 1]).collect();
+        assert_eq!(circle.triangle_corners(&fan), Some(expected));
     }
 
     #[test]

@@ -23,14 +23,18 @@ impl WriteBeside {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        if !folder.is_dir() {
-            return Err(Error::input(format!(
-                "{}: the folder {} does not exist; create it first",
-                path.display(),
-                folder.display()
-            )));
+        let wrong = |what: &str| {
+            Err(Error::input(format!("{}: the folder {} {what}", path.display(), folder.display())))
+        };
+        match std::fs::metadata(folder) {
+            Ok(found) if found.is_dir() => {}
+            Ok(_) => return wrong("is a file; choose another one"),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return wrong("does not exist; create it first"),
+            Err(e) => return Err(Error::io(folder)(e)),
         }
-        if path.is_dir() {
+        // A separator at the end asks for a folder, and would fail only when all was done.
+        let ends_in_separator = path.to_string_lossy().ends_with(std::path::is_separator);
+        if path.is_dir() || ends_in_separator {
             return Err(Error::input(format!(
                 "{}: is a folder, expected the name of a file",
                 path.display()

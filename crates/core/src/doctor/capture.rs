@@ -1,5 +1,5 @@
 //! What looks wrong between the mesh, its handles, its examples and its unit.
-use super::{Report, Severity, first_few};
+use super::{Report, Severity, count, first_few, length};
 use crate::Face;
 use crate::solve::driven::DrivenComponents;
 use glam::DVec3;
@@ -27,7 +27,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         report.add(
             Severity::Warning,
             "units",
-            format!("the neutral mesh is {metres:.3} m across, not the size of a head; {advice}"),
+            format!("the neutral mesh is {} m across, not the size of a head; {advice}", length(metres)),
         );
     }
 
@@ -38,15 +38,18 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         let moved = |v: usize| {
             DVec3::from_array(example.positions[v]).distance(DVec3::from_array(face.neutral.positions[v]))
         };
-        let furthest = (0..example.positions.len()).map(moved).fold(0.0, f64::max);
+        let (furthest, vertex) = (0..example.positions.len())
+            .map(|v| (moved(v), v))
+            .fold((0.0, 0), |most, next| if next.0 > most.0 { next } else { most });
         if furthest > 0.5 * diagonal {
             report.add(
                 Severity::Warning,
                 "example-far-away",
                 format!(
-                    "example {} moves a vertex by {furthest:.3} units, over half of the mesh's size; check that \
+                    "example {} moves vertex {vertex} by {} mesh units, over half of the mesh's size; check that \
                      it has the neutral's unit, place and vertex order",
-                    example.name
+                    example.name,
+                    length(furthest)
                 ),
             );
         }
@@ -55,7 +58,8 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
                 Severity::Warning,
                 "example-at-rest",
                 format!(
-                    "example {} moves no handle; its detail cannot be told from the rest pose and will be lost",
+                    "example {} moves no handle, so that the rig cannot tell it from the rest pose: its detail is \
+                     lost or shows at rest too; leave it out, or check its mesh",
                     example.name
                 ),
             );
@@ -65,7 +69,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         report.add(
             Severity::Note,
             "no-examples",
-            "there are no examples; the rig has the large scale only, without wrinkles".into(),
+            "there are no examples; the rig will have the large scale only, without wrinkles".into(),
         );
     }
 }
@@ -77,6 +81,7 @@ fn stray_handles(face: &Face, report: &mut Report) {
     let components = DrivenComponents::new(&mesh.positions, &mesh.triangles(), vertices);
     let component = |h: usize| components.component[vertices[h] as usize];
     let position = |h: usize| DVec3::from_array(mesh.positions[vertices[h] as usize]);
+    let mut stray = Vec::new();
     for h in 0..vertices.len() {
         let mut others: Vec<usize> = (0..vertices.len()).filter(|&o| o != h).collect();
         others.sort_by(|&a, &b| {
@@ -84,18 +89,19 @@ fn stray_handles(face: &Face, report: &mut Report) {
         });
         others.truncate(NEIGHBORS);
         if others.len() >= 2 && others.iter().all(|&o| component(o) != component(h)) {
-            let named: Vec<&String> = others.iter().map(|&o| &labels[o]).collect();
-            report.add(
-                Severity::Warning,
-                "handle-on-another-component",
-                format!(
-                    "handle {} (vertex {}) is on another connected component than its nearest handles {}; \
-                     check its vertex",
-                    labels[h],
-                    vertices[h],
-                    first_few(&named)
-                ),
-            );
+            stray.push(format!("{} (vertex {})", labels[h], vertices[h]));
         }
+    }
+    if !stray.is_empty() {
+        report.add(
+            Severity::Warning,
+            "handle-on-another-component",
+            format!(
+                "{} another connected component than all of the nearest handles: {}; check the vertex in the table \
+                 of handles",
+                count(stray.len(), "handle is on", "handles are each on"),
+                first_few(&stray)
+            ),
+        );
     }
 }

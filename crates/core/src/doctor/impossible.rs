@@ -1,7 +1,7 @@
 //! What makes a solve impossible.
-use super::{Report, Severity, first_few};
+use super::{Report, Severity, count, first_few};
 use crate::triangulate::is_degenerate;
-use crate::{Face, StrainEdges};
+use crate::{Face, Mesh, StrainEdges};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -16,26 +16,16 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         );
     }
     if let Some(v) = not_finite(&mesh.positions) {
-        error(
+        return error(
             "not-finite",
             format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", mesh.positions[v]),
         );
     }
-    let corners: u64 = mesh.faces.counts.iter().map(|&n| u64::from(n)).sum();
-    if corners != mesh.faces.indices.len() as u64 || mesh.faces.counts.iter().any(|&n| n < 3) {
-        return error(
-            "faces",
-            format!(
-                "the neutral mesh has {} corners where its faces ask for {corners}, each at least 3",
-                mesh.faces.indices.len()
-            ),
-        );
+    if let Some(message) = broken_faces(mesh) {
+        return error("faces", message);
     }
-    if let Some(v) = mesh.faces.indices.iter().find(|&&v| v as usize >= vertices) {
-        return error(
-            "faces",
-            format!("a face of the neutral mesh names vertex {v}, expected 0 to {}", vertices - 1),
-        );
+    if let Some(message) = broken_uvs(mesh) {
+        error("uvs", message);
     }
     let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
     if mesh.triangles().iter().all(|t| is_degenerate(t.map(position))) {
@@ -49,7 +39,11 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     if handles.labels.len() != handles.vertices.len() {
         return error(
             "handles",
-            format!("{} labels for {} handle vertices", handles.labels.len(), handles.vertices.len()),
+            format!(
+                "the handles have {} labels and {} vertices; each needs one of both",
+                handles.labels.len(),
+                handles.vertices.len()
+            ),
         );
     }
     let mut by_label = HashMap::new();
@@ -67,7 +61,10 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         if by_label.insert(label, v).is_some() {
             error("duplicate-handle", format!("handle {label} is listed twice; each label is one marker"));
         }
-        if let Some(other) = by_vertex.insert(v, label) {
+        // A label that is listed twice with its vertex was named just now.
+        if let Some(other) = by_vertex.insert(v, label)
+            && other != label
+        {
             error(
                 "duplicate-handle",
                 format!("handles {other} and {label} are both vertex {v}; each needs a vertex of its own"),
@@ -79,7 +76,8 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
             error(
                 "example",
                 format!(
-                    "example {} has {} vertices where the neutral mesh has {vertices}; all scans need one topology",
+                    "example {} has {} vertices where the neutral mesh has {vertices}; every mesh needs the same \
+                     vertices in the same order",
                     example.name,
                     example.positions.len()
                 ),
@@ -87,7 +85,10 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         } else if let Some(v) = not_finite(&example.positions) {
             error(
                 "not-finite",
-                format!("vertex {v} of example {} is at {:?}", example.name, example.positions[v]),
+                format!(
+                    "vertex {v} of example {} is at {:?}, expected finite numbers",
+                    example.name, example.positions[v]
+                ),
             );
         }
     }
@@ -105,21 +106,84 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     }
     if let StrainEdges::Given(edges) = &settings.strain_edges {
         let h = handles.vertices.len();
-        if edges.iter().flatten().any(|&i| i as usize >= h) || edges.iter().any(|[a, b]| a == b) {
-            return error("strain-edges", format!("a strain edge must join two of the {h} handles"));
+        if let Some(i) = edges.iter().position(|e| e.iter().any(|&end| end as usize >= h)) {
+            let [a, b] = edges[i];
+            return error(
+                "strain-edges",
+                format!(
+                    "strain edge {i} joins the handles {a} and {b}, expected two of the {h}, counted from 0"
+                ),
+            );
         }
         let at = |i: u32| mesh.positions.get(handles.vertices[i as usize] as usize);
         let flat: Vec<String> = edges
             .iter()
-            .filter(|&&[a, b]| at(a) == at(b))
+            .filter(|&&[a, b]| at(a).is_some() && at(a) == at(b))
             .map(|&[a, b]| format!("{}–{}", handles.labels[a as usize], handles.labels[b as usize]))
             .collect();
         if !flat.is_empty() {
             error(
                 "strain-edges",
-                format!("strain edges without a length at rest: {}; leave them out", first_few(&flat)),
+                format!(
+                    "{} no length at rest: {}; leave out what joins a place to itself",
+                    count(flat.len(), "strain edge has", "strain edges have"),
+                    first_few(&flat)
+                ),
             );
         }
+    }
+}
+
+/// What is wrong with the lists of corners, if anything is. Faces are numbered from 1.
+fn broken_faces(mesh: &Mesh) -> Option<String> {
+    let faces = &mesh.faces;
+    if let Some(f) = faces.counts.iter().position(|&n| n < 3) {
+        return Some(format!(
+            "face {} of the neutral mesh has {}, expected at least 3",
+            f + 1,
+            count(faces.counts[f] as usize, "corner", "corners")
+        ));
+    }
+    let corners: u64 = faces.counts.iter().map(|&n| u64::from(n)).sum();
+    if corners != faces.indices.len() as u64 {
+        return Some(format!(
+            "the faces of the neutral mesh have {corners} corners in all, but {} vertices are named for them",
+            faces.indices.len()
+        ));
+    }
+    let last = mesh.positions.len() - 1;
+    for (f, face) in (1..).zip(faces.iter()) {
+        if let Some(v) = face.iter().find(|&&v| v as usize > last) {
+            return Some(format!("face {f} of the neutral mesh names vertex {v}, expected 0 to {last}"));
+        }
+    }
+    None
+}
+
+/// What is wrong with the texture coordinates, if anything is: the rig carries them along.
+fn broken_uvs(mesh: &Mesh) -> Option<String> {
+    let uvs = mesh.uvs.as_ref()?;
+    let (values, vertices, corners) = (uvs.values.len(), mesh.positions.len(), mesh.faces.indices.len());
+    if let Some(i) = uvs.values.iter().position(|uv| uv.iter().any(|c| !c.is_finite())) {
+        return Some(format!(
+            "texture coordinate {i} of the neutral mesh is {:?}, expected finite numbers",
+            uvs.values[i]
+        ));
+    }
+    match &uvs.corners {
+        None => (values != vertices)
+            .then(|| format!("the neutral mesh has {values} texture coordinates for {vertices} vertices")),
+        Some(named) if named.len() != corners => Some(format!(
+            "the neutral mesh names texture coordinates for {} corners, but its faces have {corners}",
+            named.len()
+        )),
+        Some(named) => named.iter().position(|&i| i as usize >= values).map(|corner| {
+            format!(
+                "corner {corner} of the neutral mesh names texture coordinate {}, but there are {values}, counted \
+                 from 0",
+                named[corner]
+            )
+        }),
     }
 }
 
