@@ -1,6 +1,6 @@
 """Renders the README's picture, demo.png, from what the demo and `animate` wrote.
 
-    cargo run --release -- demo picture --vertices 200000
+    cargo run --release -- demo picture --vertices 530000
     for stage in large-scale full; do
         cargo run --release -- animate picture/face.safetensors picture/performance.csv \
             --frames 192..193 --stage $stage -o picture/$stage.usda
@@ -161,11 +161,11 @@ def add_markers(points):
     balls = []
     for p in points:
         q = (p[1] + 13) / 20
-        colour = (0.05 + 0.9 * smooth(q, 0.4, 1.0), 0.55 - 0.25 * abs(q - 0.5), 0.9 - 0.8 * smooth(q, 0.3, 0.9))
+        colour = (0.02 + 0.95 * smooth(q, 0.35, 0.75), 0.30 - 0.1 * smooth(q, 0.5, 0.9), 0.85 - 0.83 * smooth(q, 0.3, 0.7))
         made, shader = material("marker", tuple(float(c) for c in colour), 0.3)
         shader.inputs["Emission Color"].default_value = shader.inputs["Base Color"].default_value
         shader.inputs["Emission Strength"].default_value = 0.5
-        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.19, location=p, segments=20, ring_count=12)
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.17, location=p, segments=20, ring_count=12)
         bpy.context.object.data.materials.append(made)
         balls.append(bpy.context.object)
     return balls
@@ -189,7 +189,7 @@ def set_up(samples):
     scene.render.engine = "CYCLES"
     scene.cycles.device = "CPU"
     scene.cycles.samples = samples
-    scene.cycles.use_denoising = False
+    scene.cycles.use_denoising = True
     # Twice the size, halved at the end.
     scene.render.resolution_x, scene.render.resolution_y = 2 * PANEL[0], 2 * PANEL[1]
     scene.view_settings.view_transform = "Standard"
@@ -223,7 +223,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
     parser.add_argument("picture", type=Path)
-    parser.add_argument("--samples", type=int, default=96)
+    parser.add_argument("--samples", type=int, default=48)
     parser.add_argument("--panels", nargs="*", default=[])
     args = parser.parse_args()
 
@@ -233,7 +233,7 @@ def main():
     add_inside()
     set_up(args.samples)
 
-    whole = ((0, -2.7, -2), 68)
+    whole = ((0, -2.55, -2), 60)
     shots = []
     if args.panels:
         for panel in args.panels:
@@ -251,14 +251,16 @@ def main():
         large, full = read_usd(args.folder / "large-scale.usda"), read_usd(args.folder / "full.usda")
         shots.append(("large scale", shoot(face, large, 0, *whole)))
         shots.append(("large scale + folds", shoot(face, full, 0, *whole)))
-        shots.append(("", shoot(face, full, -32, (-1.2, -0.4, -1.5), 40)))
+        shots.append(("", shoot(face, full, -30, (-1.0, -0.6, -1.0), 36)))
 
     picture = Image.new("RGB", (PANEL[0] * len(shots), PANEL[1]))
     draw, font = ImageDraw.Draw(picture), ImageFont.load_default(17)
     for i, (label, shot) in enumerate(shots):
         picture.paste(shot, (i * PANEL[0], 0))
         draw.text((i * PANEL[0] + PANEL[0] // 2, PANEL[1] - 18), label, fill=(225, 225, 228), font=font, anchor="ms")
-    picture.quantize(256, dither=Image.Dither.FLOYDSTEINBERG).save(args.picture, optimize=True)
+    # 256 colours, dithered, keep the file small.
+    palette = picture.quantize(256, kmeans=4)
+    picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(args.picture, optimize=True)
 
 
 if __name__ == "__main__":

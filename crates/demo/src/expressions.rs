@@ -1,7 +1,7 @@
 //! The six expressions: how muscles move the skin at large, region by region. What they fold is in `folds`.
 use crate::curve::{bell, pair, ramp};
 use crate::folds;
-use crate::shape::{BOTTOM, EYE_LINE, Eye, HALF_WIDTH, MOUTH_CUT, MOUTH_LINE, Shape, Site, TOP};
+use crate::shape::{BOTTOM, EYE_LINE, HALF_WIDTH, MOUTH_CUT, MOUTH_LINE, Shape, Site, TOP};
 use glam::{DQuat, DVec3};
 
 /// A point of the neutral skin, with what motions and folds need to know of it.
@@ -84,7 +84,7 @@ fn close_lids(shape: &Shape, skin: &Skin, amount: f64) -> DVec3 {
     let fade = ramp((skin.site.up - EYE_LINE).abs(), 1.7, 0.05);
     let way = way * amount * fade;
     // A lid slides over the ball, which is nearer the front in the middle.
-    let bulge = 0.3 * pair(skin.p.x, 3.04, 1.0) * bell(skin.p.y, 0.9, 0.5) + 0.06 * fade;
+    let bulge = 0.3 * pair(skin.p.x, 3.04, 1.0) * bell(skin.p.y, 0.9, 0.5) + 0.12 * way.abs();
     DVec3::new(0.0, way, amount * bulge)
 }
 
@@ -92,9 +92,8 @@ fn brow_raise(shape: &Shape, s: &Skin) -> DVec3 {
     let y = s.site.up;
     let across = ramp(s.site.across.abs(), 7.8, 4.2);
     let lift = 0.9 * ramp(y, 0.3, 2.6) * ramp(y, 7.4, 2.2) * across;
-    let lid = DVec3::Y * (0.1 * f64::from(s.site.above_eyes) * ramp(y, 0.9, 0.0));
-    DVec3::new(0.0, lift, -0.3 * lift * ramp(y, 3.0, 7.0)) + lid * across
-        - close_lids(shape, s, 0.12) * across
+    let lid = if s.site.above_eyes { 0.2 * shape.eye.rims(s.site.across).0 * ramp(y, 0.9, 0.0) } else { 0.0 };
+    DVec3::new(0.0, lift, -0.3 * lift * ramp(y, 3.0, 7.0)) + DVec3::Y * (lid * across)
 }
 
 fn frown(shape: &Shape, s: &Skin) -> DVec3 {
@@ -119,7 +118,8 @@ fn smile(shape: &Shape, s: &Skin) -> DVec3 {
     let raise = DVec3::new(0.16 * s.side, 0.55, 0.3) * cheek;
     let nostril = DVec3::new(0.12 * s.side, 0.12, -0.03) * s.near(1.4, -3.9, 0.8, 0.8);
     let chin = DVec3::new(0.0, 0.1, -0.05) * s.near(0.0, -9.0, 2.5, 1.5);
-    pull + flatten + raise + nostril + chin + close_lids(shape, s, 0.35)
+    let lower_lid = if s.site.above_eyes { 0.0 } else { close_lids(shape, s, 1.0).y };
+    pull + flatten + raise + nostril + chin + DVec3::Y * lower_lid
 }
 
 fn squint(shape: &Shape, s: &Skin) -> DVec3 {
@@ -142,7 +142,7 @@ fn pucker(_: &Shape, s: &Skin) -> DVec3 {
     gather + forward + parted + hollow + chin
 }
 
-fn jaw_open(shape: &Shape, s: &Skin) -> DVec3 {
+fn jaw_open(_: &Shape, s: &Skin) -> DVec3 {
     /// Height and depth of the axis through the jaw's joints.
     const JOINT: DVec3 = DVec3::new(0.0, -1.8, -7.2);
     /// How far the jaw turns, in radians.
@@ -154,5 +154,5 @@ fn jaw_open(shape: &Shape, s: &Skin) -> DVec3 {
     let corner = DVec3::new(-0.3 * s.side, 0.0, -0.15) * s.near(3.0, -6.5, 1.6, 1.6);
     let hollow = -s.n * (0.22 * s.near(4.8, -5.2, 1.3, 1.7));
     let upper_lip = DVec3::new(0.0, 0.12, -0.05) * s.near(0.0, -5.9, 1.6, 0.8) * ramp(s.from_mouth, 0.0, 2.0);
-    turned + corner + hollow + upper_lip + close_lids(shape, s, -0.12)
+    turned + corner + hollow + upper_lip
 }

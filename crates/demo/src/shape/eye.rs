@@ -96,7 +96,7 @@ impl Eye {
     /// The lids' margins turn back towards the eyeball.
     pub fn margin(&self, site: Site) -> f64 {
         let margin = Self::margin_width(Self::way(site.across));
-        let inside = ramp((site.up - EYE_LINE).abs(), 1.6 * margin + 1e-9, 0.0);
+        let inside = (1.0 - (site.up - EYE_LINE).abs() / (1.6 * margin + 1e-9)).max(0.0).powf(1.5);
         -0.28 * margin / MARGIN * inside
     }
 }

@@ -11,8 +11,8 @@ mod head;
 mod mouth;
 mod nose;
 
-pub use eye::Eye;
-pub use mouth::Mouth;
+use eye::Eye;
+use mouth::Mouth;
 
 use crate::curve::{lattice, ramp};
 use glam::DVec3;

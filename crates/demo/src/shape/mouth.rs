@@ -6,7 +6,7 @@ use glam::DVec3;
 /// How much of the domain beside the cut is the inside of the lips.
 const INNER: f64 = 0.3;
 /// How far the inside reaches back.
-const INNER_DEPTH: f64 = 0.55;
+const INNER_DEPTH: f64 = 0.4;
 /// Half the gap between the closed lips.
 const GAP: f64 = 0.02;
 /// Over this distance from the cut the domain makes room for the inside.
@@ -97,7 +97,7 @@ impl Mouth {
         // Between the lips the surface turns inwards.
         let inner = Self::inner(site.across);
         let from_cut = (site.up - MOUTH_LINE).abs();
-        let inside = ramp(from_cut, 1.15 * inner + 1e-9, 0.0);
+        let inside = (1.0 - from_cut / (1.15 * inner + 1e-9)).max(0.0).powf(1.5);
         let seam = -0.1 * bell(from_line, 0.0, 0.16) * ramp(side, 3.1, 2.3);
         let philtrum = if site.above_mouth {
             0.1 * (pair(x, 0.42, 0.22) - 1.1 * bell(x, 0.0, 0.26)) * bell(y, -5.3, 0.5)
