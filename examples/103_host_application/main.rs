@@ -1,14 +1,15 @@
 //! What a game does: upload a rig once, then send nothing but marker positions, one frame at a time.
 //!
 //! ```sh
-//! cargo run --release -p rhytid-examples --example 103_host_application
+//! cargo run --release -p rhytid-examples --example 103_host_application -- 530000
 //! ```
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{Animator, Backend, NoProgress, Result, Stage, solve};
 use std::time::Instant;
 
 fn main() -> Result<()> {
-    let face = rhytid_demo::face(9_409);
+    let vertices = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(9_409);
+    let face = rhytid_demo::face(vertices);
     let take = rhytid_demo::performance(&face);
     let rig = solve(&face, &NoProgress)?.cast::<f32>();
     let handles = take.handle_positions(&rig.labels)?;
