@@ -1,7 +1,7 @@
 //! Conformance: what a device computes, compared stage by stage with the kernels' `f64` twin.
 //!
 //! [`run`] gives each kernel's twin the inputs that the device's kernel had, so that a difference is pinned to
-//! one kernel and may be no larger than the rounding of that kernel alone ([`reference`]).
+//! one kernel and may be no larger than the rounding of that kernel alone ([`mod@reference`]).
 #![forbid(unsafe_code)]
 
 mod case;
