@@ -39,6 +39,37 @@ impl Faces {
         self.counts.is_empty()
     }
 
+    /// What is wrong with these as polygons over `vertices` vertices, as a phrase without its subject; `None` if
+    /// nothing is. Faces are numbered from 1, as modelling programs do.
+    pub fn fault(&self, vertices: usize) -> Option<String> {
+        if let Some(f) = self.counts.iter().position(|&n| n < 3) {
+            let n = self.counts[f];
+            let corners = if n == 1 { "corner" } else { "corners" };
+            return Some(format!("face {} has {n} {corners}, expected at least 3", f + 1));
+        }
+        let corners: u64 = self.counts.iter().map(|&n| u64::from(n)).sum();
+        if corners != self.indices.len() as u64 {
+            return Some(format!("has {} corners, expected the {corners} of its faces", self.indices.len()));
+        }
+        let corner = self.indices.iter().position(|&v| v as usize >= vertices)?;
+        Some(format!(
+            "face {} refers to vertex {}, expected 0 to {}",
+            self.of_corner(corner) + 1,
+            self.indices[corner],
+            vertices.saturating_sub(1)
+        ))
+    }
+
+    /// The face that owns a corner.
+    fn of_corner(&self, corner: usize) -> usize {
+        let mut end = 0;
+        let owns = |&n: &u32| {
+            end += n as usize;
+            corner < end
+        };
+        self.counts.iter().position(owns).unwrap_or(0)
+    }
+
     /// The vertex indices of each polygon, in order.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let mut rest = self.indices.as_slice();
@@ -57,6 +88,36 @@ pub struct Uvs {
     pub values: Vec<[f32; 2]>,
     /// For each corner of [`Faces`], its entry in `values`; `None` where `values` has one entry per vertex.
     pub corners: Option<Vec<u32>>,
+}
+
+impl Uvs {
+    /// What is wrong with these as texture coordinates of `faces` over `vertices` vertices, as a phrase without
+    /// its subject; `None` if nothing is. Faces are numbered from 1.
+    pub fn fault(&self, vertices: usize, faces: &Faces) -> Option<String> {
+        let (values, corners) = (self.values.len(), faces.indices.len());
+        if let Some(i) = self.values.iter().position(|uv| uv.iter().any(|c| !c.is_finite())) {
+            return Some(format!(
+                "texture coordinate {i} (counted from 0) is {:?}, expected finite numbers",
+                self.values[i]
+            ));
+        }
+        match &self.corners {
+            None => (values != vertices).then(|| {
+                format!("has {values} texture coordinates for {vertices} vertices, expected one for each")
+            }),
+            Some(named) if named.len() != corners => Some(format!(
+                "has {} texture indices for {corners} face corners, expected one for each",
+                named.len()
+            )),
+            Some(named) => named.iter().position(|&i| i as usize >= values).map(|corner| {
+                format!(
+                    "face {} refers to texture coordinate {}, expected one of its {values} (counted from 0)",
+                    faces.of_corner(corner) + 1,
+                    named[corner]
+                )
+            }),
+        }
+    }
 }
 
 /// A polygon mesh as it was read: vertex order, polygons and texture coordinates are kept.

@@ -331,13 +331,13 @@ fn meshes_that_are_no_surface() {
     refuses("no-area", &["no triangle", "has an area"], |f| {
         f.neutral.positions.iter_mut().for_each(|p| *p = [p[0], 0.0, 0.0]);
     });
-    refuses("faces", &["face 3 of the neutral mesh has 2 corners, expected at least 3"], |f| {
+    refuses("faces", &["the neutral mesh: face 3 has 2 corners, expected at least 3"], |f| {
         f.neutral.faces.counts[2] = 2;
     });
-    refuses("faces", &["have 65 corners in all", "64 vertices are named"], |f| {
+    refuses("faces", &["has 64 corners, expected the 65 of its faces"], |f| {
         f.neutral.faces.counts[2] = 5;
     });
-    refuses("faces", &["face 2 of the neutral mesh names vertex 25, expected 0 to 24"], |f| {
+    refuses("faces", &["the neutral mesh: face 2 refers to vertex 25, expected 0 to 24"], |f| {
         f.neutral.faces.indices[6] = 25;
     });
 }
@@ -347,8 +347,10 @@ fn texture_coordinates_that_do_not_fit() {
     let uvs =
         |values: usize, corners: Option<Vec<u32>>| Some(Uvs { values: vec![[0.5; 2]; values], corners });
     refuses("uvs", &["24 texture coordinates for 25 vertices"], |f| f.neutral.uvs = uvs(24, None));
-    refuses("uvs", &["for 3 corners", "have 64"], |f| f.neutral.uvs = uvs(25, Some(vec![0; 3])));
-    refuses("uvs", &["corner 63", "texture coordinate 9,", "there are 9,"], |f| {
+    refuses("uvs", &["has 3 texture indices for 64 face corners"], |f| {
+        f.neutral.uvs = uvs(25, Some(vec![0; 3]));
+    });
+    refuses("uvs", &["face 16 refers to texture coordinate 9, expected one of its 9"], |f| {
         let mut corners = vec![8; 64];
         corners[63] = 9;
         f.neutral.uvs = uvs(9, Some(corners));

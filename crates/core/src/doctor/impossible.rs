@@ -1,7 +1,7 @@
 //! What makes a solve impossible.
 use super::{Report, Severity, count, first_few};
 use crate::triangulate::is_degenerate;
-use crate::{Face, Mesh, StrainEdges};
+use crate::{Face, StrainEdges};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -21,11 +21,12 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
             format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", mesh.positions[v]),
         );
     }
-    if let Some(message) = broken_faces(mesh) {
-        return error("faces", message);
+    if let Some(fault) = mesh.faces.fault(vertices) {
+        return error("faces", format!("the neutral mesh: {fault}"));
     }
-    if let Some(message) = broken_uvs(mesh) {
-        error("uvs", message);
+    // The rig carries the texture coordinates along.
+    if let Some(fault) = mesh.uvs.as_ref().and_then(|uvs| uvs.fault(vertices, &mesh.faces)) {
+        error("uvs", format!("the neutral mesh: {fault}"));
     }
     let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
     if mesh.triangles().iter().all(|t| is_degenerate(t.map(position))) {
@@ -131,59 +132,6 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
                 ),
             );
         }
-    }
-}
-
-/// What is wrong with the lists of corners, if anything is. Faces are numbered from 1.
-fn broken_faces(mesh: &Mesh) -> Option<String> {
-    let faces = &mesh.faces;
-    if let Some(f) = faces.counts.iter().position(|&n| n < 3) {
-        return Some(format!(
-            "face {} of the neutral mesh has {}, expected at least 3",
-            f + 1,
-            count(faces.counts[f] as usize, "corner", "corners")
-        ));
-    }
-    let corners: u64 = faces.counts.iter().map(|&n| u64::from(n)).sum();
-    if corners != faces.indices.len() as u64 {
-        return Some(format!(
-            "the faces of the neutral mesh have {corners} corners in all, but {} vertices are named for them",
-            faces.indices.len()
-        ));
-    }
-    let last = mesh.positions.len() - 1;
-    for (f, face) in (1..).zip(faces.iter()) {
-        if let Some(v) = face.iter().find(|&&v| v as usize > last) {
-            return Some(format!("face {f} of the neutral mesh names vertex {v}, expected 0 to {last}"));
-        }
-    }
-    None
-}
-
-/// What is wrong with the texture coordinates, if anything is: the rig carries them along.
-fn broken_uvs(mesh: &Mesh) -> Option<String> {
-    let uvs = mesh.uvs.as_ref()?;
-    let (values, vertices, corners) = (uvs.values.len(), mesh.positions.len(), mesh.faces.indices.len());
-    if let Some(i) = uvs.values.iter().position(|uv| uv.iter().any(|c| !c.is_finite())) {
-        return Some(format!(
-            "texture coordinate {i} of the neutral mesh is {:?}, expected finite numbers",
-            uvs.values[i]
-        ));
-    }
-    match &uvs.corners {
-        None => (values != vertices)
-            .then(|| format!("the neutral mesh has {values} texture coordinates for {vertices} vertices")),
-        Some(named) if named.len() != corners => Some(format!(
-            "the neutral mesh names texture coordinates for {} corners, but its faces have {corners}",
-            named.len()
-        )),
-        Some(named) => named.iter().position(|&i| i as usize >= values).map(|corner| {
-            format!(
-                "corner {corner} of the neutral mesh names texture coordinate {}, but there are {values}, counted \
-                 from 0",
-                named[corner]
-            )
-        }),
     }
 }
 

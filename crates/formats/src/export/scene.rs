@@ -33,7 +33,7 @@ impl Scene<'_> {
     pub(super) fn check(&self) -> Result<()> {
         match self.fault() {
             None => Ok(()),
-            Some(fault) => Err(Error::input(format!("the animation of “{}” {fault}", self.name))),
+            Some(fault) => Err(Error::input(format!("the animation of “{}”: {fault}", self.name))),
         }
     }
 
@@ -46,12 +46,8 @@ impl Scene<'_> {
         if self.rest_normals.len() != vertices {
             return Some(format!("has {} rest normals for {vertices} vertices", self.rest_normals.len()));
         }
-        let counted: u64 = self.faces.counts.iter().map(|&n| u64::from(n)).sum();
-        if counted != corners as u64 {
-            return Some(format!("has faces of {counted} corners in all, but {corners} corner indices"));
-        }
-        if let Some(&v) = self.faces.indices.iter().find(|&&v| v as usize >= vertices) {
-            return Some(format!("has a face with vertex {v}, expected 0 to {}", vertices - 1));
+        if let Some(fault) = self.faces.fault(vertices) {
+            return Some(fault);
         }
         if let Some(&c) = self.triangle_corners.as_flattened().iter().find(|&&c| c as usize >= corners) {
             return Some(format!("has a triangle with corner {c}, expected 0 to {}", corners - 1));
@@ -81,27 +77,7 @@ impl Scene<'_> {
                 self.frames, self.first_time_code
             ));
         }
-        self.uvs.and_then(|uvs| uv_fault(uvs, vertices, corners))
-    }
-}
-
-fn uv_fault(uvs: &Uvs, vertices: usize, corners: usize) -> Option<String> {
-    let values = uvs.values.len();
-    if let Some(i) = uvs.values.iter().position(|uv| !uv.iter().all(|x| x.is_finite())) {
-        return Some(format!("has a texture coordinate that is not finite, number {i}"));
-    }
-    match &uvs.corners {
-        None if values != vertices => {
-            Some(format!("has {values} texture coordinates for {vertices} vertices"))
-        }
-        Some(indices) if indices.len() != corners => {
-            Some(format!("has texture coordinates at {} corners of {corners}", indices.len()))
-        }
-        Some(indices) => indices
-            .iter()
-            .find(|&&i| i as usize >= values)
-            .map(|i| format!("has a corner with texture coordinate {i}, expected below {values}")),
-        None => None,
+        self.uvs.and_then(|uvs| uvs.fault(vertices, self.faces))
     }
 }
 

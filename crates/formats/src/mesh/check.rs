@@ -19,57 +19,15 @@ pub fn check(mesh: &Mesh, name: &str) -> Result<()> {
             mesh.positions[i]
         ));
     }
-    let (counts, indices) = (&mesh.faces.counts, &mesh.faces.indices);
-    if counts.is_empty() {
+    if mesh.faces.is_empty() {
         return fail(format!(
             "has {vertices} vertices but no faces, expected at least one polygon; export the surface, not only \
              its points"
         ));
     }
-    if let Some(f) = counts.iter().position(|&n| n < 3) {
-        return fail(format!("face {} has {} corners, expected at least 3; remove it", f + 1, counts[f]));
-    }
-    let corners: u64 = counts.iter().map(|&n| u64::from(n)).sum();
-    if corners != indices.len() as u64 {
-        return fail(format!("has {} corners, expected the {corners} of its faces", indices.len()));
-    }
-    if let Some(c) = indices.iter().position(|&v| v as usize >= vertices) {
-        return fail(format!(
-            "face {} refers to vertex {}, expected 0 to {} (its {vertices} vertices, counted from 0); the file \
-             may be cut short",
-            face_of_corner(counts, c) + 1,
-            indices[c],
-            vertices.saturating_sub(1)
-        ));
-    }
-    let Some(uvs) = &mesh.uvs else { return Ok(()) };
-    if let Some(i) = uvs.values.iter().position(|uv| !uv.iter().all(|x| x.is_finite())) {
-        return fail(format!(
-            "texture coordinate {i} (counted from 0) is {:?}, expected finite numbers; repair the texture map \
-             or export the mesh without it",
-            uvs.values[i]
-        ));
-    }
-    match &uvs.corners {
-        None if uvs.values.len() != vertices => fail(format!(
-            "has {} texture coordinates for {vertices} vertices, expected one for each",
-            uvs.values.len()
-        )),
-        Some(of_corner) if of_corner.len() != indices.len() => fail(format!(
-            "has {} texture indices for {} face corners, expected one for each",
-            of_corner.len(),
-            indices.len()
-        )),
-        Some(of_corner) => match of_corner.iter().position(|&i| i as usize >= uvs.values.len()) {
-            Some(c) => fail(format!(
-                "face {} refers to texture coordinate {}, expected one of its {} (counted from 0); the file may \
-                 be cut short",
-                face_of_corner(counts, c) + 1,
-                of_corner[c],
-                uvs.values.len()
-            )),
-            None => Ok(()),
-        },
+    let uv_fault = || mesh.uvs.as_ref().and_then(|uvs| uvs.fault(vertices, &mesh.faces));
+    match mesh.faces.fault(vertices).or_else(uv_fault) {
+        Some(fault) => fail(format!("{fault}; the file may be cut short: export it again")),
         None => Ok(()),
     }
 }
@@ -77,15 +35,4 @@ pub fn check(mesh: &Mesh, name: &str) -> Result<()> {
 /// Whether the rig's 32-bit floats can hold `x`.
 pub(super) fn representable(x: f64) -> bool {
     x.abs() <= f64::from(f32::MAX)
-}
-
-fn face_of_corner(counts: &[u32], corner: usize) -> usize {
-    let mut end = 0;
-    counts
-        .iter()
-        .position(|&n| {
-            end += n as usize;
-            corner < end
-        })
-        .unwrap_or(0)
 }

@@ -105,7 +105,7 @@ fn scenes_that_make_no_sense_are_refused() {
         ("0 faces", |a| a.faces = Default::default()),
         ("33 rest normals for 34", |a| a.rest_normals.truncate(33)),
         ("vertex 34, expected 0 to 33", |a| a.faces.indices[5] = 34),
-        ("corner indices", |a| a.faces.counts[2] += 1),
+        ("has 88 corners, expected the 89 of its faces", |a| a.faces.counts[2] += 1),
         ("corner 88, expected 0 to 87", |a| a.triangle_corners[3][1] = 88),
         ("no triangles", |a| a.triangle_corners.clear()),
         ("rest position that is not finite, at vertex 4", |a| a.rest[4][1] = f32::INFINITY),
@@ -114,8 +114,10 @@ fn scenes_that_make_no_sense_are_refused() {
         ("no frames", |a| a.frames.clear()),
         ("NaN frames per second", |a| a.rate = f64::NAN),
         ("from time code NaN", |a| a.first_time_code = f64::NAN),
-        ("87 corners of 88", |a| a.uvs.as_mut().unwrap().corners.as_mut().unwrap().truncate(87)),
-        ("coordinate 6, expected below 6", |a| a.uvs.as_mut().unwrap().corners.as_mut().unwrap()[1] = 6),
+        ("87 texture indices for 88 face corners", |a| {
+            a.uvs.as_mut().unwrap().corners.as_mut().unwrap().truncate(87);
+        }),
+        ("coordinate 6, expected one of its 6", |a| a.uvs.as_mut().unwrap().corners.as_mut().unwrap()[1] = 6),
         ("6 texture coordinates for 34", |a| a.uvs.as_mut().unwrap().corners = None),
     ];
     for extension in ["usda", "glb"] {

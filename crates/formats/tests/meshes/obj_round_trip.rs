@@ -87,7 +87,7 @@ fn check_refuses_what_a_caller_could_make() {
     refused(&|m, _| m.positions[1][2] = f64::NAN, "vertex 1 (counted from 0) is at [1.0, 0.0, NaN]");
     refused(&|m, _| m.positions[1][2] = 1e39, "expected finite coordinates below 3.4e38");
     refused(&|m, _| m.faces = Faces::default(), "has 3 vertices but no faces");
-    refused(&|m, _| m.faces.counts = vec![1, 2], "face 1 has 1 corners");
+    refused(&|m, _| m.faces.counts = vec![1, 2], "face 1 has 1 corner,");
     refused(&|m, _| m.faces.counts = vec![4], "has 3 corners, expected the 4");
     refused(&|m, _| m.faces.push(&[0, 1, 3]), "face 2 refers to vertex 3, expected 0 to 2");
     refused(&|_, uvs| uvs.values[0][1] = f32::INFINITY, "texture coordinate 0 (counted from 0)");
