@@ -49,6 +49,7 @@ pub fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
 pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
+    export::Format::of(&args.output)?;
     drop(WriteBeside::create(&args.output)?);
     let device = backends::find(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;

@@ -39,23 +39,44 @@ pub trait Exporter: Send {
     fn finish(self: Box<Self>) -> Result<()>;
 }
 
+/// The formats that can be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// USD text, `.usda`.
+    Usda,
+    /// Binary glTF, `.glb`.
+    Glb,
+}
+
+impl Format {
+    /// The format that the extension of `path` asks for, in either case.
+    ///
+    /// # Errors
+    /// [`Error::Input`] lists the extensions if it is none of them.
+    pub fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        match extension.to_ascii_lowercase().as_str() {
+            "usda" => Ok(Self::Usda),
+            "glb" => Ok(Self::Glb),
+            _ => Err(Error::input(format!(
+                "{}: animation is written as .usda or .glb, found the extension “{extension}”",
+                path.display()
+            ))),
+        }
+    }
+}
+
 /// Opens an exporter for `path` by its extension: `.usda` or `.glb`.
 ///
 /// # Errors
 /// [`Error::Input`] if the extension is another, the scene is not consistent, the folder does not exist or the
 /// format has no room for that many frames; [`Error::Io`].
 pub fn create(path: &Path, scene: &Scene<'_>) -> Result<Box<dyn Exporter>> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if !["usda", "glb"].contains(&extension.as_str()) {
-        return Err(Error::input(format!(
-            "{}: animation is written as .usda or .glb, found the extension “{extension}”",
-            path.display()
-        )));
-    }
+    let format = Format::of(path)?;
     scene.check()?;
-    let exporter: Box<dyn Exporter> = match extension.as_str() {
-        "usda" => Box::new(usda::Usda::create(path, scene)?),
-        _ => Box::new(glb::Glb::create(path, scene)?),
+    let exporter: Box<dyn Exporter> = match format {
+        Format::Usda => Box::new(usda::Usda::create(path, scene)?),
+        Format::Glb => Box::new(glb::Glb::create(path, scene)?),
     };
     Ok(Box::new(checked::Checked::new(exporter, path, scene)))
 }
