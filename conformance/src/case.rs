@@ -1,3 +1,4 @@
+use crate::Numbers;
 use rhytid_core::{Faces, Rig, UpAxis};
 
 /// A rig and a batch of frames to evaluate it for.
@@ -50,36 +51,19 @@ pub fn cases() -> Vec<Case> {
         .collect()
 }
 
-/// Numbers that are the same on every machine (splitmix64).
-struct Numbers(u64);
-
-impl Numbers {
-    /// In −1..1.
-    fn signed(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1u64 << 23) as f32 - 1.0
-    }
-
-    fn below(&mut self, n: usize) -> u32 {
-        ((f64::from(self.signed()) + 1.0) / 2.0 * n as f64) as u32
-    }
-
-    fn vector(&mut self, size: f32) -> [f32; 3] {
-        std::array::from_fn(|_| size * self.signed())
-    }
+/// Three numbers in −size..size.
+fn vector(numbers: &mut Numbers, size: f32) -> [f32; 3] {
+    std::array::from_fn(|_| size * numbers.signed() as f32)
 }
 
 /// A jittered sheet; the vertices that are left over from whole rows are isolated.
 fn random(seed: u64, sizes: &Sizes) -> Case {
-    let mut numbers = Numbers(seed);
+    let mut numbers = Numbers::new(seed);
     let &Sizes { vertices, handles, edges, examples, influences, frames } = sizes;
     let width = (vertices as f64).sqrt().ceil() as usize;
     let rest: Vec<[f32; 3]> = (0..vertices)
         .map(|v| {
-            let [x, y, z] = numbers.vector(0.3);
+            let [x, y, z] = vector(&mut numbers, 0.3);
             [(v % width) as f32 + x, (v / width) as f32 + y, z]
         })
         .collect();
@@ -100,15 +84,15 @@ fn random(seed: u64, sizes: &Sizes) -> Case {
     let handles = handle_vertices.len();
     let strain_edges: Vec<[u32; 2]> = (0..if handles > 1 { edges } else { 0 })
         .map(|_| {
-            let a = numbers.below(handles);
-            [a, (a + 1 + numbers.below(handles - 1)) % handles as u32]
+            let a = numbers.below(handles) as u32;
+            [a, (a + 1 + numbers.below(handles - 1) as u32) % handles as u32]
         })
         .collect();
     let edges = strain_edges.len();
     let influences = influences.min(edges);
     let centers = examples + 1;
     let pose_features: Vec<f32> =
-        (0..centers * edges).map(|i| if i < edges { 0.0 } else { 0.3 * numbers.signed() }).collect();
+        (0..centers * edges).map(|i| if i < edges { 0.0 } else { 0.3 * numbers.signed() as f32 }).collect();
     let rig = Rig {
         name: "random".into(),
         metres_per_unit: 0.01,
@@ -120,12 +104,12 @@ fn random(seed: u64, sizes: &Sizes) -> Case {
         bending_length: 1.0,
         beta: 1.0,
         triangles,
-        basis: (0..vertices * handles).map(|_| numbers.signed()).collect(),
-        influence_edges: (0..vertices * influences).map(|_| numbers.below(edges)).collect(),
-        influence_weights: (0..vertices * influences).map(|_| 0.5 + 0.5 * numbers.signed()).collect(),
+        basis: (0..vertices * handles).map(|_| numbers.signed() as f32).collect(),
+        influence_edges: (0..vertices * influences).map(|_| numbers.below(edges) as u32).collect(),
+        influence_weights: (0..vertices * influences).map(|_| numbers.unit() as f32).collect(),
         frame_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
         pose_features,
-        rbf_weights: (0..vertices * centers).map(|_| numbers.vector(2.0)).collect(),
+        rbf_weights: (0..vertices * centers).map(|_| vector(&mut numbers, 2.0)).collect(),
         strain_edges,
         rest,
         handles: handle_vertices,
@@ -133,7 +117,7 @@ fn random(seed: u64, sizes: &Sizes) -> Case {
     let handle_positions = (0..frames)
         .flat_map(|_| rig.handles.iter().map(|&v| rig.rest[v as usize]).collect::<Vec<_>>())
         .flat_map(|p| {
-            let u = numbers.vector(0.5);
+            let u = vector(&mut numbers, 0.5);
             [p[0] + u[0], p[1] + u[1], p[2] + u[2]]
         })
         .collect();

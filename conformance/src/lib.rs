@@ -6,11 +6,13 @@
 
 mod case;
 mod compare;
+mod numbers;
 pub mod reference;
 mod run;
 mod twin;
 
 pub use case::{Case, cases};
 pub use compare::{Difference, worst_difference};
+pub use numbers::Numbers;
 pub use run::{StageResult, run};
 pub use twin::{Results, evaluate};

@@ -72,7 +72,8 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
         let (on_cpu, _) = found.as_chunks::<3>();
         let moving: Vec<usize> =
             (0..rig.vertices()).filter(|&v| rig.basis[v * h..][..h].iter().any(|&b| b != 0.0)).collect();
-        let apart: Vec<usize> = moving.iter().copied().filter(|&v| told_apart(rig, v)).collect();
+        let apart: Vec<usize> =
+            moving.iter().copied().filter(|&v| support::told_apart(rig, v, 0.01)).collect();
         let expected: Vec<[f64; 3]> = apart.iter().map(|&v| example.positions[v]).collect();
         let twin: Vec<[f64; 3]> = apart.iter().map(|&v| results.positions[v]).collect();
         let cpu: Vec<[f32; 3]> = apart.iter().map(|&v| on_cpu[v]).collect();
@@ -111,27 +112,6 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
         worst[1]
     );
     assert!(worst.iter().all(|w| *w < 0.01), "a marker is missed by {worst:?} mm");
-}
-
-/// Whether every two poses, the rest pose included, differ in the strains that vertex `v` listens to by more
-/// than a hundredth of the largest difference.
-fn told_apart(rig: &Rig<f64>, v: usize) -> bool {
-    let (k, f, n) = (rig.influences(), rig.strain_edges.len(), rig.centers());
-    let mut distances = Vec::new();
-    for i in 0..n {
-        for j in 0..i {
-            let square: f64 = (0..k)
-                .map(|m| {
-                    let e = rig.influence_edges[v * k + m] as usize;
-                    let difference = rig.pose_features[i * f + e] - rig.pose_features[j * f + e];
-                    rig.influence_weights[v * k + m] * difference * difference
-                })
-                .sum();
-            distances.push(square.sqrt());
-        }
-    }
-    let largest = distances.iter().copied().fold(0.0, f64::max);
-    distances.iter().all(|&d| d > 0.01 * largest)
 }
 
 #[test]

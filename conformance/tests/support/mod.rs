@@ -1,5 +1,8 @@
-//! Test data that lies beside the project and is not part of it.
+//! What several tests need: data that lies beside the project, random faces, and when poses look the same.
 #![allow(dead_code, reason = "every test binary uses a part of it")]
+pub mod random_face;
+
+use rhytid_core::Rig;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -21,4 +24,25 @@ pub fn shared() -> Option<PathBuf> {
         folder.display()
     );
     None
+}
+
+/// Whether every two poses, the rest pose included, differ in the strains that vertex `v` listens to by more than
+/// `part` of the largest difference.
+pub fn told_apart(rig: &Rig<f64>, v: usize, part: f64) -> bool {
+    let (k, f, n) = (rig.influences(), rig.strain_edges.len(), rig.centers());
+    let mut distances = Vec::new();
+    for i in 0..n {
+        for j in 0..i {
+            let square: f64 = (0..k)
+                .map(|m| {
+                    let e = rig.influence_edges[v * k + m] as usize;
+                    let difference = rig.pose_features[i * f + e] - rig.pose_features[j * f + e];
+                    rig.influence_weights[v * k + m] * difference * difference
+                })
+                .sum();
+            distances.push(square.sqrt());
+        }
+    }
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    distances.iter().all(|&d| d > part * largest)
 }

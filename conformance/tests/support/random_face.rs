@@ -1,27 +1,7 @@
 //! Random faces for property tests: sheets with holes, obtuse triangles and several components.
 use proptest::prelude::*;
+use rhytid_conformance::Numbers;
 use rhytid_core::{Example, Face, Faces, Handles, Mesh, Settings, UpAxis};
-
-/// Deterministic numbers in 0..1 from a seed (splitmix64).
-pub struct Numbers(pub u64);
-
-impl Numbers {
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn signed(&mut self) -> f64 {
-        2.0 * self.next() - 1.0
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        ((self.next() * n as f64) as usize).min(n - 1)
-    }
-}
 
 /// A sheet of about `n × n` sheared and jittered vertices with a hole, triangles and quads.
 fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &mut Numbers) {
@@ -45,7 +25,7 @@ fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &
             }
             let at = |i: usize, j: usize| first + (i * n + j) as u32;
             let quad = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            if numbers.next() < 0.5 {
+            if numbers.unit() < 0.5 {
                 mesh.faces.push(&quad);
             } else {
                 mesh.faces.push(&[quad[0], quad[1], quad[2]]);
@@ -57,7 +37,7 @@ fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &
 
 /// A face of two driven sheets, one sheet without handles and an isolated vertex.
 pub fn random_face(seed: u64, n: usize, handles: usize, examples: usize, shear: f64) -> Face {
-    let mut numbers = Numbers(seed);
+    let mut numbers = Numbers::new(seed);
     let mut mesh = Mesh { faces: Faces::default(), ..Mesh::default() };
     add_sheet(&mut mesh, n, [0.0; 3], shear, &mut numbers);
     add_sheet(&mut mesh, 5, [20.0, 0.0, 1.0], 0.3, &mut numbers);
