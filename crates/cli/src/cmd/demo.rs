@@ -195,11 +195,13 @@ fn strongest_frame(face: &Face, take: &Take) -> usize {
 
 fn next_steps(dir: &Path) -> String {
     let dir = dir.display();
+    // As it was called, so that the lines can be pasted also where it is not on the path.
+    let rhytid = std::env::args().next().unwrap_or_else(|| "rhytid".to_owned());
     format!(
         "\nNext:
   open {dir}/face.usda or {dir}/face.glb in Blender (File > Import) and press play
-  rhytid info {dir}/face.safetensors
-  rhytid animate {dir}/face.safetensors {dir}/performance.csv -o coarse.usda --stage large-scale
-  with your own scans: edit {dir}/face.toml, then rhytid doctor, solve and animate; see docs/getting-started.md"
+  {rhytid} info {dir}/face.safetensors
+  {rhytid} animate {dir}/face.safetensors {dir}/performance.csv -o coarse.usda --stage large-scale
+  with your own scans: edit {dir}/face.toml, then {rhytid} doctor, solve and animate; see docs/getting-started.md"
     )
 }
