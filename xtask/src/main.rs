@@ -1,7 +1,9 @@
-//! The project's chores: `cargo xtask setup | test | fuzz`, one file each.
+//! The project's chores: `cargo xtask setup | test | kernels | fuzz`, one file each.
 #![forbid(unsafe_code)]
 
+mod debian;
 mod fuzz;
+mod kernels;
 mod run;
 mod setup;
 mod test;
@@ -13,10 +15,16 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 enum Chore {
-    /// Install what the tests need (Python packages, a glTF validator) into target/.
+    /// Install what the tests need: software GPU drivers, Python packages, a glTF validator.
     Setup,
-    /// Set up, then check formatting, lints, tests and documentation.
+    /// Set up, then check formatting, kernels, lints, tests and documentation.
     Test,
+    /// Compile the Vulkan kernels' GLSL to the SPIR-V beside it.
+    Kernels {
+        /// Check instead that the SPIR-V is fresh and that the kernels of all languages agree with the table.
+        #[arg(long)]
+        check: bool,
+    },
     /// Run every fuzz target for a while.
     Fuzz {
         /// How long each target runs.
@@ -29,6 +37,7 @@ fn main() -> ExitCode {
     let outcome = match Chore::parse() {
         Chore::Setup => setup::setup(),
         Chore::Test => test::test(),
+        Chore::Kernels { check } => kernels::kernels(check),
         Chore::Fuzz { seconds } => fuzz::fuzz(seconds),
     };
     match outcome {

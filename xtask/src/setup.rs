@@ -1,5 +1,6 @@
 //! `cargo xtask setup`: what the tests need beyond Rust. It installs only what is missing, so that a second
 //! run takes a moment.
+use crate::debian;
 use crate::run::{Result, command, output, root, run, succeeds};
 use std::fs;
 use std::path::Path;
@@ -7,12 +8,17 @@ use std::path::Path;
 /// The oldest Node.js that the glTF validator is known to run on.
 const OLDEST_NODE: u32 = 18;
 
-/// Installs system packages, then the Python packages into `target/venv` and the npm packages into
-/// `target/node`.
+/// Rust's name for WebAssembly in browsers.
+pub const WASM: &str = "wasm32-unknown-unknown";
+
+/// Installs system packages, then the SwiftShader driver into `target/swiftshader`, the Python packages into
+/// `target/venv`, the npm packages into `target/node`, and Rust's target for browsers.
 pub fn setup() -> Result {
     system_packages()?;
+    debian::swiftshader()?;
     python_packages()?;
-    node_packages()
+    node_packages()?;
+    wasm_target()
 }
 
 fn system_packages() -> Result {
@@ -26,8 +32,9 @@ fn system_packages() -> Result {
     if !succeeds(command("npm", &["--version"])) {
         missing.push("npm");
     }
+    missing.extend(debian::missing_gpu_packages());
     if !missing.is_empty() {
-        apt_get(&missing)?;
+        debian::install(&missing)?;
     }
     let version = output(command("node", &["--version"])).unwrap_or_default();
     let major = version.trim_start_matches('v').split('.').next().and_then(|n| n.parse::<u32>().ok());
@@ -39,26 +46,19 @@ fn system_packages() -> Result {
     }
 }
 
-fn apt_get(packages: &[&str]) -> Result {
-    let list = packages.join(" ");
-    if !succeeds(command("apt-get", &["--version"])) {
-        return Err(format!("{list} missing, and there is no apt-get here: install them, then try again"));
+/// The target that shows that the wgpu backend builds for browsers.
+fn wasm_target() -> Result {
+    let libraries = output(command("rustc", &["--print", "target-libdir", "--target", WASM]));
+    if libraries.is_some_and(|folder| Path::new(&folder).is_dir()) {
+        return Ok(());
     }
-    let is_root = output(command("id", &["-u"])).as_deref() == Some("0");
-    if !is_root && !succeeds(command("sudo", &["--version"])) {
+    if !succeeds(command("rustup", &["--version"])) {
         return Err(format!(
-            "{list} missing, and this is neither root nor a user with sudo: install them, then try again"
+            "Rust's target {WASM} is missing, and there is no rustup here: install it as you installed Rust, \
+             then try again"
         ));
     }
-    let apt_get = |args: &[&str]| {
-        let (program, first) = if is_root { ("env", None) } else { ("sudo", Some("env")) };
-        let mut command = command(program, &[]);
-        command.args(first).arg("DEBIAN_FRONTEND=noninteractive").arg("apt-get").args(args);
-        run(command)
-    };
-    apt_get(&["update", "-qq"])?;
-    apt_get(&[&["install", "-y", "--no-install-recommends"], packages].concat())
-        .map_err(|e| format!("{e}: {list} could not be installed; install them by hand, then try again"))
+    run(command("rustup", &["target", "add", WASM]))
 }
 
 fn python_packages() -> Result {

@@ -1,9 +1,12 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 use crate::run::{Result, cannot_run, cargo, root, run, shown, succeeds};
-use crate::setup;
+use crate::{debian, kernels, setup};
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+
+/// What is not on by default, since it needs a library to link with.
+const FEATURES: &str = "opencl";
 
 /// Sets up, then runs every check, stopping at the first that fails; prints the time of each.
 pub fn test() -> Result {
@@ -22,18 +25,26 @@ pub fn test() -> Result {
             component("fmt", "rustfmt")?;
             run(cargo(&["fmt", "--all", "--check"])).map_err(|e| format!("{e}: run `cargo fmt --all`"))
         })?;
+        step("kernels", &mut || kernels::kernels(true))?;
         step("lints", &mut || {
             component("clippy", "clippy")?;
-            run(cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
+            let clippy = ["clippy", "--workspace", "--features", FEATURES, "--all-targets"];
+            run(cargo(&[&clippy[..], &["--", "-D", "warnings"]].concat()))
+        })?;
+        step("wasm", &mut || {
+            run(cargo(&["check", "--package", "rhytid-backend-wgpu", "--target", setup::WASM]))
         })?;
         step("tests", &mut || {
-            let found = run_tests(cargo(&["test", "--workspace", "--no-fail-fast"]))?;
+            let mut tests = cargo(&["test", "--workspace", "--features", FEATURES, "--no-fail-fast"]);
+            // A second Vulkan driver, beside those that the loader finds by itself.
+            tests.env("VK_ADD_DRIVER_FILES", debian::swiftshader_icd());
+            let found = run_tests(tests)?;
             let failed = found.failed;
             counts = Some(found);
             if failed > 0 { Err(format!("{failed} tests failed")) } else { Ok(()) }
         })?;
         step("documentation", &mut || {
-            let mut doc = cargo(&["doc", "--workspace", "--no-deps"]);
+            let mut doc = cargo(&["doc", "--workspace", "--features", FEATURES, "--no-deps"]);
             doc.env("RUSTDOCFLAGS", "-D warnings");
             run(doc)
         })

@@ -1,5 +1,5 @@
 use crate::CpuSession;
-use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, Error, Result, Rig};
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
 /// The processor this program runs on; work is spread over rayon's global thread pool.
@@ -22,7 +22,9 @@ impl Backend for Cpu {
             index: 0,
             name: if name.is_empty() { "processor".into() } else { name.into() },
             driver: format!("rhytid {}, {} threads", env!("CARGO_PKG_VERSION"), rayon::current_num_threads()),
+            kind: DeviceKind::Cpu,
             memory_bytes: system.as_ref().map(System::total_memory).filter(|&bytes| bytes > 0),
+            max_binding_bytes: None,
         }])
     }
 
@@ -37,7 +39,7 @@ impl Backend for Cpu {
         })
     }
 
-    fn upload(&self, rig: &Rig, max_frames: usize) -> Result<CpuSession> {
-        Ok(CpuSession::new(rig, max_frames))
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<CpuSession> {
+        Ok(CpuSession::new(rig, options))
     }
 }

@@ -1,11 +1,11 @@
+use half::f16;
+use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
-use rhytid_core::{HandleFrames, Result, Rig, Session, Stage};
+use rhytid_core::{BasisStorage, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{fine_scale, normals, strain, vec3};
-
-/// Vertices that the large scale computes together: the basis is stored tile after tile, `[V/64][H][64]`, so
-/// that one pass over it streams through memory and its inner loop is a whole number of SIMD registers.
-const TILE: usize = 64;
+use rhytid_kernels::table::TILE;
+use rhytid_kernels::{detail, fine_scale, normals, strain, vec3};
+use std::time::{Duration, Instant};
 
 /// Vertices that one task of the other kernels computes.
 const VERTICES_PER_TASK: usize = 1024;
@@ -15,10 +15,10 @@ const VERTICES_PER_TASK: usize = 1024;
 pub struct CpuSession {
     handles: usize,
     frames: usize,
-    fine: fine_scale::Params,
+    detail_params: detail::Params,
     rest: Vec<[f32; 3]>,
     handle_rest: Vec<[f32; 3]>,
-    basis_tiles: Vec<[f32; TILE]>,
+    basis: BasisTiles,
     triangles: Vec<[u32; 3]>,
     vertex_triangles: VertexTriangles,
     strain_edges: Vec<[u32; 2]>,
@@ -35,25 +35,37 @@ pub struct CpuSession {
     detail: Vec<[f32; 3]>,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
+    stage_times: [Duration; 6],
+}
+
+/// B in tiles, `[V/64][H][64]`, rows past V being zero: one pass over it streams through memory, and the inner loop of
+/// the large scale is a whole number of SIMD registers.
+#[derive(Debug)]
+enum BasisTiles {
+    F32(Vec<[f32; TILE]>),
+    F16(Vec<[f16; TILE]>),
 }
 
 impl CpuSession {
-    pub(crate) fn new(rig: &Rig, max_frames: usize) -> Self {
+    pub(crate) fn new(rig: &Rig, options: UploadOptions) -> Self {
+        let max_frames = options.max_frames;
         let vertices = rig.vertices();
         let results = || vec![[0.0; 3]; max_frames * vertices];
         Self {
             handles: rig.handles.len(),
             frames: 0,
-            fine: fine_scale::Params {
+            detail_params: detail::Params {
                 frames: 0,
                 vertices: vertices as u32,
+                first_vertex: 0,
+                part_vertices: vertices as u32,
                 strain_edges: rig.strain_edges.len() as u32,
                 influences: rig.influences() as u32,
                 centers: rig.centers() as u32,
             },
             rest: rig.rest.clone(),
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
-            basis_tiles: tiles(&rig.basis, vertices, rig.handles.len()),
+            basis: BasisTiles::new(rig, options.basis),
             triangles: rig.triangles.clone(),
             vertex_triangles: VertexTriangles::new(vertices, &rig.triangles),
             strain_edges: rig.strain_edges.clone(),
@@ -69,6 +81,7 @@ impl CpuSession {
             detail: results(),
             positions: results(),
             normals: results(),
+            stage_times: Default::default(),
         }
     }
 
@@ -100,11 +113,10 @@ impl CpuSession {
                 tile.push(part);
             }
         }
-        parts
-            .into_par_iter()
-            .zip(self.basis_tiles.par_chunks(self.handles))
-            .zip(self.rest.par_chunks(TILE))
-            .for_each(|((frames, basis), rest)| {
+        parts.into_par_iter().zip(self.rest.par_chunks(TILE)).enumerate().for_each_init(
+            Vec::new,
+            |widened, (tile, (frames, rest))| {
+                let basis = self.basis.tile(tile, self.handles, widened);
                 for (out, u) in frames.into_iter().zip(displacements.chunks_exact(self.handles)) {
                     let mut sum = [[0.0; TILE]; 3];
                     for (row, u) in basis.iter().zip(u) {
@@ -118,7 +130,8 @@ impl CpuSession {
                         *out = std::array::from_fn(|c| rest[c] + sum[c][lane]);
                     }
                 }
-            });
+            },
+        );
     }
 
     fn compute_normals(&self, positions: &[[f32; 3]], normals: &mut [[f32; 3]]) {
@@ -133,27 +146,36 @@ impl CpuSession {
         }
     }
 
-    fn compute_fine_scale(&mut self) {
-        let buffers = fine_scale::Buffers {
+    fn compute_detail(&mut self) {
+        let buffers = detail::Buffers {
             influence_edges: &self.influence_edges,
             influence_weights: &self.influence_weights,
             pose_features: &self.pose_features,
             rbf_weights: &self.rbf_weights,
-            frame_neighbors: &self.frame_neighbors,
         };
         let (vertices, edges) = (self.rest.len(), self.strain_edges.len());
-        for frame in 0..self.frames {
+        for (frame, detail) in self.detail[..self.frames * vertices].chunks_exact_mut(vertices).enumerate() {
             let f = &self.strain[frame * edges..][..edges];
+            detail.par_chunks_mut(VERTICES_PER_TASK).enumerate().for_each(|(task, detail)| {
+                for (i, d) in detail.iter_mut().enumerate() {
+                    *d = detail::vertex_detail(self.detail_params, &buffers, f, task * VERTICES_PER_TASK + i);
+                }
+            });
+        }
+    }
+
+    fn compute_fine_scale(&mut self) {
+        let vertices = self.rest.len();
+        for frame in 0..self.frames {
             let all = frame * vertices..(frame + 1) * vertices;
             let smooth = &self.large_scale[all.clone()];
             let smooth_normals = &self.large_scale_normals[all.clone()];
-            let detail = self.detail[all.clone()].par_chunks_mut(VERTICES_PER_TASK);
+            let detail = self.detail[all.clone()].par_chunks(VERTICES_PER_TASK);
             let positions = self.positions[all].par_chunks_mut(VERTICES_PER_TASK);
             detail.zip(positions).enumerate().for_each(|(task, (detail, positions))| {
-                for (i, (d, x)) in detail.iter_mut().zip(positions).enumerate() {
+                for (i, (d, x)) in detail.iter().zip(positions).enumerate() {
                     let v = task * VERTICES_PER_TASK + i;
                     let to_neighbor = vec3::sub(smooth[self.frame_neighbors[v] as usize], smooth[v]);
-                    *d = fine_scale::vertex_detail(self.fine, &buffers, f, v);
                     let frame = fine_scale::local_frame(to_neighbor, smooth_normals[v]);
                     *x = fine_scale::add_detail(smooth[v], frame, *d);
                 }
@@ -165,18 +187,31 @@ impl CpuSession {
 impl Session for CpuSession {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
         self.frames = frames.frames;
-        self.fine.frames = frames.frames as u32;
+        let mut last = Instant::now();
+        let mut stage_times = Vec::with_capacity(6);
+        let mut finished = || {
+            let now = Instant::now();
+            stage_times.push(now - std::mem::replace(&mut last, now));
+        };
         let (handle_positions, _) = frames.positions.as_chunks::<3>();
         self.compute_strain(handle_positions);
+        finished();
         self.compute_large_scale(handle_positions);
+        finished();
         let values = self.values();
         let mut smooth_normals = std::mem::take(&mut self.large_scale_normals);
         self.compute_normals(&self.large_scale[..values], &mut smooth_normals[..values]);
         self.large_scale_normals = smooth_normals;
+        finished();
+        self.compute_detail();
+        finished();
         self.compute_fine_scale();
+        finished();
         let mut normals = std::mem::take(&mut self.normals);
         self.compute_normals(&self.positions[..values], &mut normals[..values]);
         self.normals = normals;
+        finished();
+        self.stage_times.copy_from_slice(&stage_times);
         Ok(())
     }
 
@@ -194,14 +229,52 @@ impl Session for CpuSession {
         out.extend_from_slice(result);
         Ok(())
     }
+
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        Ok(Some(self.stage_times))
+    }
 }
 
-/// B from V×H to `[V/64][H][64]`; rows past V are zero.
-fn tiles(basis: &[f32], vertices: usize, handles: usize) -> Vec<[f32; TILE]> {
-    let mut tiles = vec![[0.0; TILE]; vertices.div_ceil(TILE) * handles];
+impl BasisTiles {
+    fn new(rig: &Rig, storage: BasisStorage) -> Self {
+        let (vertices, handles) = (rig.vertices(), rig.handles.len());
+        match storage {
+            BasisStorage::F32 => Self::F32(tiles(&rig.basis, vertices, handles, |b| b)),
+            BasisStorage::F16 => Self::F16(tiles(&rig.basis, vertices, handles, f16::from_f32)),
+        }
+    }
+
+    /// The H rows of one tile; `widened` is room for them where they are stored in halves.
+    fn tile<'a>(
+        &'a self,
+        tile: usize,
+        handles: usize,
+        widened: &'a mut Vec<[f32; TILE]>,
+    ) -> &'a [[f32; TILE]] {
+        match self {
+            Self::F32(rows) => &rows[tile * handles..][..handles],
+            Self::F16(rows) => {
+                widened.resize(handles, [0.0; TILE]);
+                for (row, halves) in widened.iter_mut().zip(&rows[tile * handles..]) {
+                    halves.convert_to_f32_slice(row);
+                }
+                widened
+            }
+        }
+    }
+}
+
+/// B from V×H to `[V/64][H][64]`.
+fn tiles<T: Copy + Default>(
+    basis: &[f32],
+    vertices: usize,
+    handles: usize,
+    round: impl Fn(f32) -> T,
+) -> Vec<[T; TILE]> {
+    let mut tiles = vec![[T::default(); TILE]; vertices.div_ceil(TILE) * handles];
     for (v, row) in basis.chunks_exact(handles).enumerate() {
         for (h, &b) in row.iter().enumerate() {
-            tiles[v / TILE * handles + h][v % TILE] = b;
+            tiles[v / TILE * handles + h][v % TILE] = round(b);
         }
     }
     tiles

@@ -1,4 +1,8 @@
-use crate::{Backend, Error, HandleFrames, Result, Rig, Session, Stage};
+use crate::{Backend, BasisStorage, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
+use std::time::Duration;
+
+/// The largest f16.
+const LARGEST_HALF: f32 = 65504.0;
 
 /// Drives a [`Session`] with validated input: the one place where handle positions are checked.
 #[derive(Debug)]
@@ -10,16 +14,28 @@ pub struct Animator<S> {
 }
 
 impl<S: Session> Animator<S> {
-    /// Checks `rig` and uploads it to `backend`, with room for batches of up to `max_frames` frames.
+    /// Checks `rig` and uploads it to `backend`.
     ///
     /// # Errors
-    /// [`Error::Input`] if the rig is not consistent or `max_frames` is 0; [`Error::Device`].
-    pub fn new<B: Backend<Session = S>>(backend: &B, rig: &Rig, max_frames: usize) -> Result<Self> {
+    /// [`Error::Input`] if the rig is not consistent, `max_frames` is 0, or the basis does not fit into its storage;
+    /// [`Error::Device`].
+    pub fn new<B: Backend<Session = S>>(backend: &B, rig: &Rig, options: UploadOptions) -> Result<Self> {
+        let max_frames = options.max_frames;
         if max_frames == 0 {
             return Err(Error::input("a batch has at least 1 frame, found max_frames = 0"));
         }
         rig.check()?;
-        let session = backend.upload(rig, max_frames)?;
+        if options.basis == BasisStorage::F16
+            && let Some(i) = rig.basis.iter().position(|b| b.abs() > LARGEST_HALF)
+        {
+            return Err(Error::input(format!(
+                "the basis of vertex {} has the number {}, expected at most {LARGEST_HALF} in size to be stored in \
+                 halves; store it in f32",
+                i / rig.handles.len(),
+                rig.basis[i]
+            )));
+        }
+        let session = backend.upload(rig, options)?;
         Ok(Self { session, handles: rig.handles.len(), max_frames, evaluated: false })
     }
 
@@ -74,17 +90,37 @@ impl<S: Session> Animator<S> {
     /// # Errors
     /// [`Error::Input`] if nothing was evaluated yet, or the last batch failed on the device; [`Error::Device`].
     pub fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
-        if !self.evaluated {
-            return Err(Error::input(
-                "there is nothing to read: no batch was evaluated yet, or the last one failed on the device",
-            ));
-        }
+        self.evaluated_before()?;
         self.session.read(stage, out)
+    }
+
+    /// How long the device computed on each stage of the last batch, in the order of [`Stage::ALL`]; `None` where it
+    /// cannot measure.
+    ///
+    /// # Errors
+    /// As [`Animator::read`].
+    pub fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        self.evaluated_before()?;
+        self.session.stage_times()
+    }
+
+    fn evaluated_before(&self) -> Result<()> {
+        if self.evaluated {
+            return Ok(());
+        }
+        Err(Error::input(
+            "there is nothing to read: no batch was evaluated yet, or the last one failed on the device",
+        ))
     }
 
     /// The session, for a renderer that takes its device buffers.
     pub fn session(&self) -> &S {
         &self.session
+    }
+
+    /// The session, for what a backend offers beyond [`Session`]. What is evaluated past this animator is not checked.
+    pub fn session_mut(&mut self) -> &mut S {
+        &mut self.session
     }
 
     /// The largest batch.

@@ -1,4 +1,5 @@
-use crate::{Result, Rig};
+use crate::{Animator, Result, Rig};
+use std::time::Duration;
 
 /// One result of the runtime, so that a difference between devices is pinned to one kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -46,6 +47,49 @@ pub struct HandleFrames<'a> {
     pub frames: usize,
 }
 
+/// What to make room for when a rig is made resident.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct UploadOptions {
+    /// The largest batch, at least 1.
+    pub max_frames: usize,
+    /// How the basis is kept.
+    pub basis: BasisStorage,
+}
+
+impl UploadOptions {
+    /// Room for batches of up to `max_frames` frames, everything in `f32`.
+    pub const fn frames(max_frames: usize) -> Self {
+        Self { max_frames, basis: BasisStorage::F32 }
+    }
+}
+
+/// How a device keeps the basis, by far the largest part of a rig.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BasisStorage {
+    /// As the rig has it.
+    #[default]
+    F32,
+    /// Rounded to the nearest `f16`: half the memory and half the traffic. The rows of handles stay exact, so markers
+    /// are still met; elsewhere a vertex moves by at most 2⁻¹¹ Σ_h |B_vh| |u_h|.
+    F16,
+}
+
+/// What kind of processor is behind a device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DeviceKind {
+    /// A processor; behind a GPU's API it is a software driver.
+    Cpu,
+    /// A GPU that shares the processor's memory.
+    IntegratedGpu,
+    /// A GPU with memory of its own.
+    DiscreteGpu,
+    /// A part of a GPU, given to a virtual machine.
+    VirtualGpu,
+    /// Anything else, or the driver does not tell.
+    Other,
+}
+
 /// What a backend says of a device.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct DeviceInfo {
@@ -57,14 +101,23 @@ pub struct DeviceInfo {
     pub name: String,
     /// Name and version of its driver.
     pub driver: String,
+    /// What is behind it.
+    pub kind: DeviceKind,
     /// Memory in bytes that rigs and results can occupy; `None` where the driver does not tell.
     pub memory_bytes: Option<u64>,
+    /// The largest array that a kernel can address, in bytes; what is larger is split. `None` where there is no limit.
+    pub max_binding_bytes: Option<u64>,
 }
 
 impl DeviceInfo {
     /// `backend:index`, the name by which users ask for it.
     pub fn id(&self) -> String {
         format!("{}:{}", self.backend, self.index)
+    }
+
+    /// Whether this is an API for GPUs with nothing but the processor behind it: right for tests, not for speed.
+    pub fn is_software_driver(&self) -> bool {
+        self.kind == DeviceKind::Cpu && self.backend != "cpu"
     }
 }
 
@@ -87,12 +140,11 @@ pub trait Backend: Sized + Send + Sync + 'static {
     /// [`crate::Error::Device`].
     fn open(device: &DeviceInfo) -> Result<Self>;
 
-    /// Makes `rig` resident, with room for batches of up to `max_frames` frames (at least 1).
-    /// `rig` has passed [`Rig::check`]; [`crate::Animator`] sees to it.
+    /// Makes `rig` resident. `rig` has passed [`Rig::check`] and `options` are sound; [`crate::Animator`] sees to it.
     ///
     /// # Errors
     /// [`crate::Error::Device`]: out of memory, unsupported, driver.
-    fn upload(&self, rig: &Rig, max_frames: usize) -> Result<Self::Session>;
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<Self::Session>;
 }
 
 /// A rig resident on a device. Its inputs were validated by [`crate::Animator`].
@@ -109,6 +161,13 @@ pub trait Session: Send + 'static {
     /// # Errors
     /// [`crate::Error::Device`].
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()>;
+
+    /// Waits, then says how long the device computed on each stage of the last batch, in the order of
+    /// [`Stage::ALL`]; `None` where it cannot measure.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`].
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>>;
 }
 
 impl<S: Session + ?Sized> Session for Box<S> {
@@ -118,5 +177,46 @@ impl<S: Session + ?Sized> Session for Box<S> {
 
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
         (**self).read(stage, out)
+    }
+
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        (**self).stage_times()
+    }
+}
+
+/// An opened device, whatever its backend.
+pub struct Device {
+    info: DeviceInfo,
+    #[expect(clippy::type_complexity, reason = "it is written once")]
+    upload: Box<dyn Fn(&Rig, UploadOptions) -> Result<Animator<Box<dyn Session>>> + Send + Sync>,
+}
+
+impl Device {
+    /// Opens one of `B`'s devices.
+    ///
+    /// # Errors
+    /// As [`Backend::open`].
+    pub fn open<B: Backend>(info: &DeviceInfo) -> Result<Self> {
+        Ok(Self::new(info.clone(), B::open(info)?))
+    }
+
+    /// A device that is open already.
+    pub fn new<B: Backend>(info: DeviceInfo, backend: B) -> Self {
+        let upload =
+            move |rig: &Rig, options: UploadOptions| Ok(Animator::new(&backend, rig, options)?.boxed());
+        Self { info, upload: Box::new(upload) }
+    }
+
+    /// What it is.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// Makes `rig` resident.
+    ///
+    /// # Errors
+    /// As [`Animator::new`].
+    pub fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<Animator<Box<dyn Session>>> {
+        (self.upload)(rig, options)
     }
 }

@@ -10,6 +10,7 @@ mod doctor;
 mod error;
 mod face;
 mod mesh;
+pub mod plan;
 mod progress;
 mod rig;
 mod rig_check;
@@ -21,7 +22,9 @@ mod triangulate;
 mod write_beside;
 
 pub use animator::Animator;
-pub use backend::{Backend, DeviceInfo, HandleFrames, Session, Stage};
+pub use backend::{
+    Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
+};
 pub use doctor::{Finding, Report, Severity, examine};
 pub use error::{DeviceErrorKind, Error, Result};
 pub use face::{Bind, Example, Face, Handles, Settings, StrainEdges};

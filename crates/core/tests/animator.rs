@@ -2,10 +2,11 @@
 mod support;
 
 use rhytid_core::{
-    Animator, Backend, DeviceErrorKind, DeviceInfo, Error, HandleFrames, NoProgress, Result, Rig, Session,
-    Stage, solve,
+    Animator, Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, NoProgress, Result,
+    Rig, Session, Stage, UploadOptions, solve,
 };
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// What reached the device.
 #[derive(Debug, Default)]
@@ -44,8 +45,8 @@ impl Backend for Recorder {
         Ok(Self::default())
     }
 
-    fn upload(&self, rig: &Rig, max_frames: usize) -> Result<RecorderSession> {
-        self.record.lock().unwrap().uploads.push((rig.vertices(), max_frames));
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<RecorderSession> {
+        self.record.lock().unwrap().uploads.push((rig.vertices(), options.max_frames));
         Ok(RecorderSession { record: self.record.clone() })
     }
 }
@@ -66,6 +67,10 @@ impl Session for RecorderSession {
         out.clone_from(&record.batches.last().unwrap().1);
         Ok(())
     }
+
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        Ok(None)
+    }
 }
 
 fn rig() -> Rig {
@@ -75,7 +80,7 @@ fn rig() -> Rig {
 /// An animator of five handles with room for three frames, and the record of its device.
 fn animator() -> (Animator<RecorderSession>, Arc<Mutex<Record>>) {
     let recorder = Recorder::default();
-    (Animator::new(&recorder, &rig(), 3).unwrap(), recorder.record)
+    (Animator::new(&recorder, &rig(), UploadOptions::frames(3)).unwrap(), recorder.record)
 }
 
 #[track_caller]
@@ -159,7 +164,7 @@ fn rigs_that_are_not_sound_are_not_uploaded() {
     let refused_rig = |word: &str, change: &dyn Fn(&mut Rig)| {
         let mut rig = rig();
         change(&mut rig);
-        refused(Animator::new(&recorder, &rig, 3), &[word]);
+        refused(Animator::new(&recorder, &rig, UploadOptions::frames(3)), &[word]);
     };
     refused_rig("found 0, 0 and 0", &|r| {
         (r.rest, r.handles, r.faces) = Default::default();
@@ -181,7 +186,10 @@ fn rigs_that_are_not_sound_are_not_uploaded() {
     refused_rig("metres_per_unit", &|r| r.metres_per_unit = f64::NAN);
     refused_rig("bending_length", &|r| r.bending_length = f64::INFINITY);
     refused_rig("beta", &|r| r.beta = f64::NAN);
-    refused(Animator::new(&recorder, &rig(), 0), &["at least 1 frame", "max_frames = 0"]);
+    refused(
+        Animator::new(&recorder, &rig(), UploadOptions::frames(0)),
+        &["at least 1 frame", "max_frames = 0"],
+    );
     assert!(recorder.record.lock().unwrap().uploads.is_empty());
 }
 
@@ -205,4 +213,16 @@ fn sessions_of_every_backend_fit_behind_one_type() {
     });
     assert_eq!(worker.join().unwrap().unwrap(), [3.0; 30]);
     assert_eq!(record.lock().unwrap().batches, [(2, vec![3.0; 30])]);
+}
+
+#[test]
+fn a_basis_that_halves_cannot_hold_is_refused_in_halves_only() {
+    let recorder = Recorder::default();
+    let mut rig = rig();
+    let h = rig.handles.len();
+    rig.basis[2 * h + 1] = 70_000.0;
+    let halves = UploadOptions { max_frames: 1, basis: BasisStorage::F16 };
+    refused(Animator::new(&recorder, &rig, halves), &["vertex 2", "70000", "65504", "f32"]);
+    assert!(recorder.record.lock().unwrap().uploads.is_empty());
+    Animator::new(&recorder, &rig, UploadOptions::frames(1)).unwrap();
 }

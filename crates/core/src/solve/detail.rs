@@ -39,7 +39,7 @@ pub fn features_and_detail(
         );
         let mut smooth = vec![[0.0; 3]; vertices];
         large_scale::large_scale(
-            large_scale::Params { frames: 1, vertices: vertices as u32, handles: rig.handles.len() as u32 },
+            large_scale::Params::whole(1, vertices, rig.handles.len()),
             &rig.rest,
             &rig.basis,
             &handle_rest,

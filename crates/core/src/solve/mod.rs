@@ -79,7 +79,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
     step(progress, "influences", 1, 1)?;
 
     let mut rest_normals = vec![[0.0; 3]; rest.len()];
-    let params = normals::Params { frames: 1, vertices: rest.len() as u32 };
+    let params = normals::Params::whole(1, rest.len());
     normals::normals(params, rest, &triangles, &topology.vertex_triangles, &mut rest_normals);
     let mut rig = Rig {
         name: face.name.clone(),

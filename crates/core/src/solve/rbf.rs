@@ -5,7 +5,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::{Mat, Par};
 use rayon::prelude::*;
-use rhytid_kernels::fine_scale::feature_distance;
+use rhytid_kernels::detail::feature_distance;
 
 /// Eigenvalues below this part of the largest in size count as zero: poses that look the same to a vertex.
 const RANK_TOLERANCE: f64 = 1e-6;

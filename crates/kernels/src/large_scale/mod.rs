@@ -1,33 +1,52 @@
 #![doc = include_str!("README.md")]
+use crate::params::parameter_block;
 use crate::{Real, vec3};
-use bytemuck::{Pod, Zeroable};
 
-/// The parameter block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Params {
+parameter_block!(
     /// Frames in the batch.
-    pub frames: u32,
+    frames,
     /// V.
-    pub vertices: u32,
+    vertices,
+    /// The first vertex of this part; 0 where the rig is in one piece.
+    first_vertex,
+    /// Vertices of this part.
+    part_vertices,
     /// H.
-    pub handles: u32,
+    handles,
+    /// 1 where `basis` is stored in halves, 0 where it is not. The twin has its own type for it and does not look.
+    half_basis,
+);
+
+impl Params {
+    /// For a rig in one piece.
+    pub fn whole(frames: usize, vertices: usize, handles: usize) -> Self {
+        let (frames, vertices) = (frames as u32, vertices as u32);
+        Self {
+            frames,
+            vertices,
+            first_vertex: 0,
+            part_vertices: vertices,
+            handles: handles as u32,
+            half_basis: 0,
+        }
+    }
 }
 
-/// The twin.
+/// The twin. `basis` has the rows of the part alone.
 pub fn large_scale<T: Real>(
     params: Params,
     rest: &[[T; 3]],
     basis: &[T],
     handle_rest: &[[T; 3]],
     handle_positions: &[[T; 3]],
-    large_scale: &mut [[T; 3]],
+    large_scale_positions: &mut [[T; 3]],
 ) {
     let (vertices, handles) = (params.vertices as usize, params.handles as usize);
     for frame in 0..params.frames as usize {
         let p = &handle_positions[frame * handles..][..handles];
-        for v in 0..vertices {
-            let row = &basis[v * handles..][..handles];
+        for i in 0..params.part_vertices as usize {
+            let v = params.first_vertex as usize + i;
+            let row = &basis[i * handles..][..handles];
             let mut sum = [T::zero(); 3];
             for h in 0..handles {
                 let u = vec3::sub(p[h], handle_rest[h]);
@@ -35,7 +54,7 @@ pub fn large_scale<T: Real>(
                     sum[c] += row[h] * u[c];
                 }
             }
-            large_scale[frame * vertices + v] = std::array::from_fn(|c| rest[v][c] + sum[c]);
+            large_scale_positions[frame * vertices + v] = std::array::from_fn(|c| rest[v][c] + sum[c]);
         }
     }
 }

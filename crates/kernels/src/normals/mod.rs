@@ -1,15 +1,24 @@
 #![doc = include_str!("README.md")]
+use crate::params::parameter_block;
 use crate::{Real, vec3};
-use bytemuck::{Pod, Zeroable};
 
-/// The parameter block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Params {
+parameter_block!(
     /// Frames in the batch.
-    pub frames: u32,
+    frames,
     /// V.
-    pub vertices: u32,
+    vertices,
+    /// The first vertex of this part; 0 where the rig is in one piece.
+    first_vertex,
+    /// Vertices of this part.
+    part_vertices,
+);
+
+impl Params {
+    /// For a rig in one piece.
+    pub fn whole(frames: usize, vertices: usize) -> Self {
+        let (frames, vertices) = (frames as u32, vertices as u32);
+        Self { frames, vertices, first_vertex: 0, part_vertices: vertices }
+    }
 }
 
 /// The triangles at each vertex, as two flat buffers.
@@ -67,13 +76,14 @@ pub fn normals<T: Real>(
     positions: &[[T; 3]],
     triangles: &[[u32; 3]],
     vertex_triangles: &VertexTriangles,
-    normals: &mut [[T; 3]],
+    vertex_normals: &mut [[T; 3]],
 ) {
     let vertices = params.vertices as usize;
     for frame in 0..params.frames as usize {
         let p = &positions[frame * vertices..][..vertices];
-        for v in 0..vertices {
-            normals[frame * vertices + v] = vertex_normal(p, triangles, vertex_triangles.at(v));
+        for i in 0..params.part_vertices as usize {
+            let v = params.first_vertex as usize + i;
+            vertex_normals[frame * vertices + v] = vertex_normal(p, triangles, vertex_triangles.at(v));
         }
     }
 }

@@ -1,18 +1,15 @@
 #![doc = include_str!("README.md")]
+use crate::params::parameter_block;
 use crate::{Real, vec3};
-use bytemuck::{Pod, Zeroable};
 
-/// The parameter block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Params {
+parameter_block!(
     /// Frames in the batch.
-    pub frames: u32,
+    frames,
     /// H.
-    pub handles: u32,
+    handles,
     /// F.
-    pub strain_edges: u32,
-}
+    strain_edges,
+);
 
 /// The twin.
 pub fn strain<T: Real>(
@@ -20,7 +17,7 @@ pub fn strain<T: Real>(
     handle_positions: &[[T; 3]],
     strain_edges: &[[u32; 2]],
     rest_lengths: &[T],
-    strain: &mut [T],
+    features: &mut [T],
 ) {
     let (handles, edges) = (params.handles as usize, params.strain_edges as usize);
     for frame in 0..params.frames as usize {
@@ -28,7 +25,7 @@ pub fn strain<T: Real>(
         for i in 0..edges {
             let [a, b] = strain_edges[i];
             let length = vec3::length(vec3::sub(p[a as usize], p[b as usize]));
-            strain[frame * edges + i] = (length - rest_lengths[i]) / rest_lengths[i];
+            features[frame * edges + i] = (length - rest_lengths[i]) / rest_lengths[i];
         }
     }
 }

@@ -1,0 +1,127 @@
+//! What is planned for a GPU covers every vertex and every frame once and stays within the device's limits. What it
+//! computes is for conformance to say.
+mod support;
+
+use rhytid_core::plan::{Plan, PlanLimits, Role};
+use rhytid_core::{BasisStorage, DeviceErrorKind, Error, NoProgress, Rig, Stage, UploadOptions, solve};
+
+fn rig() -> Rig {
+    solve(&support::face(), &NoProgress).unwrap().cast()
+}
+
+const NO_LIMITS: PlanLimits = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: u32::MAX };
+
+/// The face repeated, so that it has at least `vertices` vertices.
+fn large_rig(vertices: usize) -> Rig {
+    let one = rig();
+    let copies = vertices.div_ceil(one.vertices());
+    let mut rig = one.clone();
+    for copy in 1..copies {
+        let first = (copy * one.vertices()) as u32;
+        rig.rest.extend_from_slice(&one.rest);
+        rig.basis.extend_from_slice(&one.basis);
+        rig.influence_edges.extend_from_slice(&one.influence_edges);
+        rig.influence_weights.extend_from_slice(&one.influence_weights);
+        rig.rbf_weights.extend_from_slice(&one.rbf_weights);
+        rig.frame_neighbors.extend(one.frame_neighbors.iter().map(|v| v + first));
+        rig.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    rig
+}
+
+#[test]
+fn an_ordinary_rig_is_one_part_and_one_slice() {
+    let rig = rig();
+    let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
+    assert_eq!(plan.buffers().len(), 9 + 4 + 7);
+    assert_eq!(plan.slices(31).count(), 1);
+    let stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
+    assert_eq!(stages, Stage::ALL);
+    let bytes: u64 = plan.buffers().iter().map(|b| b.bytes).sum();
+    assert_eq!(plan.bytes(), bytes);
+}
+
+#[test]
+fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
+    let rig = large_rig(1000);
+    let vertices = rig.vertices();
+    for (max_binding_bytes, max_workgroups, max_frames) in
+        [(1 << 14, u32::MAX, 1), (100_000, u32::MAX, 31), (1 << 20, 3, 7), (40_000, 5, 100)]
+    {
+        for basis in [BasisStorage::F32, BasisStorage::F16] {
+            let limits = PlanLimits { max_binding_bytes, max_workgroups };
+            let options = UploadOptions { max_frames, basis };
+            let plan = Plan::new(&rig, options, limits, "test:0");
+            let plan = plan.unwrap_or_else(|e| panic!("{limits:?}: {e}"));
+            assert!(plan.buffers().iter().all(|b| b.bytes <= max_binding_bytes && b.bytes % 4 == 0));
+            for (i, buffer) in plan.buffers().iter().enumerate() {
+                let filled = plan.contents(&rig, i).len() as u64;
+                match buffer.role {
+                    Role::Constant { .. } => {
+                        assert!(filled == buffer.bytes || buffer.bytes == 16, "{buffer:?}")
+                    }
+                    _ => assert_eq!(filled, 0),
+                }
+            }
+            for frames in [1, max_frames / 2 + 1, max_frames] {
+                let mut covered = vec![0; frames];
+                for slice in plan.slices(frames) {
+                    covered[slice.frames.clone()].iter_mut().for_each(|n| *n += 1);
+                    let room = plan.buffers()[slice.handle_positions].bytes;
+                    assert!(room >= (slice.frames.len() * plan.handle_positions_bytes()) as u64);
+                }
+                assert!(covered.iter().all(|&n| n == 1), "{covered:?}");
+
+                for stage in &Stage::ALL[1..] {
+                    let mut covered = vec![0; vertices * frames];
+                    let mut first_frame = 0;
+                    for dispatch in plan.dispatches(frames).iter().filter(|d| d.stage == *stage) {
+                        let [of_slice, v, first, part] = dispatch.params[..4].try_into().unwrap();
+                        assert_eq!(v as usize, vertices);
+                        assert_eq!(dispatch.workgroups, [part.div_ceil(64), of_slice]);
+                        assert!(dispatch.workgroups.iter().all(|&n| n <= max_workgroups));
+                        for frame in first_frame..first_frame + of_slice as usize {
+                            let all = frame * vertices + first as usize..;
+                            covered[all][..part as usize].iter_mut().for_each(|n| *n += 1);
+                        }
+                        if (first + part) as usize == vertices {
+                            first_frame += of_slice as usize;
+                        }
+                    }
+                    assert!(covered.iter().all(|&n| n == 1), "{stage:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_smaller_batch_runs_the_first_dispatches_of_a_larger_one() {
+    let rig = large_rig(1000);
+    let limits = PlanLimits { max_binding_bytes: 100_000, max_workgroups: 3 };
+    let plan = Plan::new(&rig, UploadOptions::frames(40), limits, "test:0").unwrap();
+    let all = plan.dispatches(40);
+    for frames in 1..40 {
+        let fewer = plan.dispatches(frames);
+        assert!(fewer.len() <= all.len());
+        for (a, b) in fewer.iter().zip(&all) {
+            assert_eq!((a.kernel.name, a.stage, &a.buffers), (b.kernel.name, b.stage, &b.buffers));
+        }
+    }
+}
+
+#[test]
+fn what_a_device_cannot_do_is_said() {
+    let rig = large_rig(1000);
+    let refused = |limits| match Plan::new(&rig, UploadOptions::frames(1), limits, "test:0") {
+        Err(Error::Device { kind: DeviceErrorKind::Unsupported, device, message }) => {
+            assert_eq!(device, "test:0");
+            message
+        }
+        other => panic!("{other:?}"),
+    };
+    let message = refused(PlanLimits { max_binding_bytes: 11_999, ..NO_LIMITS });
+    assert!(message.contains("11999"), "{message}");
+    refused(PlanLimits { max_binding_bytes: 500, ..NO_LIMITS });
+    refused(PlanLimits { max_workgroups: 0, ..NO_LIMITS });
+}

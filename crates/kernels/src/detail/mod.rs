@@ -1,0 +1,77 @@
+#![doc = include_str!("README.md")]
+use crate::Real;
+use crate::params::parameter_block;
+
+parameter_block!(
+    /// Frames in the batch.
+    frames,
+    /// V.
+    vertices,
+    /// The first vertex of this part; 0 where the rig is in one piece.
+    first_vertex,
+    /// Vertices of this part.
+    part_vertices,
+    /// F.
+    strain_edges,
+    /// K.
+    influences,
+    /// N, the rest pose included.
+    centers,
+);
+
+/// What the kernel reads of a rig; the first, second and fourth have the vertices of the part alone.
+#[derive(Debug, Clone, Copy)]
+pub struct Buffers<'a, T> {
+    /// V×K indices of strain edges.
+    pub influence_edges: &'a [u32],
+    /// α, V×K.
+    pub influence_weights: &'a [T],
+    /// N×F.
+    pub pose_features: &'a [T],
+    /// w, V×N.
+    pub rbf_weights: &'a [[T; 3]],
+}
+
+/// ‖f − f_j‖_v: the distance of two features as a vertex with these influences sees it.
+pub fn feature_distance<T: Real>(edges: &[u32], weights: &[T], f: &[T], f_j: &[T]) -> T {
+    let mut sum = T::zero();
+    for (&e, &alpha) in edges.iter().zip(weights) {
+        let difference = f[e as usize] - f_j[e as usize];
+        sum += alpha * (difference * difference);
+    }
+    sum.sqrt()
+}
+
+/// d_v of vertex `i` of the part for the features `f` of one frame.
+pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, f: &[T], i: usize) -> [T; 3] {
+    let (edges, k, n) = (params.strain_edges as usize, params.influences as usize, params.centers as usize);
+    let influence_edges = &buffers.influence_edges[i * k..][..k];
+    let influence_weights = &buffers.influence_weights[i * k..][..k];
+    let mut d = [T::zero(); 3];
+    for j in 0..n {
+        let f_j = &buffers.pose_features[j * edges..][..edges];
+        let r = feature_distance(influence_edges, influence_weights, f, f_j);
+        let w = buffers.rbf_weights[i * n + j];
+        for c in 0..3 {
+            d[c] += w[c] * r;
+        }
+    }
+    d
+}
+
+/// The twin.
+pub fn detail<T: Real>(
+    params: Params,
+    features: &[T],
+    buffers: &Buffers<'_, T>,
+    local_detail: &mut [[T; 3]],
+) {
+    let (vertices, edges) = (params.vertices as usize, params.strain_edges as usize);
+    for frame in 0..params.frames as usize {
+        let f = &features[frame * edges..][..edges];
+        for i in 0..params.part_vertices as usize {
+            let v = params.first_vertex as usize + i;
+            local_detail[frame * vertices + v] = vertex_detail(params, buffers, f, i);
+        }
+    }
+}

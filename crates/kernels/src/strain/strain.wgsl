@@ -1,0 +1,31 @@
+// README.md beside this file says what is computed. One invocation: one edge (x) of one frame (y).
+struct Params {
+    frames: u32,
+    handles: u32,
+    strain_edges: u32,
+}
+
+@group(0) @binding(0) var<storage, read> handle_positions: array<f32>;
+@group(0) @binding(1) var<storage, read> strain_edges: array<u32>;
+@group(0) @binding(2) var<storage, read> rest_lengths: array<f32>;
+@group(0) @binding(3) var<storage, read_write> features: array<f32>;
+@group(0) @binding(4) var<uniform> params: Params;
+
+fn handle_position(i: u32) -> vec3f {
+    return vec3f(handle_positions[3 * i], handle_positions[3 * i + 1], handle_positions[3 * i + 2]);
+}
+
+@compute @workgroup_size(64)
+fn strain(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    let frame = id.y;
+    if i >= params.strain_edges {
+        return;
+    }
+    let first = frame * params.handles;
+    let a = handle_position(first + strain_edges[2 * i]);
+    let b = handle_position(first + strain_edges[2 * i + 1]);
+    let d = a - b;
+    let length = sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
+    features[frame * params.strain_edges + i] = (length - rest_lengths[i]) / rest_lengths[i];
+}

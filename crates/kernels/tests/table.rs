@@ -1,0 +1,54 @@
+//! What every kernel must keep to, so that it runs on every device. That the sources agree with the table is checked
+//! by `cargo xtask kernels --check`.
+use rhytid_kernels::table::{Access, KERNELS, TILE, WORKGROUP_SIZE};
+use std::collections::HashSet;
+
+/// What WebGPU promises without asking for more: maxStorageBuffersPerShaderStage.
+const STORAGE_BUFFERS: usize = 8;
+/// What Vulkan promises: maxPushConstantsSize, in bytes.
+const PUSH_CONSTANTS: usize = 128;
+/// What Vulkan promises: maxComputeWorkGroupInvocations.
+const INVOCATIONS: u32 = 128;
+
+#[test]
+fn kernels_fit_the_limits_that_every_device_has() {
+    const { assert!(WORKGROUP_SIZE <= INVOCATIONS) };
+    for kernel in KERNELS {
+        assert!(kernel.bindings.len() <= STORAGE_BUFFERS, "{}", kernel.name);
+        assert!(4 * kernel.params.len() <= PUSH_CONSTANTS, "{}", kernel.name);
+    }
+}
+
+#[test]
+fn a_workgroup_reads_one_tile() {
+    assert_eq!(TILE, WORKGROUP_SIZE as usize);
+}
+
+#[test]
+fn each_kernel_writes_its_last_buffer_alone() {
+    for kernel in KERNELS {
+        let written: Vec<_> = kernel.bindings.iter().map(|b| b.access == Access::Write).collect();
+        let last = kernel.bindings.len() - 1;
+        assert_eq!(written, (0..=last).map(|i| i == last).collect::<Vec<_>>(), "{}", kernel.name);
+    }
+}
+
+#[test]
+fn names_are_used_once() {
+    let kernels: HashSet<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
+    assert_eq!(kernels.len(), KERNELS.len());
+    for kernel in KERNELS {
+        let buffers: HashSet<&str> = kernel.bindings.iter().map(|b| b.name).collect();
+        let params: HashSet<&str> = kernel.params.iter().copied().collect();
+        assert_eq!((buffers.len(), params.len()), (kernel.bindings.len(), kernel.params.len()));
+    }
+}
+
+#[test]
+fn the_spirv_has_been_made() {
+    // The magic number, and version 1.3.
+    for kernel in KERNELS {
+        assert_eq!(kernel.spirv.get(..8), Some(&[3, 2, 0x23, 7, 0, 3, 1, 0][..]), "{}", kernel.name);
+        assert_eq!(kernel.spirv.len() % 4, 0, "{}", kernel.name);
+    }
+}

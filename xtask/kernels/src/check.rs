@@ -1,0 +1,81 @@
+//! Everything that must be so: each list has one sentence for each thing that is not.
+use crate::reflected::{Language, Reflected, compare, differences, parameters};
+use crate::{compile, folder, reflect_naga, reflect_opencl, reflect_rust};
+use rhytid_kernels::table::{KERNELS, Kernel};
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Checks all kernels; `root` holds a folder for each. The error says what the check itself lacks.
+pub fn all(root: &Path) -> Result<Vec<String>, String> {
+    let opencl = reflect_opencl::Compiler::first()?;
+    let mut all = folder::files(root);
+    for kernel in KERNELS {
+        let readme = fs::read_to_string(root.join(kernel.name).join("README.md")).unwrap_or_default();
+        let mut add = |file: String, found: Vec<String>| {
+            all.extend(found.into_iter().map(|sentence| format!("{}/{file}: {sentence}", kernel.name)));
+        };
+        add("README.md".into(), folder::readme(kernel, &readme));
+        add("mod.rs".into(), rust(kernel));
+        add(format!("{}.spv", kernel.name), fresh(kernel.name, kernel.glsl, kernel.spirv));
+        add(format!("{}.spv", kernel.name), valid(kernel.spirv)?);
+        for language in Language::ALL {
+            let reflected = match language {
+                Language::Spirv => reflect_naga::spirv(kernel.spirv),
+                Language::Wgsl => reflect_naga::wgsl(kernel.wgsl),
+                Language::OpenCl => opencl.reflect(kernel.opencl),
+            };
+            add(format!("{}.{}", kernel.name, language.extension()), agrees(kernel, language, reflected));
+        }
+    }
+    Ok(all)
+}
+
+/// A source that no compiler takes is a difference too.
+pub fn agrees(kernel: &Kernel, language: Language, reflected: Result<Reflected, String>) -> Vec<String> {
+    match reflected {
+        Ok(reflected) => differences(kernel, language, &reflected),
+        Err(error) => vec![error],
+    }
+}
+
+/// The committed SPIR-V is what the GLSL gives now, byte for byte.
+pub fn fresh(name: &str, glsl: &str, spirv: &[u8]) -> Vec<String> {
+    match compile::compile(name, glsl) {
+        Ok(bytes) if bytes == spirv => Vec::new(),
+        Ok(_) => vec![format!("not what {name}.comp gives: run `cargo xtask kernels`")],
+        Err(error) => vec![format!("{name}.comp does not compile: {error}")],
+    }
+}
+
+/// What `spirv-val` says.
+pub fn valid(spirv: &[u8]) -> Result<Vec<String>, String> {
+    let cannot = |e: std::io::Error| match e.kind() {
+        ErrorKind::NotFound => {
+            "spirv-val is not installed: run `cargo xtask setup`, or install spirv-tools".into()
+        }
+        _ => format!("spirv-val cannot be run: {e}"),
+    };
+    let mut validator = Command::new("spirv-val");
+    validator.args(["--target-env", "vulkan1.1", "-"]);
+    validator.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = validator.spawn().map_err(cannot)?;
+    let written = child.stdin.take().map_or(Ok(()), |mut stdin| stdin.write_all(spirv));
+    let output = child.wait_with_output().map_err(cannot)?;
+    if output.status.success() {
+        return written.map(|()| Vec::new()).map_err(cannot);
+    }
+    let message = [output.stdout, output.stderr].concat();
+    Ok(vec![format!("spirv-val: {}", String::from_utf8_lossy(&message).trim())])
+}
+
+/// The parameter block that the host fills in.
+fn rust(kernel: &Kernel) -> Vec<String> {
+    match reflect_rust::fields(kernel.name) {
+        Some(fields) => compare("parameter", &fields, &parameters(kernel)),
+        None => {
+            vec!["its Params are not checked: add the kernel to xtask/kernels/src/reflect_rust.rs".into()]
+        }
+    }
+}

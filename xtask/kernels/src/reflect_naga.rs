@@ -1,0 +1,95 @@
+//! WGSL and SPIR-V as naga sees them.
+use crate::reflected::{Buffer, Field, PUSH_CONSTANTS, Reflected, binding_slot};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{AddressSpace, ArraySize, Module, Scalar, StorageAccess, Type, TypeInner};
+
+/// Parses and validates WGSL, as of WebGPU without optional features. The error is naga's, with the place.
+pub fn wgsl(source: &str) -> Result<Reflected, String> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
+    // `unpack2x16float` is a part of every WebGPU.
+    Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
+        .validate(&module)
+        .map_err(|e| e.emit_to_string(source))?;
+    // What WGSL lets a kernel write it lets it read.
+    Ok(reflect(&module, "write"))
+}
+
+/// Parses SPIR-V; whether it is valid, `spirv-val` says better.
+pub fn spirv(bytes: &[u8]) -> Result<Reflected, String> {
+    let module = naga::front::spv::parse_u8_slice(bytes, &naga::front::spv::Options::default())
+        .map_err(|e| format!("naga cannot read it: {e}"))?;
+    Ok(reflect(&module, "read and write"))
+}
+
+fn reflect(module: &Module, load_and_store: &'static str) -> Reflected {
+    let mut buffers = Vec::new();
+    let mut params = Vec::new();
+    for (_, global) in module.global_variables.iter() {
+        let ty = &module.types[global.ty];
+        let place = global.binding.map(|at| (at.group as usize, at.binding as usize));
+        let slot = place.map_or("no binding".into(), |(group, binding)| binding_slot(group, binding));
+        match global.space {
+            AddressSpace::Storage { access } => {
+                let (name, element) = array(module, global.name.as_deref(), ty);
+                let access =
+                    match (access.contains(StorageAccess::LOAD), access.contains(StorageAccess::STORE)) {
+                        (true, false) => "read",
+                        (false, true) => "write",
+                        _ => load_and_store,
+                    };
+                buffers.push((place, Buffer { slot, name, element, access }));
+            }
+            AddressSpace::Uniform => params.push((slot, fields(module, ty))),
+            AddressSpace::Immediate => params.push((PUSH_CONSTANTS.into(), fields(module, ty))),
+            // Textures and samplers: no kernel has them, so any is a difference.
+            AddressSpace::Handle => {
+                let name = global.name.clone().unwrap_or_default();
+                buffers
+                    .push((place, Buffer { slot, name, element: format!("{:?}", ty.inner), access: "read" }));
+            }
+            _ => {}
+        }
+    }
+    buffers.sort_by_key(|(place, _)| *place);
+    Reflected {
+        entry_points: module.entry_points.iter().map(|entry| entry.name.clone()).collect(),
+        workgroup_size: module.entry_points.first().map_or([0; 3], |e| e.workgroup_size.map(|n| n as usize)),
+        buffers: buffers.into_iter().map(|(_, buffer)| buffer).collect(),
+        params,
+    }
+}
+
+/// The name and the elements of a buffer. GLSL cannot have an array alone: it is the one member of a block, and
+/// goes by the member's name.
+fn array(module: &Module, name: Option<&str>, ty: &Type) -> (String, String) {
+    match &ty.inner {
+        TypeInner::Struct { members, .. } if members.len() == 1 => {
+            array(module, members[0].name.as_deref(), &module.types[members[0].ty])
+        }
+        TypeInner::Array { base, size: ArraySize::Dynamic, stride: 4 } => {
+            (name.unwrap_or_default().into(), scalar(&module.types[*base]))
+        }
+        other => (name.unwrap_or_default().into(), format!("{other:?}")),
+    }
+}
+
+fn fields(module: &Module, ty: &Type) -> Vec<Field> {
+    let TypeInner::Struct { members, .. } = &ty.inner else {
+        let name = ty.name.clone().unwrap_or_default();
+        return vec![Field { name, offset: 0, element: scalar(ty) }];
+    };
+    let field = |member: &naga::StructMember| Field {
+        name: member.name.clone().unwrap_or_default(),
+        offset: member.offset as usize,
+        element: scalar(&module.types[member.ty]),
+    };
+    members.iter().map(field).collect()
+}
+
+fn scalar(ty: &Type) -> String {
+    match ty.inner {
+        TypeInner::Scalar(Scalar::F32) => "f32".into(),
+        TypeInner::Scalar(Scalar::U32) => "u32".into(),
+        ref other => format!("{other:?}"),
+    }
+}

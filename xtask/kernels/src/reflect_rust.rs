@@ -1,0 +1,30 @@
+//! The parameter blocks of the Rust twins, which the host fills in: their fields as they lie in memory.
+use crate::reflected::Field;
+use bytemuck::Pod;
+use rhytid_kernels::{detail, fine_scale, large_scale, normals, strain};
+use std::fmt::Debug;
+
+/// The fields of a kernel's `Params`; `None` for a kernel that is not listed here.
+pub fn fields(kernel: &str) -> Option<Vec<Field>> {
+    Some(match kernel {
+        "strain" => fields_of::<strain::Params>(),
+        "large_scale" => fields_of::<large_scale::Params>(),
+        "normals" => fields_of::<normals::Params>(),
+        "detail" => fields_of::<detail::Params>(),
+        "fine_scale" => fields_of::<fine_scale::Params>(),
+        _ => return None,
+    })
+}
+
+/// Fills the block with the offsets 0, 4, 8, … and has it shown: `Params { frames: 0, vertices: 4, … }`.
+fn fields_of<P: Pod + Debug>() -> Vec<Field> {
+    let offsets: Vec<u8> = (0..size_of::<P>() as u32).step_by(4).flat_map(u32::to_le_bytes).collect();
+    let shown = format!("{:?}", bytemuck::pod_read_unaligned::<P>(&offsets));
+    let inside = shown.trim_start_matches("Params {").trim_end_matches('}');
+    let field = |text: &str| {
+        let (name, offset) = text.split_once(": ")?;
+        let offset = offset.trim().parse().ok()?;
+        Some(Field { name: name.trim().into(), offset, element: "u32".into() })
+    };
+    inside.split(", ").filter_map(field).collect()
+}

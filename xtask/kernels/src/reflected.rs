@@ -1,0 +1,150 @@
+//! What a kernel says of itself, in words that all languages share, and how it differs from the table.
+use rhytid_kernels::table::{Access, Binding, Element, Kernel, WORKGROUP_SIZE};
+use std::fmt::{self, Display, Formatter};
+
+/// A language of the kernels that can be reflected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Language {
+    Spirv,
+    Wgsl,
+    OpenCl,
+}
+
+impl Language {
+    pub const ALL: [Self; 3] = [Self::Spirv, Self::Wgsl, Self::OpenCl];
+
+    /// How the language's files end.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Spirv => "spv",
+            Self::Wgsl => "wgsl",
+            Self::OpenCl => "cl",
+        }
+    }
+
+    /// Where the table's buffer `index` is.
+    fn slot(self, index: usize) -> String {
+        match self {
+            Self::Spirv | Self::Wgsl => binding_slot(0, index),
+            Self::OpenCl => argument_slot(index),
+        }
+    }
+
+    /// Where the parameter block is, after `buffers` buffers.
+    fn params_slot(self, buffers: usize) -> String {
+        match self {
+            Self::Spirv => PUSH_CONSTANTS.into(),
+            Self::Wgsl | Self::OpenCl => self.slot(buffers),
+        }
+    }
+}
+
+pub const PUSH_CONSTANTS: &str = "push constants";
+
+pub fn binding_slot(group: usize, binding: usize) -> String {
+    format!("binding {binding} of group {group}")
+}
+
+pub fn argument_slot(index: usize) -> String {
+    format!("argument {index}")
+}
+
+/// A kernel as a compiler sees it.
+#[derive(Debug)]
+pub struct Reflected {
+    /// All that the source has.
+    pub entry_points: Vec<String>,
+    /// Of the first entry point.
+    pub workgroup_size: [usize; 3],
+    /// In the order of their bindings.
+    pub buffers: Vec<Buffer>,
+    /// Where each parameter block is, and its fields; one is expected.
+    pub params: Vec<(String, Vec<Field>)>,
+}
+
+/// A buffer as a compiler sees it.
+#[derive(Debug)]
+pub struct Buffer {
+    pub slot: String,
+    pub name: String,
+    /// `f32`, `u32`, or whatever else it was.
+    pub element: String,
+    /// `read`, `write` or `read and write`.
+    pub access: &'static str,
+}
+
+/// A field of a parameter block.
+#[derive(Debug)]
+pub struct Field {
+    pub name: String,
+    pub offset: usize,
+    pub element: String,
+}
+
+impl Display for Buffer {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "`{}` (array of {}, {}, {})", self.name, self.element, self.access, self.slot)
+    }
+}
+
+impl Display for Field {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "`{}` ({} at byte {})", self.name, self.element, self.offset)
+    }
+}
+
+/// One sentence for each thing that is not as the table has it.
+pub fn differences(kernel: &Kernel, language: Language, found: &Reflected) -> Vec<String> {
+    let buffer = |(index, binding): (usize, &Binding)| Buffer {
+        slot: language.slot(index),
+        name: binding.name.into(),
+        element: element(binding.element).into(),
+        access: access(binding.access),
+    };
+    let buffers: Vec<Buffer> = kernel.bindings.iter().enumerate().map(buffer).collect();
+    let (slots, fields): (Vec<String>, Vec<&Vec<Field>>) =
+        found.params.iter().map(|(slot, fields)| (slot.clone(), fields)).unzip();
+    [
+        compare("entry point", &found.entry_points, &[kernel.name.to_owned()]),
+        compare("workgroup size along axis", &found.workgroup_size, &[WORKGROUP_SIZE as usize, 1, 1]),
+        compare("buffer", &found.buffers, &buffers),
+        compare("parameter block", &slots, &[language.params_slot(buffers.len())]),
+        compare("parameter", &fields.into_iter().flatten().collect::<Vec<_>>(), &parameters(kernel)),
+    ]
+    .concat()
+}
+
+/// One sentence for each position at which `found` is not as `expected`.
+pub fn compare<F: Display, E: Display>(what: &str, found: &[F], expected: &[E]) -> Vec<String> {
+    let shown = |item: Option<String>| item.unwrap_or("none".into());
+    let at = |index| {
+        let found = shown(found.get(index).map(F::to_string));
+        let expected = shown(expected.get(index).map(E::to_string));
+        (found != expected).then(|| format!("{what} {index}: found {found}, expected {expected}"))
+    };
+    (0..found.len().max(expected.len())).filter_map(at).collect()
+}
+
+/// The parameter block that the table describes: each field a `u32`, without gaps.
+pub fn parameters(kernel: &Kernel) -> Vec<Field> {
+    let field = |(index, name): (usize, &&str)| Field {
+        name: (*name).into(),
+        offset: 4 * index,
+        element: element(Element::U32).into(),
+    };
+    kernel.params.iter().enumerate().map(field).collect()
+}
+
+fn element(element: Element) -> &'static str {
+    match element {
+        Element::F32 => "f32",
+        Element::U32 => "u32",
+    }
+}
+
+fn access(access: Access) -> &'static str {
+    match access {
+        Access::Read => "read",
+        Access::Write => "write",
+    }
+}
