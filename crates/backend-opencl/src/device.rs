@@ -1,0 +1,178 @@
+use crate::OpenClSession;
+use crate::cl::{self, BuildError, Context, DeviceId, Platform, Program};
+use crate::status::Status;
+use ocl::ffi::*;
+use rhytid_core::plan::PlanLimits;
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
+use rhytid_kernels::table::{KERNELS, Kernel, WORKGROUP_SIZE};
+use std::sync::{Mutex, PoisonError};
+
+/// No option that trades accuracy for speed: relaxed or unsafe arithmetic would let a device reorder sums, drop
+/// infinities and take squares of small numbers for zero, and the devices would no longer agree.
+const BUILD_OPTIONS: &str = "-cl-std=CL1.2";
+
+/// An OpenCL device, with its kernels built. Sessions may outlive it.
+#[derive(Debug)]
+pub struct OpenCl {
+    pub(crate) name: String,
+    pub(crate) device: DeviceId,
+    pub(crate) context: Context,
+    programs: Vec<(&'static str, Program)>,
+    pub(crate) limits: PlanLimits,
+    pub(crate) memory_bytes: u64,
+}
+
+impl Backend for OpenCl {
+    const NAME: &'static str = "opencl";
+    type Session = OpenClSession;
+
+    fn devices() -> Result<Vec<DeviceInfo>> {
+        Ok(usable_devices()?.into_iter().map(|(_, info)| info).collect())
+    }
+
+    fn open(device: &DeviceInfo) -> Result<Self> {
+        Self::open_with(device, |kernel| kernel.opencl.to_owned())
+    }
+
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<OpenClSession> {
+        OpenClSession::new(self, rig, options)
+    }
+}
+
+impl OpenCl {
+    /// Opens a device with kernels from this source.
+    pub(crate) fn open_with(info: &DeviceInfo, source: impl Fn(&Kernel) -> String) -> Result<Self> {
+        let name = info.id();
+        let error = |kind, message| Error::Device { kind, device: name.clone(), message };
+        let devices = usable_devices()?;
+        let count = devices.len();
+        let found = devices.into_iter().find(|(_, found)| {
+            (found.index, &found.name, &found.driver) == (info.index, &info.name, &info.driver)
+        });
+        let Some((device, _)) = found else {
+            let message = format!("there is no such OpenCL device called {}, but {count} others", info.name);
+            return Err(error(DeviceErrorKind::NotFound, message));
+        };
+        let asking = || Status::of(&name, "asking for the device's limits");
+        let group = device.number(CL_DEVICE_MAX_WORK_GROUP_SIZE).map_err(asking())?;
+        if group < WORKGROUP_SIZE.into() {
+            let message = format!(
+                "a kernel needs workgroups of {WORKGROUP_SIZE}, and this device has {group} at the most"
+            );
+            return Err(error(DeviceErrorKind::Unsupported, message));
+        }
+        let limits = PlanLimits {
+            max_binding_bytes: device.number(CL_DEVICE_MAX_MEM_ALLOC_SIZE).map_err(asking())?,
+            // OpenCL has no limit but that of its 32-bit ids.
+            max_workgroups: u32::MAX / WORKGROUP_SIZE,
+        };
+        let memory_bytes = device.number(CL_DEVICE_GLOBAL_MEM_SIZE).map_err(asking())?;
+        let context = Context::of(device).map_err(Status::of(&name, "making a context"))?;
+        let build = |kernel: &&'static Kernel| {
+            let program = Program::build(&context, device, &source(kernel), BUILD_OPTIONS);
+            let program = program.map_err(|failure| match failure {
+                BuildError::Log(log) => {
+                    let message =
+                        format!("the kernel {} does not build; the compiler says:\n{log}", kernel.name);
+                    error(DeviceErrorKind::Build, message)
+                }
+                BuildError::Status(status) => {
+                    Status::of(&name, &format!("building the kernel {}", kernel.name))(status)
+                }
+            });
+            Ok((kernel.name, program?))
+        };
+        let programs = KERNELS.iter().map(build).collect::<Result<_>>()?;
+        Ok(Self { name, device, context, programs, limits, memory_bytes })
+    }
+
+    /// A kernel object of its own for the caller, without arguments.
+    pub(crate) fn kernel(&self, kernel: &Kernel) -> Result<cl::Kernel> {
+        let Some((name, program)) = self.programs.iter().find(|(name, _)| *name == kernel.name) else {
+            return Err(Error::Internal(format!("no OpenCL program has the kernel {}", kernel.name)));
+        };
+        cl::Kernel::of(program, name).map_err(Status::of(&self.name, "making a kernel"))
+    }
+}
+
+/// Every device that can run the kernels: platforms by name, then in the driver's order.
+fn usable_devices() -> Result<Vec<(DeviceId, DeviceInfo)>> {
+    // Some loaders find nothing while another thread is loading the drivers.
+    static LOADING: Mutex<()> = Mutex::new(());
+    let _loading = LOADING.lock().unwrap_or_else(PoisonError::into_inner);
+
+    let platforms = cl::platforms().map_err(Status::of(OpenCl::NAME, "listing the platforms"))?;
+    let name = |platform: Platform| platform.string(CL_PLATFORM_NAME).unwrap_or_else(|_| "OpenCL".into());
+    let mut platforms: Vec<(String, Platform)> = platforms.into_iter().map(|p| (name(p), p)).collect();
+    platforms.sort_by(|(a, _), (b, _)| a.cmp(b));
+
+    let mut usable = Vec::new();
+    let mut failure = None;
+    for (platform, id) in platforms {
+        // A driver that fails does not take the others' devices away.
+        let devices = id.devices().unwrap_or_else(|status| {
+            let doing = format!("listing the devices of {platform}");
+            let error = Status::of(OpenCl::NAME, &doing)(status);
+            log::warn!("{error}");
+            failure = Some(error);
+            Vec::new()
+        });
+        for device in devices {
+            match describe(&platform, device, usable.len()) {
+                Ok(info) => usable.push((device, info)),
+                Err(reason) => {
+                    let name = device.string(CL_DEVICE_NAME).unwrap_or_default();
+                    log::warn!("opencl: {platform}: {name} is left out: {reason}");
+                }
+            }
+        }
+    }
+    match failure {
+        Some(error) if usable.is_empty() => Err(error),
+        _ => Ok(usable),
+    }
+}
+
+/// What a device is, or why it cannot run the kernels.
+fn describe(platform: &str, device: DeviceId, index: usize) -> Result<DeviceInfo, String> {
+    let unknown = |what: &str| format!("it does not tell its {what}");
+    for (what, reason) in [
+        (CL_DEVICE_AVAILABLE, "it is not available"),
+        (CL_DEVICE_COMPILER_AVAILABLE, "it has no compiler"),
+        (CL_DEVICE_ENDIAN_LITTLE, "it is big-endian"),
+    ] {
+        if device.number(what) != Ok(1) {
+            return Err(reason.into());
+        }
+    }
+    let profile = device.string(CL_DEVICE_PROFILE).map_err(|_| unknown("profile"))?;
+    if profile != "FULL_PROFILE" {
+        return Err(format!("its profile is {profile}, and the kernels need FULL_PROFILE"));
+    }
+    let version = device.string(CL_DEVICE_OPENCL_C_VERSION).map_err(|_| unknown("version of OpenCL C"))?;
+    if version.starts_with("OpenCL C 1.0") || version.starts_with("OpenCL C 1.1") {
+        return Err(format!("it compiles {version}, and the kernels need 1.2"));
+    }
+
+    let has = |kind: cl_device_type| device.number(CL_DEVICE_TYPE).is_ok_and(|bits| bits & kind != 0);
+    let kind = if has(CL_DEVICE_TYPE_CPU) {
+        DeviceKind::Cpu
+    } else if !has(CL_DEVICE_TYPE_GPU) {
+        DeviceKind::Other
+    } else if device.number(CL_DEVICE_HOST_UNIFIED_MEMORY) == Ok(1) {
+        DeviceKind::IntegratedGpu
+    } else {
+        DeviceKind::DiscreteGpu
+    };
+    let driver_version = device.string(CL_DRIVER_VERSION).map_err(|_| unknown("driver's version"))?;
+    let largest = device.number(CL_DEVICE_MAX_MEM_ALLOC_SIZE).map_err(|_| unknown("largest buffer"))?;
+    Ok(DeviceInfo {
+        backend: OpenCl::NAME,
+        index,
+        name: device.string(CL_DEVICE_NAME).map_err(|_| unknown("name"))?,
+        driver: format!("{platform}, {driver_version}"),
+        kind,
+        memory_bytes: device.number(CL_DEVICE_GLOBAL_MEM_SIZE).ok(),
+        max_binding_bytes: Some(largest),
+    })
+}

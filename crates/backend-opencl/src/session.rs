@@ -1,0 +1,175 @@
+use crate::OpenCl;
+use crate::cl::{self, Buffer, Event, Queue};
+use crate::status::{Name, Status};
+use ocl::ffi::{CL_MEM_READ_ONLY, CL_MEM_READ_WRITE};
+use rhytid_core::plan::{Dispatch, Plan, Role};
+use rhytid_core::{DeviceErrorKind, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
+use rhytid_kernels::table::WORKGROUP_SIZE;
+use std::time::Duration;
+
+/// A rig in an OpenCL device's memory, and the results of the last batch.
+#[derive(Debug)]
+pub struct OpenClSession {
+    device: String,
+    plan: Plan,
+    queue: Queue,
+    /// In the plan's order.
+    buffers: Vec<Buffer>,
+    /// One for each dispatch of the largest batch, its buffers bound once and for all.
+    kernels: Vec<cl::Kernel>,
+    /// Frames of the last batch, and what it ran. The kernels have these parameters.
+    frames: usize,
+    dispatches: Vec<Dispatch>,
+    /// What `writes` copy from.
+    handle_positions: Vec<f32>,
+    writes: Vec<Event>,
+    /// One for each of `dispatches`.
+    runs: Vec<Event>,
+}
+
+impl OpenClSession {
+    pub(crate) fn new(on: &OpenCl, rig: &Rig, options: UploadOptions) -> Result<Self> {
+        let device = on.name.clone();
+        let plan = Plan::new(rig, options, on.limits, &device)?;
+        // With drivers that allocate on first use, the operating system would otherwise stop the program.
+        if plan.bytes() > on.memory_bytes {
+            let message = format!(
+                "the rig with room for {} frames needs {} bytes, and the device has {}; make batches smaller, or store the \
+                 basis in halves",
+                options.max_frames,
+                plan.bytes(),
+                on.memory_bytes
+            );
+            return Err(Error::Device { kind: DeviceErrorKind::OutOfMemory, device, message });
+        }
+        let queue = Queue::of(&on.context, on.device).map_err(Status::of(&device, "making a queue"))?;
+        let mut buffers = Vec::with_capacity(plan.buffers().len());
+        for (index, planned) in plan.buffers().iter().enumerate() {
+            let flags = if matches!(planned.role, Role::Result { .. }) {
+                CL_MEM_READ_WRITE
+            } else {
+                CL_MEM_READ_ONLY
+            };
+            let doing = format!("making the buffer {} of {} bytes", planned.name, planned.bytes);
+            let buffer = Buffer::with_bytes(&on.context, flags, planned.bytes as usize)
+                .map_err(Status::of(&device, &doing))?;
+            let contents = plan.contents(rig, index);
+            if !contents.is_empty() {
+                let doing = format!("filling the buffer {} with {} bytes", planned.name, contents.len());
+                queue.write(&buffer, &contents).map_err(Status::of(&device, &doing))?;
+            }
+            buffers.push(buffer);
+        }
+        let mut kernels = Vec::new();
+        for dispatch in plan.dispatches(options.max_frames) {
+            let mut kernel = on.kernel(dispatch.kernel)?;
+            for (argument, &buffer) in dispatch.buffers.iter().enumerate() {
+                let doing = format!("binding {} to {}", plan.buffers()[buffer].name, dispatch.kernel.name);
+                kernel.set_buffer(argument, &buffers[buffer]).map_err(Status::of(&device, &doing))?;
+            }
+            kernels.push(kernel);
+        }
+        Ok(Self {
+            device,
+            plan,
+            queue,
+            buffers,
+            kernels,
+            frames: 0,
+            dispatches: Vec::new(),
+            handle_positions: Vec::new(),
+            writes: Vec::new(),
+            runs: Vec::new(),
+        })
+    }
+
+    /// Gives the kernels their parameters for a batch of this size.
+    fn prepare(&mut self, frames: usize) -> Result<()> {
+        if self.frames == frames {
+            return Ok(());
+        }
+        self.frames = 0;
+        self.dispatches = self.plan.dispatches(frames);
+        for (dispatch, kernel) in self.dispatches.iter().zip(&mut self.kernels) {
+            let doing = format!("setting the parameters of {}", dispatch.kernel.name);
+            kernel
+                .set_words(dispatch.buffers.len(), &dispatch.params)
+                .map_err(Status::of(&self.device, &doing))?;
+        }
+        self.frames = frames;
+        Ok(())
+    }
+
+    fn wait(&self) -> Result<()> {
+        Event::wait(&self.runs).map_err(Status::of(&self.device, "running the kernels"))
+    }
+}
+
+impl Session for OpenClSession {
+    fn evaluate(&mut self, HandleFrames { positions, frames }: HandleFrames<'_>) -> Result<()> {
+        let copying = || Status::of(&self.device, "copying the handle positions");
+        // They are about to be overwritten.
+        Event::wait(&self.writes).map_err(copying())?;
+        self.writes.clear();
+        self.runs.clear();
+        self.prepare(frames)?;
+        self.handle_positions.clear();
+        self.handle_positions.extend_from_slice(positions);
+
+        let copying = || Status::of(&self.device, "copying the handle positions");
+        let per_frame = self.plan.handle_positions_bytes();
+        for slice in self.plan.slices(frames) {
+            let bytes = bytemuck::cast_slice(&self.handle_positions);
+            let bytes = &bytes[slice.frames.start * per_frame..slice.frames.end * per_frame];
+            // SAFETY: whoever changes or drops the handle positions waits for the writes.
+            let event = unsafe { self.queue.start_write(&self.buffers[slice.handle_positions], bytes) };
+            self.writes.push(event.map_err(copying())?);
+        }
+        for (dispatch, kernel) in self.dispatches.iter().zip(&self.kernels) {
+            // SAFETY: buffers and parameters are the plan's for this rig, whose indices were checked.
+            let event = unsafe { self.queue.run(kernel, dispatch.workgroups, WORKGROUP_SIZE as usize) };
+            let doing = || format!("starting the kernel {}", dispatch.kernel.name);
+            self.runs.push(event.map_err(|status| Status::of(&self.device, &doing())(status))?);
+        }
+        self.queue.flush().map_err(Status::of(&self.device, "starting the kernels"))
+    }
+
+    fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+        self.wait()?;
+        let per_frame = self.plan.frame_bytes(stage) / size_of::<f32>();
+        out.resize(self.frames * per_frame, 0.0);
+        if per_frame == 0 {
+            return Ok(());
+        }
+        for slice in self.plan.slices(self.frames) {
+            let result = &self.buffers[slice.results[stage as usize]];
+            let out = &mut out[slice.frames.start * per_frame..slice.frames.end * per_frame];
+            self.queue
+                .read(result, bytemuck::cast_slice_mut(out))
+                .map_err(Status::of(&self.device, "reading a result"))?;
+        }
+        Ok(())
+    }
+
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        self.wait()?;
+        let mut times = [Duration::ZERO; 6];
+        for (dispatch, run) in self.dispatches.iter().zip(&self.runs) {
+            match run.nanoseconds() {
+                Ok(time) => times[dispatch.stage as usize] += Duration::from_nanos(time),
+                Err(status) if status.is(Name::CL_PROFILING_INFO_NOT_AVAILABLE) => return Ok(None),
+                Err(status) => return Err(Status::of(&self.device, "reading a kernel's times")(status)),
+            }
+        }
+        Ok(Some(times))
+    }
+}
+
+impl Drop for OpenClSession {
+    fn drop(&mut self) {
+        // The device may be copying from the handle positions, which end here.
+        if let Err(status) = self.queue.finish() {
+            log::debug!("{}: waiting for the last batch returned {status:?}", self.device);
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Made-up rigs, a comparison, and tests that run in a process of their own.
+use crate::OpenCl;
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{Animator, Backend, DeviceInfo, Faces, Rig, Session, Stage, UpAxis, UploadOptions};
+use std::process::{Command, Output};
+
+/// The test that a child process is started for.
+const CHILD: &str = "RHYTID_CHILD_TEST";
+
+/// Says loudly that something was not tested, or fails if `REQUIRE_BACKENDS` names OpenCL.
+pub fn not_tested(why: &str) {
+    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+    assert!(
+        !required.split(',').any(|name| name.trim() == OpenCl::NAME),
+        "REQUIRE_BACKENDS has opencl, but {why}"
+    );
+    eprintln!("NOT TESTED: {why}");
+}
+
+/// Every device here; none is a failure where one is required.
+pub fn devices() -> Vec<DeviceInfo> {
+    let devices = OpenCl::devices().unwrap();
+    if devices.is_empty() {
+        not_tested("there is no OpenCL device here");
+    }
+    devices
+}
+
+/// Numbers that look random, the same everywhere.
+pub struct Numbers(pub u64);
+
+impl Numbers {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        self.0 >> 33
+    }
+
+    /// Below `end`.
+    fn index(&mut self, end: usize) -> u32 {
+        (self.next() % end as u64) as u32
+    }
+
+    /// In 0..1.
+    fn unit(&mut self) -> f32 {
+        (self.next() % 1000) as f32 / 1000.0
+    }
+
+    fn vector(&mut self, size: f32) -> [f32; 3] {
+        [(); 3].map(|()| size * (2.0 * self.unit() - 1.0))
+    }
+}
+
+/// A jittered sheet with V vertices, H handles, F strain edges, P examples and K influences.
+pub fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
+    let mut numbers = Numbers((v + h) as u64);
+    let width = (v as f64).sqrt().ceil() as usize;
+    let rest: Vec<[f32; 3]> = (0..v)
+        .map(|i| {
+            let [x, y, z] = numbers.vector(0.2);
+            [(i % width) as f32 + x, (i / width) as f32 + y, z]
+        })
+        .collect();
+    let mut triangles = vec![[0, 0, v as u32 - 1]];
+    for i in (0..v).filter(|i| i % width + 1 < width && i + width + 1 < v) {
+        let [a, b, c, d] = [i, i + 1, i + width + 1, i + width].map(|i| i as u32);
+        triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    let strain_edges: Vec<[u32; 2]> = (0..f)
+        .map(|_| {
+            let a = numbers.index(h);
+            [a, (a + 1 + numbers.index(h - 1)) % h as u32]
+        })
+        .collect();
+    Rig {
+        name: "sheet".into(),
+        metres_per_unit: 0.01,
+        up_axis: UpAxis::Y,
+        labels: (0..h).map(|i| i.to_string()).collect(),
+        example_names: (0..p).map(|i| i.to_string()).collect(),
+        faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
+        uvs: None,
+        bending_length: 1.0,
+        beta: 1.0,
+        handles: (0..h).map(|i| (i * v / h) as u32).collect(),
+        triangles,
+        rest,
+        basis: (0..v * h).map(|_| numbers.unit() / h as f32).collect(),
+        strain_edges,
+        influence_edges: (0..v * k).map(|_| numbers.index(f)).collect(),
+        influence_weights: (0..v * k).map(|_| numbers.unit()).collect(),
+        frame_neighbors: (0..v).map(|i| ((i + 1) % v) as u32).collect(),
+        pose_features: (0..(p + 1) * f).map(|_| 0.3 * numbers.unit()).collect(),
+        rbf_weights: (0..v * (p + 1)).map(|_| numbers.vector(0.1)).collect(),
+    }
+}
+
+/// frames × H × 3: the handles, moved at random.
+pub fn frames(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
+    let mut numbers = Numbers(seed);
+    let mut positions = Vec::new();
+    for _ in 0..frames {
+        for &vertex in &rig.handles {
+            let u = numbers.vector(0.5);
+            positions.extend((0..3).map(|c| rig.rest[vertex as usize][c] + u[c]));
+        }
+    }
+    positions
+}
+
+/// The rig on the CPU backend, which gives the same bits as the kernels' twins.
+pub fn on_cpu(rig: &Rig, options: UploadOptions) -> Animator<impl Session> {
+    Animator::new(&Cpu, rig, options).unwrap()
+}
+
+/// Whether a device's last batch is the CPU's last batch: every stage, to 2⁻¹⁵ of the largest number in it.
+pub fn assert_agreement<A: Session, B: Session>(device: &mut Animator<A>, cpu: &mut Animator<B>, what: &str) {
+    let (mut found, mut expected) = (Vec::new(), Vec::new());
+    for stage in Stage::ALL {
+        device.read(stage, &mut found).unwrap();
+        cpu.read(stage, &mut expected).unwrap();
+        assert_eq!(found.len(), expected.len(), "{what}: {stage:?}");
+        let largest = expected.iter().fold(0.0f32, |largest, x| largest.max(x.abs()));
+        for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            let difference = (found - expected).abs();
+            assert!(
+                difference <= largest * 2.0f32.powi(-15),
+                "{what}: {stage:?}[{i}] is {found}, expected {expected} where the largest is {largest}"
+            );
+        }
+    }
+}
+
+/// Whether this process was started for the test of this name: tests that need one do nothing otherwise.
+pub fn is_child_for(test: &str) -> bool {
+    std::env::var(CHILD).as_deref() == Ok(test)
+}
+
+/// Runs one test in a process of its own, started by `launcher`.
+pub fn run_child(test: &str, launcher: &[&str], environment: &[(&str, &str)]) -> Output {
+    let this = std::env::current_exe().unwrap();
+    let mut command = match launcher {
+        [] => Command::new(this),
+        [program, arguments @ ..] => {
+            let mut command = Command::new(program);
+            command.args(arguments).arg(this);
+            command
+        }
+    };
+    command.args(["--exact", "--nocapture", "--test-threads=1", test]).env(CHILD, test);
+    command.envs(environment.iter().copied()).output().unwrap()
+}
+
+/// What the child wrote, if it ran its one test to the end.
+pub fn output_of_success(output: &Output) -> String {
+    let [written, errors] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+    // Enough to see what happened.
+    let errors: String = errors.chars().take(5000).collect();
+    assert!(output.status.success(), "{}\n{written}\n{errors}", output.status);
+    assert!(written.contains("test result: ok. 1 passed"), "{written}\n{errors}");
+    written.into_owned()
+}

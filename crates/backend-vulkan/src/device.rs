@@ -1,0 +1,111 @@
+use crate::VulkanSession;
+use crate::context::Context;
+use crate::error::error;
+use crate::instance::Instance;
+use crate::physical::physical_devices;
+use crate::validation;
+use ash::vk;
+use rhytid_core::plan::PlanLimits;
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, Result, Rig, UploadOptions};
+use std::sync::{Arc, Mutex};
+
+/// A Vulkan device, opened. Sessions may outlive it, and may be used on several threads at once.
+pub struct Vulkan {
+    pub(crate) context: Arc<Context>,
+}
+
+/// What a host application lends: see [`Vulkan::from_device`].
+pub struct HostDevice {
+    /// Made with Vulkan 1.1 or later.
+    pub instance: ash::Instance,
+    /// One of the instance's, of Vulkan 1.1 or later.
+    pub physical_device: vk::PhysicalDevice,
+    /// Made from `physical_device`; no feature or extension is needed.
+    pub device: ash::Device,
+    /// A queue of `device`. Whoever submits to it, or waits for it to be idle, holds the lock: the host application
+    /// too.
+    pub queue: Arc<Mutex<vk::Queue>>,
+    /// The queue's family, which can compute.
+    pub queue_family: u32,
+}
+
+impl Backend for Vulkan {
+    const NAME: &'static str = "vulkan";
+    type Session = VulkanSession;
+
+    fn devices() -> Result<Vec<DeviceInfo>> {
+        Self::devices_with(validation::requested())
+    }
+
+    fn open(device: &DeviceInfo) -> Result<Self> {
+        Self::open_with(device, validation::requested())
+    }
+
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<VulkanSession> {
+        self.upload_within(rig, options, self.context.limits)
+    }
+}
+
+impl Vulkan {
+    /// Uses a device that the host application has opened. Nothing of the host application's is destroyed.
+    ///
+    /// `RHYTID_VULKAN_VALIDATION` has no effect here: the instance has the layers that it was made with.
+    ///
+    /// # Errors
+    /// `Unsupported` if the device lacks what the kernels need, `NotFound` if it is not one of the instance's;
+    /// [`rhytid_core::Error::Device`].
+    ///
+    /// # Safety
+    /// All parts of `host` are valid, belong together as [`HostDevice`] says, and outlive the value returned and every
+    /// session made from it. The queue is used under its lock alone.
+    pub unsafe fn from_device(host: HostDevice) -> Result<Self> {
+        let mut found = physical_devices(&host.instance)?.into_iter();
+        let Some(mut physical) = found.find(|physical| physical.raw == host.physical_device) else {
+            let message = "the host application's device is not one of its instance's with Vulkan 1.1 and a queue \
+                           that computes";
+            return Err(error(DeviceErrorKind::NotFound, Self::NAME, message.into()));
+        };
+        physical.queue_family = host.queue_family;
+        // SAFETY: the caller sees to it.
+        let context = unsafe { Context::of_host(host.instance, &physical, host.device, host.queue) }?;
+        Ok(Self { context: Arc::new(context) })
+    }
+
+    /// Which device it is.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.context.info
+    }
+
+    pub(crate) fn devices_with(validation: bool) -> Result<Vec<DeviceInfo>> {
+        let Some(instance) = Instance::new(validation)? else { return Ok(Vec::new()) };
+        let devices = physical_devices(&instance.raw)?.into_iter().map(|physical| physical.info).collect();
+        instance.check()?;
+        Ok(devices)
+    }
+
+    pub(crate) fn open_with(device: &DeviceInfo, validation: bool) -> Result<Self> {
+        let not_found = |found: &str| {
+            let message = format!("there is no such Vulkan device now: {found}; list the devices again");
+            error(DeviceErrorKind::NotFound, &device.id(), message)
+        };
+        let Some(instance) = Instance::new(validation)? else { return Err(not_found("no driver was found")) };
+        let found = physical_devices(&instance.raw)?;
+        let number = found.len();
+        let physical = found.into_iter().nth(device.index).filter(|_| device.backend == Self::NAME);
+        let physical = physical.ok_or_else(|| not_found(&format!("{number} are present")))?;
+        if physical.info.name != device.name {
+            return Err(not_found(&format!("it was {} and is {}", device.name, physical.info.name)));
+        }
+        Ok(Self { context: Arc::new(Context::open(instance, &physical)?) })
+    }
+
+    /// Uploads as if the device had lower limits.
+    pub(crate) fn upload_within(
+        &self,
+        rig: &Rig,
+        options: UploadOptions,
+        limits: PlanLimits,
+    ) -> Result<VulkanSession> {
+        VulkanSession::new(&self.context, rig, options, limits)
+    }
+}

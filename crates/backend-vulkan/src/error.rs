@@ -1,0 +1,55 @@
+//! From the driver's errors to ours.
+use ash::vk;
+use gpu_allocator::AllocationError;
+use rhytid_core::{DeviceErrorKind, Error};
+
+/// What to do where memory does not suffice.
+const LESS_MEMORY: &str = "evaluate fewer frames in a batch, or store the basis in halves";
+
+/// For `map_err`: `doing` says what was tried, as a noun phrase.
+pub(crate) fn failed(device: &str, doing: &str) -> impl FnOnce(vk::Result) -> Error {
+    move |result| {
+        let kind = match result {
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+                DeviceErrorKind::OutOfMemory
+            }
+            vk::Result::ERROR_DEVICE_LOST => DeviceErrorKind::Lost,
+            vk::Result::ERROR_FEATURE_NOT_PRESENT
+            | vk::Result::ERROR_FORMAT_NOT_SUPPORTED
+            | vk::Result::ERROR_EXTENSION_NOT_PRESENT
+            | vk::Result::ERROR_LAYER_NOT_PRESENT
+            | vk::Result::ERROR_INCOMPATIBLE_DRIVER => DeviceErrorKind::Unsupported,
+            _ => DeviceErrorKind::Driver,
+        };
+        let advice = match kind {
+            DeviceErrorKind::OutOfMemory => format!("; {LESS_MEMORY}"),
+            DeviceErrorKind::Lost => "; open the device again, or use another".into(),
+            _ => String::new(),
+        };
+        error(kind, device, format!("{doing} failed: {result} ({result:?}){advice}"))
+    }
+}
+
+/// For `map_err`: memory for `what` was asked for.
+pub(crate) fn not_allocated(device: &str, what: &str, bytes: u64) -> impl FnOnce(AllocationError) -> Error {
+    move |cause| {
+        // The allocator passes on what the driver said as text, except the first.
+        let out_of_memory = matches!(cause, AllocationError::OutOfMemory)
+            || cause.to_string().contains("ERROR_OUT_OF_HOST_MEMORY");
+        if out_of_memory {
+            return too_large(device, &format!("{what}, {bytes} bytes, does not fit any more"));
+        }
+        let message = format!("memory for {what}, {bytes} bytes, was not given: {cause}");
+        error(DeviceErrorKind::Driver, device, message)
+    }
+}
+
+/// `what` needs more memory than there is.
+pub(crate) fn too_large(device: &str, what: &str) -> Error {
+    let message = format!("the device's memory does not suffice: {what}; {LESS_MEMORY}");
+    error(DeviceErrorKind::OutOfMemory, device, message)
+}
+
+pub(crate) fn error(kind: DeviceErrorKind, device: &str, message: String) -> Error {
+    Error::Device { kind, device: device.to_owned(), message }
+}

@@ -1,0 +1,30 @@
+//! The Vulkan backend: any driver of Vulkan 1.1 or later, found when the program runs.
+//!
+//! A machine without a Vulkan loader or without a driver has no devices, and that is no error. No feature, extension
+//! or limit beyond Vulkan 1.1's smallest is needed, but six storage buffers for a shader, which all known drivers have.
+//!
+//! `RHYTID_VULKAN_VALIDATION=1` turns on Khronos' validation layer with synchronization validation; then its
+//! messages are errors.
+//!
+//! A renderer hands in its own device ([`Vulkan::from_device`]) and takes the results where they are
+//! ([`VulkanSession::result`]), with semaphores on both sides ([`VulkanSession::evaluate_with`]).
+#![allow(unsafe_code, reason = "Vulkan's functions are C functions")]
+
+mod barrier;
+mod buffer;
+mod commands;
+mod context;
+mod copy;
+mod device;
+mod error;
+mod instance;
+mod physical;
+mod pipeline;
+mod session;
+#[cfg(test)]
+mod tests;
+mod validation;
+
+pub use ash;
+pub use device::{HostDevice, Vulkan};
+pub use session::{ResultSlice, VulkanSession};

@@ -1,0 +1,90 @@
+//! A kernel on a device.
+use crate::error::{error, failed};
+use ash::vk;
+use rhytid_core::{DeviceErrorKind, Result};
+use rhytid_kernels::table::Kernel;
+use std::ffi::CString;
+use std::io::Cursor;
+
+/// Null where it could not be made; destroying it is sound all the same.
+pub(crate) struct Pipeline {
+    pub(crate) kernel: &'static Kernel,
+    pub(crate) set_layout: vk::DescriptorSetLayout,
+    pub(crate) layout: vk::PipelineLayout,
+    pub(crate) raw: vk::Pipeline,
+}
+
+impl Pipeline {
+    pub(crate) fn new(kernel: &'static Kernel) -> Self {
+        Self {
+            kernel,
+            set_layout: vk::DescriptorSetLayout::null(),
+            layout: vk::PipelineLayout::null(),
+            raw: vk::Pipeline::null(),
+        }
+    }
+
+    /// Makes what `new` left out.
+    pub(crate) fn build(&mut self, device: &ash::Device, id: &str, cache: vk::PipelineCache) -> Result<()> {
+        let name = self.kernel.name;
+        let failed = |what: &'static str| {
+            move |result| failed(id, &format!("making the {what} of the kernel {name}"))(result)
+        };
+        let bindings: Vec<_> = (0..self.kernel.bindings.len() as u32)
+            .map(|binding| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_count(1)
+                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            })
+            .collect();
+        let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: here and below, the device is alive, and so is what the structures point to.
+        let set_layout = unsafe { device.create_descriptor_set_layout(&create, None) };
+        self.set_layout = set_layout.map_err(failed("descriptor set layout"))?;
+
+        let params = [vk::PushConstantRange::default()
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            .size(4 * self.kernel.params.len() as u32)];
+        let set_layouts = [self.set_layout];
+        let create =
+            vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&params);
+        // SAFETY: as above.
+        let layout = unsafe { device.create_pipeline_layout(&create, None) };
+        self.layout = layout.map_err(failed("pipeline layout"))?;
+
+        let broken = |cause: String| {
+            error(DeviceErrorKind::Build, id, format!("the kernel {name} is not a SPIR-V module: {cause}"))
+        };
+        let words = ash::util::read_spv(&mut Cursor::new(self.kernel.spirv));
+        let words = words.map_err(|cause| broken(cause.to_string()))?;
+        let entry_point = CString::new(name).map_err(|cause| broken(cause.to_string()))?;
+        let create = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: as above; the words are a valid module, as is shown where they are made.
+        let module =
+            unsafe { device.create_shader_module(&create, None) }.map_err(failed("shader module"))?;
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module)
+            .name(&entry_point);
+        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
+        // SAFETY: as above; the module has this entry point, and the layout fits to its bindings.
+        let pipelines = unsafe { device.create_compute_pipelines(cache, &create, None) };
+        // SAFETY: the pipeline, if there is one, does not need its module any more.
+        unsafe { device.destroy_shader_module(module, None) };
+        self.raw = pipelines.map_err(|(_, result)| failed("pipeline")(result))?[0];
+        Ok(())
+    }
+
+    /// # Safety
+    /// `device` is the one it was built on, and no longer uses it.
+    pub(crate) unsafe fn destroy(&self, device: &ash::Device) {
+        // SAFETY: the caller sees to it; what was not made is null, which is ignored.
+        unsafe {
+            device.destroy_pipeline(self.raw, None);
+            device.destroy_pipeline_layout(self.layout, None);
+            device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}

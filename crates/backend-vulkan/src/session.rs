@@ -1,0 +1,348 @@
+use crate::barrier::Access;
+use crate::buffer::Buffer;
+use crate::commands::Commands;
+use crate::context::Context;
+use crate::copy::{STAGING_BYTES, region, upload};
+use crate::error::failed;
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use rhytid_core::plan::{Plan, PlanLimits, Role};
+use rhytid_core::{Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Timestamps for a slice: before its first stage, and after each.
+const TIMESTAMPS: usize = Stage::ALL.len() + 1;
+
+/// A rig on a Vulkan device, and the results of the last batch.
+pub struct VulkanSession {
+    context: Arc<Context>,
+    pub(crate) plan: Plan,
+    max_frames: usize,
+    /// Frames of the last batch.
+    frames: usize,
+    /// As in the plan.
+    buffers: Vec<Buffer>,
+    /// The handle positions of a batch, where the host can write them.
+    handle_positions: Buffer,
+    /// Where the host can read a piece of a result.
+    readback: Buffer,
+    descriptor_pool: vk::DescriptorPool,
+    /// One for each dispatch of the largest batch.
+    descriptor_sets: Vec<vk::DescriptorSet>,
+    /// [`TIMESTAMPS`] for each slice; null where the device cannot measure.
+    timestamps: vk::QueryPool,
+    batch: Commands,
+    transfer: Commands,
+    /// Plants a fault: the stages after this one do not wait for it.
+    #[cfg(test)]
+    pub(crate) no_barrier_after: Option<Stage>,
+}
+
+/// Where consecutive frames of a stage's result are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ResultSlice {
+    /// Frames × the stage's shape of `f32`, from offset 0, without padding. Made to be a storage buffer, a vertex
+    /// buffer and the source of a copy, for the session's queue family alone.
+    pub buffer: vk::Buffer,
+    /// The first frame in it, counted from the first of the batch.
+    pub first_frame: usize,
+    /// How many frames are in it.
+    pub frames: usize,
+}
+
+impl VulkanSession {
+    pub(crate) fn new(
+        context: &Arc<Context>,
+        rig: &Rig,
+        options: UploadOptions,
+        limits: PlanLimits,
+    ) -> Result<Self> {
+        use vk::BufferUsageFlags as Usage;
+        let plan = Plan::new(rig, options, limits, &context.id)?;
+        context.require_memory(plan.bytes())?;
+        let max_frames = options.max_frames;
+        let mut buffers = Vec::with_capacity(plan.buffers().len());
+        for planned in plan.buffers() {
+            let usage = match planned.role {
+                Role::Constant { .. } | Role::Input { .. } => Usage::STORAGE_BUFFER | Usage::TRANSFER_DST,
+                Role::Result { .. } => Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::VERTEX_BUFFER,
+            };
+            let location = MemoryLocation::GpuOnly;
+            buffers.push(Buffer::new(context, planned.name, planned.bytes, usage, location)?);
+        }
+        let host_buffer = |name, bytes: usize, usage, location| {
+            Buffer::new(context, name, (bytes as u64).max(4), usage, location)
+        };
+        let most = Stage::ALL.map(|stage| plan.frame_bytes(stage)).into_iter().max().unwrap_or(0);
+        let readback_bytes = (most * max_frames).min(STAGING_BYTES as usize);
+        let mut session = Self {
+            context: context.clone(),
+            max_frames,
+            frames: 0,
+            handle_positions: host_buffer(
+                "handle positions from the host",
+                max_frames * plan.handle_positions_bytes(),
+                Usage::TRANSFER_SRC,
+                MemoryLocation::CpuToGpu,
+            )?,
+            readback: host_buffer(
+                "results for the host",
+                readback_bytes,
+                Usage::TRANSFER_DST,
+                MemoryLocation::GpuToCpu,
+            )?,
+            buffers,
+            plan,
+            descriptor_pool: vk::DescriptorPool::null(),
+            descriptor_sets: Vec::new(),
+            timestamps: vk::QueryPool::null(),
+            batch: Commands::new(context)?,
+            transfer: Commands::new(context)?,
+            #[cfg(test)]
+            no_barrier_after: None,
+        };
+        session.make_descriptor_sets()?;
+        session.make_timestamps()?;
+        upload(&session.plan, rig, &session.buffers, context, &mut session.transfer)?;
+        context.check()?;
+        Ok(session)
+    }
+
+    fn make_descriptor_sets(&mut self) -> Result<()> {
+        let device = &self.context.device;
+        let failed = || failed(&self.context.id, "making the descriptor sets");
+        let dispatches = self.plan.dispatches(self.max_frames);
+        let bound: usize = dispatches.iter().map(|dispatch| dispatch.buffers.len()).sum();
+        let sizes = [vk::DescriptorPoolSize::default()
+            .ty(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_count(bound as u32)];
+        let create =
+            vk::DescriptorPoolCreateInfo::default().max_sets(dispatches.len() as u32).pool_sizes(&sizes);
+        // SAFETY: the device is alive, here and in the whole file.
+        self.descriptor_pool = unsafe { device.create_descriptor_pool(&create, None) }.map_err(failed())?;
+        let layouts: Vec<_> = dispatches.iter().map(|d| self.context.pipeline(d.kernel).set_layout).collect();
+        let allocate = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(self.descriptor_pool)
+            .set_layouts(&layouts);
+        // SAFETY: the pool has room for these, and nobody else uses it.
+        self.descriptor_sets = unsafe { device.allocate_descriptor_sets(&allocate) }.map_err(failed())?;
+        for (dispatch, &set) in dispatches.iter().zip(&self.descriptor_sets) {
+            let infos: Vec<_> = dispatch
+                .buffers
+                .iter()
+                .map(|&b| {
+                    let raw = self.buffers[b].raw;
+                    [vk::DescriptorBufferInfo::default().buffer(raw).range(vk::WHOLE_SIZE)]
+                })
+                .collect();
+            let writes: Vec<_> = (0..)
+                .zip(&infos)
+                .map(|(binding, info)| {
+                    vk::WriteDescriptorSet::default()
+                        .dst_set(set)
+                        .dst_binding(binding)
+                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .buffer_info(info)
+                })
+                .collect();
+            // SAFETY: the set is not in use yet; its layout has these bindings.
+            unsafe { device.update_descriptor_sets(&writes, &[]) };
+        }
+        Ok(())
+    }
+
+    fn make_timestamps(&mut self) -> Result<()> {
+        if self.context.clock.is_none() {
+            return Ok(());
+        }
+        let count = TIMESTAMPS * self.plan.slices(self.max_frames).count();
+        let create =
+            vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(count as u32);
+        // SAFETY: as above.
+        let pool = unsafe { self.context.device.create_query_pool(&create, None) };
+        self.timestamps = pool.map_err(failed(&self.context.id, "making timestamps"))?;
+        Ok(())
+    }
+
+    /// As [`Session::evaluate`], for a renderer that shares the device: the batch starts after `wait`, and `signal` is
+    /// signalled when the results are complete and visible to whatever waits for it. A renderer that still reads the
+    /// last results signals a semaphore of `wait` when it is done.
+    ///
+    /// What the renderer submits to the same queue after this needs no semaphore to see the results.
+    ///
+    /// # Errors
+    /// As [`Session::evaluate`]; [`Error::Input`] if the positions are not frames × H × 3 for 1 to
+    /// [`UploadOptions::max_frames`] frames. That they are finite is not checked.
+    ///
+    /// # Safety
+    /// The semaphores are binary ones of the session's device and stay alive until the batch is done. Each of `wait` is
+    /// signalled, or what signals it has been submitted; none of `signal` is, or will be by something else.
+    pub unsafe fn evaluate_with(
+        &mut self,
+        frames: HandleFrames<'_>,
+        wait: &[vk::Semaphore],
+        signal: &[vk::Semaphore],
+    ) -> Result<()> {
+        let HandleFrames { positions, frames } = frames;
+        let bytes: &[u8] = bytemuck::cast_slice(positions);
+        let expected = frames.checked_mul(self.plan.handle_positions_bytes());
+        if frames == 0 || frames > self.max_frames || expected != Some(bytes.len()) {
+            return Err(Error::input(format!(
+                "a batch of {frames} frames has {} numbers, expected 1 to {} frames of {}",
+                positions.len(),
+                self.max_frames,
+                self.plan.handle_positions_bytes() / 4
+            )));
+        }
+        let commands = self.batch.begin()?;
+        self.handle_positions.mapped()[..bytes.len()].copy_from_slice(bytes);
+        self.record(commands, frames);
+        // SAFETY: the buffers live until the batch is done, and the caller answers for the semaphores.
+        unsafe { self.batch.submit(wait, signal) }?;
+        self.frames = frames;
+        self.context.check()
+    }
+
+    /// Records a batch: handle positions in, then slice by slice one stage after the other.
+    fn record(&self, commands: vk::CommandBuffer, frames: usize) {
+        let device = &self.context.device;
+        let measured = self.timestamps != vk::QueryPool::null();
+        let slices: Vec<_> = self.plan.slices(frames).collect();
+        if measured {
+            let count = (TIMESTAMPS * slices.len()) as u32;
+            // SAFETY: the pool has at least as many, and the last batch is done with it.
+            unsafe { device.cmd_reset_query_pool(commands, self.timestamps, 0, count) };
+        }
+        for slice in &slices {
+            let of_frames = |frames: usize| frames * self.plan.handle_positions_bytes();
+            let region = region(of_frames(slice.frames.start), 0, of_frames(slice.frames.len()));
+            let (from, to) = (self.handle_positions.raw, self.buffers[slice.handle_positions].raw);
+            // SAFETY: the region is within both buffers.
+            unsafe { device.cmd_copy_buffer(commands, from, to, &[region]) };
+        }
+        self.context.barrier(commands, Access::COPY_WRITE, Access::KERNEL_READ);
+
+        let timestamp = |query: usize| {
+            if measured {
+                let stage = vk::PipelineStageFlags::BOTTOM_OF_PIPE;
+                // SAFETY: the pool has this query, and it was reset above.
+                unsafe { device.cmd_write_timestamp(commands, stage, self.timestamps, query as u32) };
+            }
+        };
+        let dispatches = self.plan.dispatches(frames);
+        let mut dispatches = dispatches.iter().zip(&self.descriptor_sets).peekable();
+        for slice in 0..slices.len() {
+            timestamp(slice * TIMESTAMPS);
+            for (i, stage) in Stage::ALL.into_iter().enumerate() {
+                while let Some((dispatch, &set)) = dispatches.next_if(|(dispatch, _)| dispatch.stage == stage)
+                {
+                    let pipeline = self.context.pipeline(dispatch.kernel);
+                    let [x, y] = dispatch.workgroups;
+                    // SAFETY: pipeline and set are alive and fit together; the plan keeps within the limits.
+                    unsafe {
+                        let point = vk::PipelineBindPoint::COMPUTE;
+                        device.cmd_bind_pipeline(commands, point, pipeline.raw);
+                        device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
+                        let params = bytemuck::cast_slice(&dispatch.params);
+                        let compute = vk::ShaderStageFlags::COMPUTE;
+                        device.cmd_push_constants(commands, pipeline.layout, compute, 0, params);
+                        device.cmd_dispatch(commands, x, y, 1);
+                    }
+                }
+                timestamp(slice * TIMESTAMPS + 1 + i);
+                #[cfg(test)]
+                if self.no_barrier_after == Some(stage) {
+                    continue;
+                }
+                self.context.barrier(commands, Access::KERNEL_WRITE, Access::KERNEL_READ);
+            }
+        }
+        self.context.barrier(commands, Access::KERNEL_WRITE, Access::ANY_READ);
+    }
+
+    /// Where the results of the last batch are on the device, in the order of their frames. They are complete when the
+    /// semaphores of [`VulkanSession::evaluate_with`] say so, and change with the next batch. The buffers belong to
+    /// the session.
+    pub fn result(&self, stage: Stage) -> Vec<ResultSlice> {
+        let at = Stage::ALL.iter().position(|&s| s == stage).unwrap_or(0);
+        self.plan
+            .slices(self.frames)
+            .map(|slice| ResultSlice {
+                buffer: self.buffers[slice.results[at]].raw,
+                first_frame: slice.frames.start,
+                frames: slice.frames.len(),
+            })
+            .collect()
+    }
+}
+
+impl Session for VulkanSession {
+    fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
+        // SAFETY: there is no semaphore.
+        unsafe { self.evaluate_with(frames, &[], &[]) }
+    }
+
+    fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+        self.batch.wait()?;
+        let frame_bytes = self.plan.frame_bytes(stage);
+        out.clear();
+        out.resize(self.frames * frame_bytes / 4, 0.0);
+        for slice in self.result(stage) {
+            let end = slice.frames * frame_bytes;
+            for first in (0..end).step_by(self.readback.bytes) {
+                let n = (end - first).min(self.readback.bytes);
+                let commands = self.transfer.begin()?;
+                let region = region(first, 0, n);
+                // SAFETY: both buffers are alive until the copy is done, and the region is within them.
+                unsafe {
+                    let device = &self.context.device;
+                    device.cmd_copy_buffer(commands, slice.buffer, self.readback.raw, &[region]);
+                }
+                self.context.barrier(commands, Access::COPY_WRITE, Access::HOST_READ);
+                // SAFETY: what is recorded above, and waited for below.
+                unsafe { self.transfer.submit(&[], &[]) }?;
+                self.transfer.wait()?;
+                let bytes: &mut [u8] = bytemuck::cast_slice_mut(out);
+                let at = slice.first_frame * frame_bytes + first;
+                bytes[at..][..n].copy_from_slice(&self.readback.mapped()[..n]);
+            }
+        }
+        self.context.check()
+    }
+
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        self.batch.wait()?;
+        let Some(clock) = self.context.clock else { return Ok(None) };
+        let mut ticks = vec![0_u64; TIMESTAMPS * self.plan.slices(self.frames).count()];
+        if !ticks.is_empty() {
+            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+            // SAFETY: the last batch has written these queries.
+            unsafe { self.context.device.get_query_pool_results(self.timestamps, 0, &mut ticks, flags) }
+                .map_err(failed(&self.context.id, "reading timestamps"))?;
+        }
+        let mut times = [Duration::ZERO; 6];
+        for of_slice in ticks.chunks_exact(TIMESTAMPS) {
+            for (time, tick) in times.iter_mut().zip(of_slice.windows(2)) {
+                *time += clock.between(tick[0], tick[1]);
+            }
+        }
+        self.context.check()?;
+        Ok(Some(times))
+    }
+}
+
+impl Drop for VulkanSession {
+    fn drop(&mut self) {
+        for commands in [&mut self.batch, &mut self.transfer] {
+            if let Err(cause) = commands.wait() {
+                log::warn!("{cause}");
+            }
+        }
+        // SAFETY: the device is done with them; what was not made is null, which is ignored.
+        unsafe {
+            self.context.device.destroy_descriptor_pool(self.descriptor_pool, None);
+            self.context.device.destroy_query_pool(self.timestamps, None);
+        }
+    }
+}

@@ -1,0 +1,5 @@
+mod host_application;
+mod memory;
+mod results;
+mod support;
+mod synchronization;

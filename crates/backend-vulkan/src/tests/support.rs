@@ -1,0 +1,157 @@
+//! A rig of random numbers, the devices of this machine, and how results are compared.
+use crate::Vulkan;
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{
+    Animator, DeviceErrorKind, DeviceInfo, Error, Faces, HandleFrames, Rig, Session, Stage, UpAxis,
+    UploadOptions,
+};
+
+/// Every Vulkan device. Says so if there is none, and fails if there should be one.
+pub(crate) fn devices() -> Vec<DeviceInfo> {
+    let devices = Vulkan::devices_with(false).unwrap();
+    if devices.is_empty() {
+        not_tested("there is no Vulkan device");
+    }
+    devices
+}
+
+/// Opens a device with the validation layer; `None` where that is not installed, and need not be.
+pub(crate) fn validated(device: &DeviceInfo) -> Option<Vulkan> {
+    match Vulkan::open_with(device, true) {
+        Ok(vulkan) => Some(vulkan),
+        Err(Error::Device { kind: DeviceErrorKind::Unsupported, message, .. }) => {
+            not_tested(&message);
+            None
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+fn not_tested(why: &str) {
+    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+    assert!(required.split(',').all(|name| name != "vulkan"), "REQUIRE_BACKENDS has vulkan, but {why}");
+    eprintln!("NOT TESTED: {why}");
+}
+
+/// Numbers that look random, the same every time.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    /// From −1 to 1.
+    pub(crate) fn number(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 40) as f32) / (1_u64 << 23) as f32 - 1.0
+    }
+
+    fn below(&mut self, end: usize) -> u32 {
+        ((f64::from(self.number()) + 1.0) / 2.0 * end as f64).min(end as f64 - 1.0) as u32
+    }
+
+    fn numbers(&mut self, n: usize) -> Vec<f32> {
+        (0..n).map(|_| self.number()).collect()
+    }
+}
+
+/// What a rig is made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Size {
+    /// Vertices are columns × rows.
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    pub(crate) handles: usize,
+    pub(crate) edges: usize,
+    pub(crate) poses: usize,
+    pub(crate) influences: usize,
+}
+
+pub(crate) const SMALL: Size = Size { columns: 23, rows: 17, handles: 9, edges: 20, poses: 3, influences: 7 };
+
+/// A bumpy sheet whose basis, influences and weights are random.
+pub(crate) fn rig(size: Size) -> Rig {
+    let Size { columns, rows, handles, edges, poses, influences } = size;
+    let (vertices, centers) = (columns * rows, poses + 1);
+    let mut random = Random(1);
+    let mut faces = Faces::default();
+    let mut triangles = Vec::new();
+    for row in 0..rows as u32 - 1 {
+        for column in 0..columns as u32 - 1 {
+            let a = row * columns as u32 + column;
+            let below = a + columns as u32;
+            for triangle in [[a, a + 1, below + 1], [a, below + 1, below]] {
+                faces.push(&triangle);
+                triangles.push(triangle);
+            }
+        }
+    }
+    let rest = (0..vertices)
+        .map(|v| [(v % columns) as f32, (v / columns) as f32, 0.3 * random.number()])
+        .collect::<Vec<[f32; 3]>>();
+    let handle = |h: usize| (h * (vertices / handles)) as u32;
+    let vectors = |numbers: Vec<f32>| numbers.as_chunks::<3>().0.to_vec();
+    Rig {
+        name: "random".into(),
+        metres_per_unit: 0.01,
+        up_axis: UpAxis::Y,
+        labels: (0..handles).map(|h| h.to_string()).collect(),
+        example_names: (0..poses).map(|p| p.to_string()).collect(),
+        faces,
+        uvs: None,
+        bending_length: 1.0,
+        beta: 1.0,
+        handles: (0..handles).map(handle).collect(),
+        rest,
+        basis: random.numbers(vertices * handles),
+        strain_edges: (0..edges)
+            .map(|_| {
+                let a = random.below(handles);
+                [a, (a + 1 + random.below(handles - 1)) % handles as u32]
+            })
+            .collect(),
+        influence_edges: (0..vertices * influences).map(|_| random.below(edges)).collect(),
+        influence_weights: random.numbers(vertices * influences).iter().map(|a| a.abs()).collect(),
+        frame_neighbors: (0..vertices)
+            .map(|v| if (v + 1) % columns == 0 { v - 1 } else { v + 1 } as u32)
+            .collect(),
+        triangles,
+        pose_features: [vec![0.0; edges], random.numbers(poses * edges)].concat(),
+        rbf_weights: vectors(random.numbers(vertices * centers * 3).iter().map(|w| 0.02 * w).collect()),
+    }
+}
+
+/// Handle positions of `frames` frames, each unlike the others.
+pub(crate) fn take(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
+    let mut random = Random(seed);
+    let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    (0..frames).flat_map(|_| rest.clone()).flatten().map(|x| x + 0.2 * random.number()).collect()
+}
+
+/// A batch on the CPU: every stage.
+pub(crate) fn on_cpu(rig: &Rig, options: UploadOptions, positions: &[f32]) -> Vec<Vec<f32>> {
+    let mut animator = Animator::new(&Cpu, rig, options).unwrap();
+    animator.evaluate(positions).unwrap();
+    Stage::ALL.map(|stage| read(animator.session_mut(), stage)).into()
+}
+
+/// A batch on a session: every stage.
+pub(crate) fn evaluate(session: &mut impl Session, rig: &Rig, positions: &[f32]) -> Vec<Vec<f32>> {
+    let frames = positions.len() / (3 * rig.handles.len());
+    session.evaluate(HandleFrames { positions, frames }).unwrap();
+    Stage::ALL.map(|stage| read(session, stage)).into()
+}
+
+pub(crate) fn read(session: &mut impl Session, stage: Stage) -> Vec<f32> {
+    let mut out = vec![f32::NAN; 5];
+    session.read(stage, &mut out).unwrap();
+    out
+}
+
+/// Fails where a number is off by more than a hundred-thousandth of the largest of its stage.
+pub(crate) fn assert_close(found: &[Vec<f32>], expected: &[Vec<f32>]) {
+    for ((found, expected), stage) in found.iter().zip(expected).zip(Stage::ALL) {
+        assert_eq!(found.len(), expected.len(), "{stage:?}");
+        let largest = expected.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+        for (i, (a, b)) in found.iter().zip(expected).enumerate() {
+            assert!((a - b).abs() <= 1e-5 * largest, "{stage:?}[{i}] is {a}, expected {b}");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+use crate::WgpuSession;
+use crate::faults::{Faults, error};
+use crate::gpu::Gpu;
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
+use std::sync::Arc;
+
+/// A device of wgpu's. Clones share it.
+#[derive(Debug, Clone)]
+pub struct Wgpu {
+    pub(crate) gpu: Arc<Gpu>,
+}
+
+impl Wgpu {
+    /// Opens the device that wgpu prefers: the way to open one in a browser, where nothing can wait.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Device`]: there is none, it cannot run the kernels, or its driver fails.
+    pub async fn request() -> Result<Self> {
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..Default::default()
+        };
+        let adapter = instance().request_adapter(&options).await;
+        let adapter = adapter.map_err(|reason| {
+            let message =
+                format!("{reason}; install a driver for Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1");
+            error(DeviceErrorKind::NotFound, Self::NAME, message)
+        })?;
+        let id = format!("{} ({})", Self::NAME, adapter.get_info().name);
+        Self::open_adapter(&adapter, id).await
+    }
+
+    /// Computes on the device of a host application, which can then draw with the results. Its limits must be WebGPU's
+    /// defaults or better; with the feature `TIMESTAMP_QUERY` stages are timed. The host keeps its handlers for uncaptured
+    /// errors and for the loss of the device: errors of this backend's own calls do not reach them.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Device`]: `Unsupported`, naming the limit that is too low, or `Build`.
+    pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Result<Self> {
+        let id = format!("{} ({})", Self::NAME, device.adapter_info().name);
+        Ok(Self { gpu: Arc::new(Gpu::new(id, device, queue, Arc::default())?) })
+    }
+
+    /// The device, for a renderer that draws with the results.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.gpu.device
+    }
+
+    /// The queue that batches are submitted to: what a renderer submits to it after a batch comes after it.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.gpu.queue
+    }
+
+    async fn open_adapter(adapter: &wgpu::Adapter, id: String) -> Result<Self> {
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("rhytid"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits: limits(adapter),
+            ..Default::default()
+        };
+        let (device, queue) = adapter.request_device(&descriptor).await.map_err(|reason| {
+            error(DeviceErrorKind::Driver, &id, format!("the device did not open: {reason}"))
+        })?;
+        let faults = Faults::of(&device);
+        Ok(Self { gpu: Arc::new(Gpu::new(id, device, queue, faults)?) })
+    }
+}
+
+impl Backend for Wgpu {
+    const NAME: &'static str = "wgpu";
+    type Session = WgpuSession;
+
+    fn devices() -> Result<Vec<DeviceInfo>> {
+        Ok(adapters().iter().enumerate().map(|(index, adapter)| info(index, adapter)).collect())
+    }
+
+    fn open(device: &DeviceInfo) -> Result<Self> {
+        let found =
+            adapters().into_iter().enumerate().map(|(index, adapter)| (info(index, &adapter), adapter));
+        let mut found = found.filter(|(info, _)| info == device);
+        let (_, adapter) = found.next().ok_or_else(|| {
+            let message = format!("there is no {} ({}) any more", device.name, device.driver);
+            error(DeviceErrorKind::NotFound, &device.id(), message)
+        })?;
+        blocking(Self::open_adapter(&adapter, device.id()))
+    }
+
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<WgpuSession> {
+        WgpuSession::new(self.gpu.clone(), rig, options, self.gpu.limits)
+    }
+}
+
+/// Each device has an instance of its own: on GL devices of one instance share a context, which one thread at a time can
+/// use.
+fn instance() -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
+        // By default debug builds turn on Vulkan's validation layer, which is for wgpu's own developers.
+        flags: wgpu::InstanceFlags::empty().with_env(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+    })
+}
+
+/// WebGPU's default limits, or less where the adapter has less.
+fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+    wgpu::Limits::default().or_worse_values_from(&adapter.limits())
+}
+
+/// What can run the kernels: GPUs before software, and Vulkan before the older APIs.
+#[cfg(not(target_arch = "wasm32"))]
+fn adapters() -> Vec<wgpu::Adapter> {
+    let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::all()));
+    adapters.retain(|adapter| {
+        let flags = adapter.get_downlevel_capabilities().flags;
+        flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+            && crate::gpu::lacking(&limits(adapter)).is_none()
+    });
+    adapters.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        let kind = match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        };
+        (kind, info.backend == wgpu::Backend::Gl)
+    });
+    adapters
+}
+
+/// A browser answers later: see [`Wgpu::request`].
+#[cfg(target_arch = "wasm32")]
+fn adapters() -> Vec<wgpu::Adapter> {
+    Vec::new()
+}
+
+fn info(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
+    let info = adapter.get_info();
+    let api = match info.backend {
+        wgpu::Backend::Vulkan => "Vulkan",
+        wgpu::Backend::Metal => "Metal",
+        wgpu::Backend::Dx12 => "Direct3D 12",
+        wgpu::Backend::Gl => "OpenGL",
+        wgpu::Backend::BrowserWebGpu => "WebGPU",
+        wgpu::Backend::Noop => "none",
+    };
+    let driver: Vec<&str> =
+        [api, &info.driver, &info.driver_info].into_iter().filter(|part| !part.is_empty()).collect();
+    let limits = limits(adapter);
+    DeviceInfo {
+        backend: Wgpu::NAME,
+        index,
+        name: info.name.clone(),
+        driver: driver.join(", "),
+        kind: match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => DeviceKind::DiscreteGpu,
+            wgpu::DeviceType::IntegratedGpu => DeviceKind::IntegratedGpu,
+            wgpu::DeviceType::VirtualGpu => DeviceKind::VirtualGpu,
+            wgpu::DeviceType::Cpu => DeviceKind::Cpu,
+            wgpu::DeviceType::Other => DeviceKind::Other,
+        },
+        memory_bytes: None,
+        max_binding_bytes: Some(limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)),
+    }
+}
+
+/// Waits for `future`; nothing in a browser can.
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) fn blocking<T>(future: impl Future<Output = Result<T>>) -> Result<T> {
+    pollster::block_on(future)
+}
+
+/// Waits for `future`; nothing in a browser can.
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn blocking<T>(_: impl Future<Output = Result<T>>) -> Result<T> {
+    let message =
+        "a browser does not let a program wait: use Wgpu::request, read_async and stage_times_async";
+    Err(error(DeviceErrorKind::Unsupported, Wgpu::NAME, message))
+}

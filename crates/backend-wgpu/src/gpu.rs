@@ -1,0 +1,180 @@
+//! An opened device with its compiled kernels, shared by the sessions on it.
+use crate::faults::{Faults, Pending, error, error_of, scoped};
+use rhytid_core::plan::PlanLimits;
+use rhytid_core::{DeviceErrorKind, Error, Result};
+use rhytid_kernels::table::{Access, KERNELS, Kernel, WORKGROUP_SIZE};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The device, its queue and its pipelines.
+#[derive(Debug)]
+pub(crate) struct Gpu {
+    /// Names the device in errors.
+    pub id: String,
+    pub device: wgpu::Device,
+    pub queue: wgpu::Queue,
+    /// What one buffer and one dispatch may be.
+    pub limits: PlanLimits,
+    /// In the order of [`KERNELS`].
+    pipelines: Vec<wgpu::ComputePipeline>,
+    faults: Arc<Faults>,
+    turn: Option<Mutex<()>>,
+}
+
+impl Gpu {
+    /// Compiles the kernels for `device`, whose limits must be enough for them. `faults` hear of a device of our own.
+    pub fn new(id: String, device: wgpu::Device, queue: wgpu::Queue, faults: Arc<Faults>) -> Result<Self> {
+        let limits = device.limits();
+        if let Some(lacking) = lacking(&limits) {
+            return Err(error(DeviceErrorKind::Unsupported, &id, lacking));
+        }
+        let mut pending = Pending::default();
+        let pipelines =
+            scoped(&device, &mut pending, || KERNELS.iter().map(|k| pipeline(&device, k)).collect());
+        let gl = device.adapter_info().backend == wgpu::Backend::Gl;
+        let gpu = Self {
+            id,
+            device,
+            queue,
+            limits: PlanLimits {
+                max_binding_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+                max_workgroups: limits.max_compute_workgroups_per_dimension,
+            },
+            pipelines,
+            faults,
+            turn: gl.then(Mutex::default),
+        };
+        gpu.check(pending.known(), "building the kernels").map_err(|e| match e {
+            Error::Device { kind: DeviceErrorKind::Driver, device, message } => {
+                Error::Device { kind: DeviceErrorKind::Build, device, message }
+            }
+            e => e,
+        })?;
+        Ok(gpu)
+    }
+
+    pub fn pipeline(&self, kernel: &Kernel) -> &wgpu::ComputePipeline {
+        let index = KERNELS.iter().position(|k| k.name == kernel.name);
+        &self.pipelines[index.unwrap_or_else(|| unreachable!("{} is one of the kernels", kernel.name))]
+    }
+
+    /// Held while wgpu is called, and for [`Gpu::check`] and [`Gpu::wait`]. On GL all threads share a context, and wgpu
+    /// panics if it is busy with one of them for some seconds; elsewhere nobody needs to wait.
+    pub fn turn(&self) -> Option<MutexGuard<'_, ()>> {
+        self.turn.as_ref().map(|turn| turn.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// An error if the device is lost, or else `fault`, met while `doing` something.
+    pub fn check(&self, fault: Option<wgpu::Error>, doing: &str) -> Result<()> {
+        if let Some(reason) = self.faults.lost.get() {
+            return Err(self.lost(doing, reason));
+        }
+        let Some(fault) = fault.or_else(|| self.faults.take_uncaptured()) else { return Ok(()) };
+        // Whatever is asked of a lost device is refused as if it were wrong, and a host's device is not ours to listen to.
+        if matches!(fault, wgpu::Error::Validation { .. }) && self.refuses_everything() {
+            return Err(self.lost(doing, "it refuses everything"));
+        }
+        Err(error_of(&fault, &self.id, doing))
+    }
+
+    /// Whether even the simplest call fails.
+    fn refuses_everything(&self) -> bool {
+        scoped(&self.device, &mut Pending::default(), || {
+            let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("probe"),
+                size: 16,
+                usage: wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: true,
+            });
+            buffer.get_mapped_range_mut(..).is_err()
+        })
+    }
+
+    /// Waits until the device has finished `submission`.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn wait(&self, submission: &wgpu::SubmissionIndex, doing: &str) -> Result<()> {
+        use std::panic::{AssertUnwindSafe, catch_unwind};
+        use std::time::{Duration, Instant};
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: None };
+        loop {
+            self.check(None, doing)?;
+            let start = Instant::now();
+            // wgpu panics if the device is lost meanwhile.
+            match catch_unwind(AssertUnwindSafe(|| self.device.poll(wait.clone()))) {
+                Ok(Ok(_)) => return Ok(()),
+                // GL waits for two seconds at the most; if it is over sooner, the driver has refused to wait.
+                Ok(Err(wgpu::PollError::Timeout)) if start.elapsed() > Duration::from_secs(1) => {}
+                Ok(Err(reason)) => return Err(self.lost(doing, &reason.to_string())),
+                Err(_) => return Err(self.lost(doing, "the driver reports no more")),
+            }
+        }
+    }
+
+    /// A browser goes on by itself, and lets nobody wait.
+    #[cfg(target_arch = "wasm32")]
+    pub fn wait(&self, _: &wgpu::SubmissionIndex, _: &str) -> Result<()> {
+        Ok(())
+    }
+
+    /// The error for a device that is lost, which it is from now on.
+    pub fn lost(&self, doing: &str, reason: &str) -> Error {
+        let reason = self.faults.lost.get_or_init(|| reason.to_owned());
+        let message =
+            format!("the device was lost while {doing} ({reason}); open it again or use another one");
+        error(DeviceErrorKind::Lost, &self.id, message)
+    }
+}
+
+/// What `limits` lack for the kernels to run.
+pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
+    let storage_buffers = KERNELS.iter().map(|kernel| kernel.bindings.len()).max().unwrap_or(0) as u32;
+    let bindings = storage_buffers + 1;
+    [
+        ("max_bind_groups", limits.max_bind_groups, 1),
+        ("max_bindings_per_bind_group", limits.max_bindings_per_bind_group, bindings),
+        ("max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage, storage_buffers),
+        ("max_uniform_buffers_per_shader_stage", limits.max_uniform_buffers_per_shader_stage, 1),
+        ("max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup, WORKGROUP_SIZE),
+        ("max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x, WORKGROUP_SIZE),
+        ("max_compute_workgroups_per_dimension", limits.max_compute_workgroups_per_dimension, 1),
+    ]
+    .into_iter()
+    .find(|(_, has, needs)| has < needs)
+    .map(|(limit, has, needs)| {
+        format!("the kernels need {limit} of {needs}, and this device has {has}; request it with WebGPU's default limits")
+    })
+}
+
+fn pipeline(device: &wgpu::Device, kernel: &Kernel) -> wgpu::ComputePipeline {
+    let storage = kernel
+        .bindings
+        .iter()
+        .map(|binding| wgpu::BufferBindingType::Storage { read_only: binding.access == Access::Read });
+    let entries: Vec<wgpu::BindGroupLayoutEntry> = storage
+        .chain([wgpu::BufferBindingType::Uniform])
+        .enumerate()
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding: binding as u32,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        })
+        .collect();
+    let label = Some(kernel.name);
+    let group =
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &[Some(&group)],
+        immediate_size: 0,
+    });
+    let source = wgpu::ShaderSource::Wgsl(kernel.wgsl.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label,
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(kernel.name),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    })
+}

@@ -1,0 +1,37 @@
+//! Sessions give back what they took.
+#![cfg(target_os = "linux")]
+#[allow(dead_code, reason = "not every test uses all of it")]
+mod support;
+
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{Animator, Backend, Stage, UploadOptions};
+use support::{Sizes, frames, rig, tested};
+
+/// Bytes of this process in memory.
+fn resident() -> usize {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse::<usize>().unwrap() * 1024
+}
+
+#[test]
+fn two_hundred_uploads_and_drops_leave_memory_as_it_was() {
+    let rig = rig(1, Sizes { vertices: 5_000, handles: 60, edges: 100, examples: 6, influences: 16 });
+    let positions = frames(0, &rig, 8);
+    for info in tested(Wgpu::devices().unwrap()) {
+        let wgpu = Wgpu::open(&info).unwrap();
+        let uploads = |count: usize| {
+            for _ in 0..count {
+                let mut animator = Animator::new(&wgpu, &rig, UploadOptions::frames(8)).unwrap();
+                animator.evaluate(&positions).unwrap();
+                animator.read(Stage::Normals, &mut Vec::new()).unwrap();
+            }
+            resident()
+        };
+        let before = uploads(50);
+        let after = uploads(200);
+        // One session is above 4 MB: a leak of all is 800 MB, one of the smallest buffer of each, 60 kB, 12 MB.
+        assert!(after < before + (10 << 20), "{}: from {before} to {after} bytes", info.id());
+        eprintln!("{}: from {before} to {after} bytes", info.id());
+    }
+}

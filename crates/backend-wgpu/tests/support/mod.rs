@@ -1,0 +1,130 @@
+//! What the tests share: a random rig, frames for it, the CPU's answer, and how far a device's may be from it.
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{Animator, BasisStorage, DeviceInfo, Faces, Rig, Session, Stage, UpAxis, UploadOptions};
+
+/// The devices to test on. None is a failure if `REQUIRE_BACKENDS` names wgpu, otherwise it is said.
+pub fn tested(devices: Vec<DeviceInfo>) -> Vec<DeviceInfo> {
+    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+    assert!(
+        !devices.is_empty() || !required.split(',').any(|name| name.trim() == "wgpu"),
+        "no device of wgpu's"
+    );
+    if devices.is_empty() {
+        eprintln!("NOT TESTED: wgpu finds no device here");
+    }
+    for device in &devices {
+        eprintln!("on {}: {}, {}", device.id(), device.name, device.driver);
+    }
+    devices
+}
+
+/// Numbers in [−1, 1) (splitmix64).
+pub struct Numbers(pub u64);
+
+impl Numbers {
+    pub fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    fn below(&mut self, n: usize) -> u32 {
+        (((self.next() + 1.0) / 2.0 * n as f32) as usize).min(n - 1) as u32
+    }
+}
+
+/// How large a rig is.
+#[derive(Clone, Copy)]
+pub struct Sizes {
+    pub vertices: usize,
+    pub handles: usize,
+    pub edges: usize,
+    pub examples: usize,
+    pub influences: usize,
+}
+
+/// A wavy sheet, one unit between neighbours, with random numbers for the rest. `vertices` is at least 4.
+pub fn rig(seed: u64, sizes: Sizes) -> Rig {
+    let Sizes { vertices, handles, edges, examples, influences } = sizes;
+    let mut numbers = Numbers(seed);
+    let width = vertices.isqrt();
+    let rest: Vec<[f32; 3]> =
+        (0..vertices).map(|v| [(v % width) as f32, (v / width) as f32, 0.2 * numbers.next()]).collect();
+    let mut triangles = Vec::new();
+    for v in 0..vertices {
+        if v % width + 1 < width && v + width + 1 < vertices {
+            let [a, b, c, d] = [v, v + 1, v + width + 1, v + width].map(|i| i as u32);
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let centers = examples + 1;
+    let handle_vertices: Vec<u32> = (0..handles).map(|h| (h * vertices / handles) as u32).collect();
+    let strain_edges: Vec<[u32; 2]> = (0..edges)
+        .map(|_| {
+            let a = numbers.below(handles);
+            [a, (a + 1 + numbers.below(handles - 1)) % handles as u32]
+        })
+        .collect();
+    Rig {
+        name: "random".into(),
+        metres_per_unit: 0.01,
+        up_axis: UpAxis::Y,
+        labels: (0..handles).map(|h| format!("m{h}")).collect(),
+        example_names: (0..examples).map(|j| format!("pose {j}")).collect(),
+        faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
+        uvs: None,
+        bending_length: 1.0,
+        beta: 1.0,
+        basis: (0..vertices * handles).map(|_| 0.2 * numbers.next()).collect(),
+        influence_edges: (0..vertices * influences).map(|_| numbers.below(edges)).collect(),
+        influence_weights: (0..vertices * influences).map(|_| (numbers.next() + 1.0) / 2.0).collect(),
+        frame_neighbors: (0..vertices).map(|v| if v + 1 < vertices { v + 1 } else { v - 1 } as u32).collect(),
+        pose_features: (0..centers * edges).map(|_| 0.3 * numbers.next()).collect(),
+        rbf_weights: (0..vertices * centers)
+            .map(|_| std::array::from_fn(|_| 0.05 * numbers.next()))
+            .collect(),
+        handles: handle_vertices,
+        triangles,
+        strain_edges,
+        rest,
+    }
+}
+
+/// Handle positions of `frames` frames: rest, and up to a third of a unit to any side.
+pub fn frames(seed: u64, rig: &Rig, frames: usize) -> Vec<f32> {
+    let mut numbers = Numbers(seed);
+    let rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
+    (0..frames).flat_map(|_| rest.clone()).map(|x| x + 0.3 * numbers.next()).collect()
+}
+
+/// Evaluates the batch on the CPU.
+pub fn expected(rig: &Rig, positions: &[f32], basis: BasisStorage) -> Vec<Vec<f32>> {
+    let frames = positions.len() / (rig.handles.len() * 3);
+    let mut animator = Animator::new(&Cpu, rig, UploadOptions { max_frames: frames, basis }).unwrap();
+    animator.evaluate(positions).unwrap();
+    all_stages(&mut animator)
+}
+
+/// Every stage of the last batch.
+pub fn all_stages<S: Session>(animator: &mut Animator<S>) -> Vec<Vec<f32>> {
+    let stages = Stage::ALL.into_iter().map(|stage| {
+        let mut out = vec![f32::NAN; 7];
+        animator.read(stage, &mut out).unwrap();
+        out
+    });
+    stages.collect()
+}
+
+/// Fails where a number is further from the expected one than rounding in another order can bring it: numbers here are
+/// tens at most, and the longest sums have a hundred terms.
+pub fn agree(found: &[Vec<f32>], expected: &[Vec<f32>], context: &str) {
+    for ((stage, found), expected) in Stage::ALL.into_iter().zip(found).zip(expected) {
+        assert_eq!(found.len(), expected.len(), "{context}: length of {stage:?}");
+        for (i, (a, b)) in found.iter().zip(expected).enumerate() {
+            let allowed = 2e-5 * (1.0 + b.abs());
+            assert!((a - b).abs() <= allowed, "{context}: {stage:?}[{i}] is {a}, expected {b}");
+        }
+    }
+}
