@@ -1,130 +1,158 @@
-use crate::Numbers;
-use rhytid_core::{Faces, Rig, UpAxis};
+//! Which cases there are.
+use crate::recipe::{Motion, Recipe, Sizes, Surface};
+use rhytid_core::{BasisStorage, Rig, UploadOptions};
+use serde::Serialize;
 
-/// A rig and a batch of frames to evaluate it for.
+/// How much to run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Suite {
+    /// A second or two: enough to trust a device with a take.
+    Quick,
+    /// Everything; includes the quick cases.
+    Full,
+}
+
+/// A rig and a batch of frames to evaluate it for. Small: the rig is made when it is asked for.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Says what is special: `v65-h89-f240-p6-k16-frames2`.
+    /// Says what is special: `holes`, or sizes, `v65-h8-f65-p6-k16-b2-of-3` being a batch of 2 where there is room for 3.
     pub name: String,
+    /// What to upload it with.
+    pub options: UploadOptions,
+    /// Whether it is in [`Suite::Quick`] too.
+    pub quick: bool,
+    /// Whether it is of the chapter's size, where times mean something; a device may be too small for it.
+    pub timed: bool,
+    recipe: Recipe,
+}
+
+/// What a case consists of.
+#[derive(Debug, Clone)]
+pub struct Built {
     /// The rig.
     pub rig: Rig,
-    /// frames × H × 3.
+    /// frames × H × 3, mesh units.
     pub handle_positions: Vec<f32>,
 }
 
-/// Sizes of a made-up rig.
-struct Sizes {
-    vertices: usize,
-    handles: usize,
-    edges: usize,
-    examples: usize,
-    influences: usize,
-    frames: usize,
-}
-
-/// Rigs whose sizes straddle every tile and batch, with random numbers from fixed seeds.
-pub fn cases() -> Vec<Case> {
-    const SIZES: [[usize; 6]; 16] = [
-        [1, 1, 0, 0, 0, 1],
-        [2, 2, 1, 0, 1, 1],
-        [3, 1, 0, 1, 0, 2],
-        [4, 3, 3, 1, 2, 31],
-        [31, 7, 11, 2, 4, 2],
-        [63, 8, 20, 6, 16, 1],
-        [64, 8, 20, 6, 16, 2],
-        [65, 8, 20, 6, 16, 3],
-        [127, 31, 80, 6, 16, 1],
-        [128, 32, 80, 6, 16, 16],
-        [129, 33, 80, 6, 16, 17],
-        [1023, 64, 150, 6, 16, 1],
-        [1024, 65, 160, 40, 16, 1],
-        [1025, 89, 243, 6, 16, 31],
-        [2049, 300, 1000, 6, 16, 2],
-        [4000, 89, 243, 8, 1, 4],
-    ];
-    SIZES
-        .iter()
-        .enumerate()
-        .map(|(seed, &[vertices, handles, edges, examples, influences, frames])| {
-            random(seed as u64, &Sizes { vertices, handles, edges, examples, influences, frames })
-        })
-        .collect()
-}
-
-/// Three numbers in −size..size.
-fn vector(numbers: &mut Numbers, size: f32) -> [f32; 3] {
-    std::array::from_fn(|_| size * numbers.signed() as f32)
-}
-
-/// A jittered sheet; the vertices that are left over from whole rows are isolated.
-fn random(seed: u64, sizes: &Sizes) -> Case {
-    let mut numbers = Numbers::new(seed);
-    let &Sizes { vertices, handles, edges, examples, influences, frames } = sizes;
-    let width = (vertices as f64).sqrt().ceil() as usize;
-    let rest: Vec<[f32; 3]> = (0..vertices)
-        .map(|v| {
-            let [x, y, z] = vector(&mut numbers, 0.3);
-            [(v % width) as f32 + x, (v / width) as f32 + y, z]
-        })
-        .collect();
-    let mut triangles = Vec::new();
-    for v in 0..vertices {
-        if v % width + 1 < width && v + width + 1 < vertices {
-            let [a, b, c, d] = [v, v + 1, v + width + 1, v + width].map(|i| i as u32);
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
+impl Case {
+    /// Makes the rig and the batch, the same on every machine.
+    pub fn build(&self) -> Built {
+        self.recipe.build()
     }
-    if triangles.is_empty() {
-        triangles.push([0, 0, (vertices - 1) as u32]);
+
+    fn new(name: impl Into<String>, sizes: Sizes, recipe: impl FnOnce(&mut Recipe)) -> Self {
+        let mut all = Recipe::new(sizes);
+        recipe(&mut all);
+        let options = UploadOptions::frames(sizes.room);
+        Self { name: name.into(), options, quick: false, timed: false, recipe: all }
     }
-    // Distinct vertices, spread by a step that shares no factor with V; more handles than that cannot be.
-    let step = (1..).map(|i| vertices * 5 / 8 + i).find(|s| gcd(*s, vertices) == 1).unwrap_or(1);
-    let handle_vertices: Vec<u32> =
-        (0..handles.min(vertices)).map(|h| (h * step % vertices) as u32).collect();
-    let handles = handle_vertices.len();
-    let strain_edges: Vec<[u32; 2]> = (0..if handles > 1 { edges } else { 0 })
-        .map(|_| {
-            let a = numbers.below(handles) as u32;
-            [a, (a + 1 + numbers.below(handles - 1) as u32) % handles as u32]
-        })
-        .collect();
-    let edges = strain_edges.len();
-    let influences = influences.min(edges);
-    let centers = examples + 1;
-    let pose_features: Vec<f32> =
-        (0..centers * edges).map(|i| if i < edges { 0.0 } else { 0.3 * numbers.signed() as f32 }).collect();
-    let rig = Rig {
-        name: "random".into(),
-        metres_per_unit: 0.01,
-        up_axis: UpAxis::Y,
-        labels: (0..handles).map(|h| format!("m{h}")).collect(),
-        example_names: (0..examples).map(|j| format!("pose {j}")).collect(),
-        faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
-        uvs: None,
-        bending_length: 1.0,
-        beta: 1.0,
-        triangles,
-        basis: (0..vertices * handles).map(|_| numbers.signed() as f32).collect(),
-        influence_edges: (0..vertices * influences).map(|_| numbers.below(edges) as u32).collect(),
-        influence_weights: (0..vertices * influences).map(|_| numbers.unit() as f32).collect(),
-        frame_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
-        pose_features,
-        rbf_weights: (0..vertices * centers).map(|_| vector(&mut numbers, 2.0)).collect(),
-        strain_edges,
-        rest,
-        handles: handle_vertices,
-    };
-    let handle_positions = (0..frames)
-        .flat_map(|_| rig.handles.iter().map(|&v| rig.rest[v as usize]).collect::<Vec<_>>())
-        .flat_map(|p| {
-            let u = vector(&mut numbers, 0.5);
-            [p[0] + u[0], p[1] + u[1], p[2] + u[2]]
-        })
-        .collect();
-    let name = format!("v{vertices}-h{handles}-f{edges}-p{examples}-k{influences}-frames{frames}");
-    Case { name, rig, handle_positions }
+
+    fn of_sizes(sizes: Sizes) -> Self {
+        let Sizes { vertices, handles, edges, examples, influences, frames, room } = sizes;
+        let batch = if frames == room { "full".into() } else { format!("of-{room}") };
+        let name = format!("v{vertices}-h{handles}-f{edges}-p{examples}-k{influences}-b{frames}-{batch}");
+        Self::new(name, sizes, |_| ())
+    }
+
+    fn quick(mut self) -> Self {
+        self.quick = true;
+        self
+    }
+
+    fn in_halves(mut self) -> Self {
+        self.options.basis = BasisStorage::F16;
+        self
+    }
 }
 
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
+/// V, H, F, P, K, frames and room: straddling a tile and a workgroup (64), a task of the CPU backend (1024) and
+/// SwiftShader's largest workgroup (256), in vertices, strain edges and handles.
+const QUICK_SIZES: [[usize; 7]; 6] = [
+    [1, 1, 0, 0, 0, 1, 1],
+    [63, 8, 65, 6, 16, 1, 2],
+    [64, 31, 64, 1, 4, 1, 1],
+    [65, 8, 63, 6, 16, 2, 3],
+    [129, 89, 243, 6, 16, 31, 32],
+    [1025, 89, 243, 6, 16, 1, 1],
+];
+
+/// As [`QUICK_SIZES`].
+const FULL_SIZES: [[usize; 7]; 19] = [
+    [1, 1, 0, 6, 0, 2, 2],
+    [2, 2, 1, 0, 1, 1, 1],
+    [2, 2, 1, 0, 1, 70_000, 70_000],
+    [3, 1, 0, 1, 0, 2, 2],
+    [4, 3, 3, 1, 2, 31, 31],
+    [31, 7, 11, 2, 4, 2, 2],
+    [127, 63, 80, 6, 16, 1, 2],
+    [128, 64, 128, 6, 16, 16, 16],
+    [129, 65, 127, 40, 2, 1, 32],
+    [255, 89, 243, 6, 16, 2, 31],
+    [256, 89, 256, 6, 16, 2, 2],
+    [257, 89, 257, 6, 16, 2, 2],
+    [300, 300, 1000, 40, 16, 3, 5],
+    [300, 89, 243, 6, 16, 32, 32],
+    [1023, 64, 150, 6, 16, 1, 1],
+    [1024, 65, 160, 40, 16, 2, 2],
+    [1025, 89, 243, 6, 16, 31, 40],
+    [2049, 300, 1000, 6, 16, 2, 2],
+    [4097, 89, 243, 8, 1, 4, 4],
+];
+
+fn sizes([vertices, handles, edges, examples, influences, frames, room]: [usize; 7]) -> Sizes {
+    Sizes { vertices, handles, edges, examples, influences, frames, room }
+}
+
+/// The face of the chapter: V, H, F, P, K, and a batch of one.
+const CHAPTER: [usize; 7] = [530_000, 89, 243, 6, 16, 1, 1];
+
+/// Every case of a suite.
+pub fn cases(suite: Suite) -> Vec<Case> {
+    // An odd size with a whole tile, a part of one, and a batch smaller than its room.
+    let usual = sizes([201, 23, 70, 6, 16, 3, 5]);
+    let mut cases: Vec<Case> = QUICK_SIZES.map(|n| Case::of_sizes(sizes(n)).quick()).into();
+    cases.extend([
+        Case::new("f16", usual, |r| r.small_weights = true).in_halves().quick(),
+        Case::new("holes", usual, |r| r.surface = Surface::Holes).quick(),
+        Case::new("isolated-vertices", usual, |r| r.surface = Surface::Isolated).quick(),
+        Case::new("zero-area", usual, |r| r.surface = Surface::ZeroArea).quick(),
+        Case::new("fan", Sizes { vertices: 801, ..usual }, |r| r.surface = Surface::Fan).quick(),
+        Case::new("coincident-poses", usual, |r| r.coincident_poses = true).quick(),
+        Case::new("at-rest", usual, |r| r.motion = Motion::Rest).quick(),
+        Case::new("collapsed", usual, |r| r.motion = Motion::Collapsed).quick(),
+        Case::new("large-units", usual, |r| r.unit = 1e12).quick(),
+        Case::new("small-units", usual, |r| r.unit = 1e-12).quick(),
+        Case::new("f16-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |r| {
+            r.small_weights = true;
+        })
+        .in_halves(),
+        Case::new("f16-h89-b31", Sizes { vertices: 1025, handles: 89, frames: 31, room: 31, ..usual }, |r| {
+            r.small_weights = true;
+        })
+        .in_halves(),
+    ]);
+    cases.extend(FULL_SIZES.map(|n| Case::of_sizes(sizes(n))));
+    cases.extend((1..=6).map(|seed| {
+        let sizes = Sizes::random(seed);
+        Case::new(format!("random-{seed}"), sizes, |r| r.seed = seed)
+    }));
+    let mut chapter = Case::new("chapter", sizes(CHAPTER), |_| ());
+    chapter.timed = true;
+    cases.push(chapter);
+    if suite == Suite::Quick {
+        cases.retain(|case| case.quick);
+    }
+    cases
+}
+
+/// A rig of 65,536 vertices and a batch of 8 frames, to find out how fast a device is. It belongs to no suite.
+pub fn timing_case() -> Case {
+    Case::new("timing", sizes([65_536, 89, 243, 6, 16, 8, 8]), |_| ())
+}
+
+/// A small rig for sessions that are broken on purpose.
+pub(crate) fn canary_case() -> Case {
+    Case::new("canary", sizes([65, 8, 20, 6, 16, 2, 2]), |_| ())
 }

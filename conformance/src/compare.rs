@@ -1,3 +1,7 @@
+use crate::outcome::{Measured, stage_name};
+use crate::reference::Expected;
+use rhytid_core::Stage;
+
 /// Where two arrays differ most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
@@ -23,6 +27,71 @@ pub fn worst_difference<A: Copy + Into<f64>, B: Copy + Into<f64>>(found: &[A], e
         Difference { index, found, expected, size: if size.is_nan() { f64::INFINITY } else { size } }
     });
     differences.max_by(|a, b| a.size.total_cmp(&b.size)).expect("two arrays with at least one number")
+}
+
+/// How a stage compares with its reference.
+pub(crate) struct Comparison {
+    /// `None` where the stage has no numbers.
+    pub measured: Option<Measured>,
+    /// The number that is farthest out, in a sentence, if any is.
+    pub problem: Option<String>,
+}
+
+/// Compares a stage with its reference, which has as many numbers.
+pub(crate) fn compare(
+    stage: Stage,
+    found: &[f32],
+    expected: &[Expected],
+    metres_per_unit: f64,
+) -> Comparison {
+    let size = size_of(stage, expected);
+    let (mut worst, mut part_of_bound, mut difference) = (0, 0.0, 0.0f64);
+    for (i, (&found, expected)) in found.iter().zip(expected).enumerate() {
+        let off = (f64::from(found) - expected.value).abs();
+        let part = off / expected.bound;
+        let part = if part.is_nan() { f64::INFINITY } else { part };
+        if part > part_of_bound {
+            (worst, part_of_bound) = (i, part);
+        }
+        if expected.bound <= size / 100.0 {
+            difference = difference.max(off);
+        }
+    }
+    if found.len() != expected.len() {
+        part_of_bound = f64::INFINITY;
+    }
+    // Written so that what is not a number does not pass.
+    let passes = part_of_bound <= 1.0;
+    let problem = (!passes).then(|| match (found.get(worst), expected.get(worst)) {
+        (Some(found), Some(Expected { value, bound })) => format!(
+            "{} has {found:e} as number {worst}, expected {value:e} within {bound:.2e}: {part_of_bound:.3} of what is \
+             allowed",
+            stage_name(stage)
+        ),
+        _ => format!("{} has {} numbers, expected {}", stage_name(stage), found.len(), expected.len()),
+    });
+    let is_length = matches!(stage, Stage::LargeScale | Stage::Detail | Stage::Positions);
+    let measured = (!found.is_empty()).then(|| Measured {
+        part_of_bound,
+        ulp: (size > 0.0).then(|| difference / unit_in_the_last_place(size)),
+        mm: is_length.then_some(difference * metres_per_unit * 1000.0),
+    });
+    Comparison { measured, problem }
+}
+
+/// What errors of a stage are measured by: see [`Measured::ulp`].
+fn size_of(stage: Stage, expected: &[Expected]) -> f64 {
+    let largest = expected.iter().map(|e| e.value.abs()).fold(0.0, f64::max);
+    match stage {
+        Stage::Strain => largest.max(1.0),
+        Stage::LargeScaleNormals | Stage::Normals => 1.0,
+        Stage::LargeScale | Stage::Detail | Stage::Positions => largest,
+    }
+}
+
+/// The distance of two neighbouring f32 at `size`.
+fn unit_in_the_last_place(size: f64) -> f64 {
+    2f64.powi(size.log2().floor() as i32 - 23)
 }
 
 #[cfg(test)]

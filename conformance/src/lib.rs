@@ -1,18 +1,37 @@
 //! Conformance: what a device computes, compared stage by stage with the kernels' `f64` twin.
 //!
-//! [`run`] gives each kernel's twin the inputs that the device's kernel had, so that a difference is pinned to
-//! one kernel and may be no larger than the rounding of that kernel alone ([`mod@reference`]).
+//! [`cases()`] are run by [`run_case`], or all of them by [`run_device`]; each [`Outcome`] is one stage of one case on one
+//! device. Each kernel's twin is given the inputs that the device's kernel had, so that a difference is pinned to one
+//! kernel and may be no larger than the rounding of that kernel alone ([`mod@tolerance`]). [`Report`] writes it all down.
 #![forbid(unsafe_code)]
 
+mod bandwidth;
+mod canary;
 mod case;
 mod compare;
+pub mod expectations;
+mod must_pass;
 mod numbers;
+mod outcome;
+mod recipe;
 pub mod reference;
+pub mod report;
 mod run;
+mod suite;
+pub mod tolerance;
 mod twin;
 
-pub use case::{Case, cases};
+pub use bandwidth::read_bandwidth;
+pub use canary::{run_canaries, run_canaries_against};
+pub use case::{Built, Case, Suite, cases, timing_case};
 pub use compare::{Difference, worst_difference};
+pub use must_pass::{check_must_pass, must_pass};
 pub use numbers::Numbers;
-pub use run::{StageResult, run};
+pub use outcome::{Measured, Outcome, Verdict, device_label, kernel_name, stage_name};
+pub use report::Report;
+pub use run::{ReferenceOf, run_case, run_case_against};
+pub use suite::{DeviceReport, no_device, required_backends, run_device, unknown_backends};
 pub use twin::{Results, evaluate};
+
+/// The commit that this program was built from, or `unknown`.
+pub const COMMIT: &str = env!("RHYTID_COMMIT");

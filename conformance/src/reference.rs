@@ -1,156 +1,226 @@
-//! What each kernel must give for the inputs it had, and how far rounding may take it from there.
+//! What each kernel must give for the inputs it had, in float64, and how far rounding may take it from there.
 //!
-//! The bounds are those of a sum of products, `n ε Σ|aᵢ bᵢ|`, with ε the unit roundoff of f32 and n the number of
-//! roundings on the way of one term, and what they become in the rest of the kernel. They hold for any order of
-//! the sums and with fused operations, so for every device.
-use rhytid_core::Rig;
+//! The inputs are the device's own, so that an error upstream is not blamed on a kernel downstream. The numbers of
+//! roundings are those of [`mod@tolerance`]; here are the sums they are multiplied with.
+use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
+use rayon::prelude::*;
+use rhytid_core::{BasisStorage, Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{fine_scale, normals, strain, vec3};
+use rhytid_kernels::{detail, fine_scale, strain, vec3};
 
-/// The unit roundoff of f32: half a unit in the last place.
-const EPSILON: f64 = (f32::EPSILON / 2.0) as f64;
-
-/// The smallest normal f32: what may be lost where a device flushes smaller numbers to zero.
-const TINY: f64 = f32::MIN_POSITIVE as f64;
-
-/// Exact values in float64, and the largest difference allowed for each.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Reference {
-    /// As [`rhytid_core::Session::read`] orders them.
-    pub values: Vec<f64>,
-    /// As many.
-    pub bounds: Vec<f64>,
+/// A number as it should be.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Expected {
+    /// The value.
+    pub value: f64,
+    /// The largest difference allowed from it.
+    pub bound: f64,
 }
 
-impl Reference {
-    fn push(&mut self, value: f64, bound: f64) {
-        self.values.push(value);
-        self.bounds.push(bound + TINY);
+/// A case, and every stage of it as a device gave it.
+#[derive(Debug)]
+pub struct Found {
+    /// The rig; its basis as it is stored.
+    pub rig: Rig<f64>,
+    /// How the basis is stored.
+    pub basis: BasisStorage,
+    /// frames × H.
+    pub handle_positions: Vec<[f64; 3]>,
+    /// In the order of [`Stage::ALL`], each as [`rhytid_core::Session::read`] gives it, and of the right length.
+    pub stages: [Vec<f32>; 6],
+}
+
+impl Found {
+    /// One stage of the batch.
+    pub fn stage(&self, stage: Stage) -> &[f32] {
+        &self.stages[stage as usize]
+    }
+
+    /// Frames in the batch.
+    pub fn frames(&self) -> usize {
+        self.handle_positions.len() / self.rig.handles.len()
+    }
+
+    fn vectors(&self, stage: Stage) -> Vec<[f64; 3]> {
+        self.stage(stage).as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect()
     }
 }
 
-/// The kernel `strain` for frames × H handle positions.
-pub fn strain(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Reference {
+/// What `stage` should be, as many numbers as the device gave.
+pub fn reference(found: &Found, stage: Stage) -> Vec<Expected> {
+    let vectors = |stage| found.vectors(stage);
+    let numbers = match stage {
+        Stage::Strain => return strains(&found.rig, &found.handle_positions),
+        Stage::LargeScale => large_scale(found),
+        Stage::LargeScaleNormals => vertex_normals(&found.rig, &vectors(Stage::LargeScale)),
+        Stage::Detail => details(found),
+        Stage::Positions => positions(
+            &found.rig,
+            &vectors(Stage::LargeScale),
+            &vectors(Stage::LargeScaleNormals),
+            &vectors(Stage::Detail),
+        ),
+        Stage::Normals => vertex_normals(&found.rig, &vectors(Stage::Positions)),
+    };
+    numbers.into_flattened()
+}
+
+fn strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Expected> {
     let lengths = strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges);
-    let mut reference = Reference::default();
+    let mut expected = Vec::new();
     for p in handle_positions.chunks_exact(rig.handles.len()) {
         for (&[a, b], l) in rig.strain_edges.iter().zip(&lengths) {
             let length = vec3::length(vec3::sub(p[a as usize], p[b as usize]));
-            // Both lengths are rounded (difference, three squares, two sums, root), then the two are subtracted
-            // and divided.
-            reference.push((length - l) / l, (5.0 * (length + l) + 2.0 * (length - l).abs()) * EPSILON / l);
+            let rounded = gamma(tolerance::STRAIN_LENGTHS) * length
+                + gamma(tolerance::STRAIN_DIFFERENCE) * (length - l).abs();
+            // Squares that vanish take their root's length with them.
+            let flushed = TINY.sqrt().min(TINY / length.max(TINY)) * 3.0;
+            expected.push(Expected { value: (length - l) / l, bound: (rounded + flushed) / l + TINY });
         }
     }
-    reference
+    expected
 }
 
-/// The kernel `large_scale` for frames × H handle positions.
-pub fn large_scale(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Reference {
+/// `at` for every vertex of every frame.
+fn of_vertices(
+    frames: usize,
+    vertices: usize,
+    at: impl Fn(usize, usize) -> [Expected; 3] + Sync,
+) -> Vec<[Expected; 3]> {
+    let numbers = (0..frames * vertices).into_par_iter().with_min_len(256);
+    numbers.map(|i| at(i / vertices, i % vertices)).collect()
+}
+
+fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
+    let rig = &found.rig;
     let handles = rig.handles.len();
-    let mut reference = Reference::default();
-    for p in handle_positions.chunks_exact(handles) {
-        let u: Vec<[f64; 3]> =
-            p.iter().zip(&rig.handles).map(|(p, &v)| vec3::sub(*p, rig.rest[v as usize])).collect();
-        for (rest, row) in rig.rest.iter().zip(rig.basis.chunks_exact(handles)) {
-            for (c, rest) in rest.iter().enumerate() {
-                let products = || row.iter().zip(&u).map(|(b, u)| b * u[c]);
-                let sum: f64 = products().sum();
-                let sizes: f64 = products().map(f64::abs).sum();
-                let terms = handles as f64 + 2.0;
-                reference.push(rest + sum, terms * EPSILON * sizes + EPSILON * (rest + sum).abs());
-            }
-        }
-    }
-    reference
-}
-
-/// The kernel `normals` for frames × V positions.
-pub fn normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Reference {
-    let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
-    let mut reference = Reference::default();
-    for p in positions.chunks_exact(rig.vertices()) {
-        for v in 0..rig.vertices() {
-            let incident = vertex_triangles.at(v);
-            let normal = normals::vertex_normal(p, &rig.triangles, incident);
-            let (mut sum, mut sizes) = ([0.0; 3], 0.0);
-            for &t in incident {
-                let [a, b, c] = rig.triangles[t as usize].map(|i| p[i as usize]);
-                let (e, f) = (vec3::sub(b, a), vec3::sub(c, a));
-                let cross = vec3::cross(e, f);
-                sum = std::array::from_fn(|i| sum[i] + cross[i]);
-                sizes += vec3::length(e) * vec3::length(f);
-            }
-            let area = vec3::length(sum);
-            // Each component of a cross product has two products of two rounded differences.
-            let error = (incident.len() as f64 + 6.0) * EPSILON * 2.0 * sizes;
-            // A sum within its own rounding has no direction: anything up to a unit vector will do.
-            let bound = match area > 4.0 * error {
-                true => 2.0 * error / area + 6.0 * EPSILON,
-                false if area == 0.0 && sizes == 0.0 => 0.0,
-                false => 2.0,
-            };
-            normal.iter().for_each(|&n| reference.push(n, bound));
-        }
-    }
-    reference
-}
-
-/// The detail of the kernel `fine_scale` for frames × F strains.
-pub fn detail(rig: &Rig<f64>, strain: &[f64], frames: usize) -> Reference {
-    let (edges, k, n) = (rig.strain_edges.len(), rig.influences(), rig.centers());
-    let mut reference = Reference::default();
-    for frame in 0..frames {
-        let f = &strain[frame * edges..][..edges];
-        for v in 0..rig.vertices() {
-            let (mut sum, mut sizes) = ([0.0; 3], [0.0; 3]);
-            for j in 0..n {
-                let r = fine_scale::feature_distance(
-                    &rig.influence_edges[v * k..][..k],
-                    &rig.influence_weights[v * k..][..k],
-                    f,
-                    &rig.pose_features[j * edges..][..edges],
-                );
-                for c in 0..3 {
-                    let product = rig.rbf_weights[v * n + j][c] * r;
-                    sum[c] += product;
-                    sizes[c] += product.abs();
+    let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]).cycle();
+    let displacements: Vec<[f64; 3]> =
+        found.handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, rest)).collect();
+    let roundings = tolerance::large_scale(handles);
+    let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
+    of_vertices(found.frames(), rig.vertices(), |frame, v| {
+        let row = &rig.basis[v * handles..][..handles];
+        let u = &displacements[frame * handles..][..handles];
+        let (mut sum, mut sizes, mut flushed) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for (b, u) in row.iter().zip(u) {
+            for c in 0..3 {
+                let product = b * u[c];
+                sum[c] += product;
+                sizes[c] += product.abs();
+                if b.abs() < smallest {
+                    flushed[c] += product.abs();
                 }
             }
-            // The root halves the relative error of its K terms, each of four roundings.
-            let terms = n as f64 + (k as f64 + 4.0) / 2.0 + 2.0;
-            for c in 0..3 {
-                reference.push(sum[c], terms * EPSILON * sizes[c]);
-            }
         }
-    }
-    reference
+        std::array::from_fn(|c| {
+            let value = rig.rest[v][c] + sum[c];
+            let sum = gamma(roundings) * sizes[c] + flushed[c] + roundings * TINY;
+            Expected { value, bound: sum + tolerance::POSITION * EPSILON * (value.abs() + sum) }
+        })
+    })
 }
 
-/// The positions of the kernel `fine_scale`, for frames × V large-scale positions, their normals and the detail.
-pub fn positions(
+/// `v / |v|`, where each component of v is known within `error` (0 for all of a v that must be 0).
+fn unit(v: [f64; 3], error: [f64; 3]) -> [Expected; 3] {
+    let direction = vec3::normalize(v);
+    let (length, off) = (vec3::length(v), vec3::length(error));
+    std::array::from_fn(|c| {
+        let value = direction[c];
+        // What is within its own rounding has no direction: any unit vector will do.
+        let turned = match off < length {
+            true => (error[c] + value.abs() * off) / (length - off),
+            false if off == 0.0 => 0.0,
+            false => f64::INFINITY,
+        };
+        let bound = turned + gamma(tolerance::UNIT) * value.abs() + TINY;
+        Expected { value, bound: bound.min(1.0 + value.abs() + 4.0 * EPSILON) }
+    })
+}
+
+fn vertex_normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[Expected; 3]> {
+    let vertices = rig.vertices();
+    let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
+    of_vertices(positions.len() / vertices, vertices, |frame, v| {
+        let p = &positions[frame * vertices..][..vertices];
+        let incident = vertex_triangles.at(v);
+        let (mut sum, mut sizes) = ([0.0; 3], [0.0; 3]);
+        for &t in incident {
+            let [a, b, c] = rig.triangles[t as usize].map(|i| p[i as usize]);
+            let (e, f) = (vec3::sub(b, a), vec3::sub(c, a));
+            let cross = vec3::cross(e, f);
+            for c in 0..3 {
+                let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+                sum[c] += cross[c];
+                sizes[c] += (e[i] * f[j]).abs() + (e[j] * f[i]).abs();
+            }
+        }
+        let roundings = tolerance::cross_products(incident.len());
+        // Where there are no products there is nothing to flush either.
+        let flushed = if sizes == [0.0; 3] { 0.0 } else { 3.0 * roundings * TINY };
+        unit(sum, sizes.map(|size| gamma(roundings) * size + flushed))
+    })
+}
+
+fn details(found: &Found) -> Vec<[Expected; 3]> {
+    let rig = &found.rig;
+    let (edges, k, n) = (rig.strain_edges.len(), rig.influences(), rig.centers());
+    let features: Vec<f64> = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
+    let roundings = gamma(tolerance::detail(n, k));
+    // Squares that vanish take their root's distance with them.
+    let flushed = (2.0 * k as f64 * TINY).sqrt();
+    of_vertices(found.frames(), rig.vertices(), |frame, v| {
+        let f = &features[frame * edges..][..edges];
+        let mut d = [Expected::default(); 3];
+        for j in 0..n {
+            let r = detail::feature_distance(
+                &rig.influence_edges[v * k..][..k],
+                &rig.influence_weights[v * k..][..k],
+                f,
+                &rig.pose_features[j * edges..][..edges],
+            );
+            for (d, w) in d.iter_mut().zip(rig.rbf_weights[v * n + j]) {
+                d.value += w * r;
+                d.bound += roundings * (w * r).abs() + flushed * w.abs() + TINY;
+            }
+        }
+        d
+    })
+}
+
+fn positions(
     rig: &Rig<f64>,
     large_scale: &[[f64; 3]],
     large_scale_normals: &[[f64; 3]],
     detail: &[[f64; 3]],
-) -> Reference {
+) -> Vec<[Expected; 3]> {
     let vertices = rig.vertices();
-    let mut reference = Reference::default();
-    for (i, smooth) in large_scale.iter().enumerate() {
-        let (first, v) = (i / vertices * vertices, i % vertices);
-        let neighbor = large_scale[first + rig.frame_neighbors[v] as usize];
-        let (e, n) = (vec3::sub(neighbor, *smooth), large_scale_normals[i]);
-        let frame = fine_scale::local_frame(e, n);
-        let x = fine_scale::add_detail(*smooth, frame, detail[i]);
-        let along = vec3::dot(e, n);
-        let tangential = vec3::length(std::array::from_fn(|c| e[c] - along * n[c]));
-        // t is a difference of vectors as long as e, normalised: what is left of it decides how well it is known.
-        let frame_error = match tangential > 0.0 {
-            true => (8.0 * EPSILON * vec3::length(e) / tangential + 6.0 * EPSILON).min(2.0),
-            false => 0.0,
-        };
-        let size = vec3::length(detail[i]);
-        let bound = size * (2.0 * frame_error + 8.0 * EPSILON);
-        x.iter().for_each(|&x| reference.push(x, bound + EPSILON * x.abs()));
-    }
-    reference
+    of_vertices(large_scale.len() / vertices, vertices, |frame, v| {
+        let first = frame * vertices;
+        let (smooth, n, d) = (large_scale[first + v], large_scale_normals[first + v], detail[first + v]);
+        let e = vec3::sub(large_scale[first + rig.frame_neighbors[v] as usize], smooth);
+        let axes = fine_scale::local_frame(e, n);
+        let x = fine_scale::add_detail(smooth, axes, d);
+
+        let along: f64 = (0..3).map(|c| (e[c] * n[c]).abs()).sum();
+        let flushed = if e == [0.0; 3] { 0.0 } else { 8.0 * TINY };
+        let error = std::array::from_fn(|c| {
+            gamma(tolerance::TANGENT_EDGE) * e[c].abs()
+                + gamma(tolerance::TANGENT_ALONG) * along * n[c].abs()
+                + flushed
+        });
+        let exact = vec3::dot(e, n);
+        let t = unit(std::array::from_fn(|c| e[c] - exact * n[c]), error);
+        std::array::from_fn(|c| {
+            let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+            let b_products = (n[i] * t[j].value).abs() + (n[j] * t[i].value).abs();
+            let b_error =
+                n[i].abs() * t[j].bound + n[j].abs() * t[i].bound + gamma(tolerance::BITANGENT) * b_products;
+            let sizes: f64 = (0..3).map(|axis| (axes[axis][c] * d[axis]).abs()).sum();
+            let offset = gamma(tolerance::OFFSET) * sizes
+                + (t[c].bound * d[0].abs() + b_error * d[1].abs()) * (1.0 + gamma(tolerance::OFFSET))
+                + 6.0 * TINY;
+            Expected { value: x[c], bound: offset + tolerance::POSITION * EPSILON * (x[c].abs() + offset) }
+        })
+    })
 }

@@ -1,86 +1,255 @@
-use crate::case::Case;
-use crate::reference::{self, Reference};
-use rhytid_core::{Animator, Result, Rig, Session, Stage};
+//! One case on one device: evaluated, compared stage by stage, and evaluated again in other ways.
+use crate::compare::compare;
+use crate::outcome::{Measured, Outcome, Verdict, device_label, stage_name};
+use crate::reference::{Expected, Found, reference};
+use crate::{Built, Case, expectations};
+use half::f16;
+use rhytid_core::{BasisStorage, Device, DeviceErrorKind, Error, HandleFrames, Result, Rig, Session, Stage};
+use std::time::Duration;
 
-/// How one stage of one case went.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StageResult {
-    /// The stage.
-    pub stage: Stage,
-    /// The largest difference from the reference, as a part of what is allowed there: at most 1 passes. Infinite
-    /// where the stage has another length than it should, NaN where another stage has and nothing was compared.
-    pub worst: f64,
-    /// The index at which that is.
-    pub index: usize,
-}
+/// What a stage is compared with: [`reference()`], but for tests of the suite itself.
+pub type ReferenceOf = fn(&Found, Stage) -> Vec<Expected>;
 
-impl StageResult {
-    /// Whether every number was within its bound.
-    pub fn passed(&self) -> bool {
-        self.worst <= 1.0
-    }
-}
+/// The most frames of a batch that are evaluated one by one too.
+const SINGLE_FRAMES: usize = 32;
 
-/// Evaluates `case` and compares every stage with what its kernel should have made of the device's own inputs to
-/// it. `animator` holds the case's rig.
+/// How often a timed case is evaluated; the fastest counts.
+const TIMED_RUNS: usize = 5;
+
+/// Runs `case` on `device`: one outcome for each stage, in the order of [`Stage::ALL`], with what `expectations.toml` says
+/// taken into account.
 ///
-/// # Errors
-/// What the session fails with.
-pub fn run<S: Session>(animator: &mut Animator<S>, case: &Case) -> Result<Vec<StageResult>> {
-    animator.evaluate(&case.handle_positions)?;
-    let mut read = |stage| -> Result<Vec<f32>> {
-        let mut out = Vec::new();
-        animator.read(stage, &mut out)?;
-        Ok(out)
-    };
-    let found = [
-        read(Stage::Strain)?,
-        read(Stage::LargeScale)?,
-        read(Stage::LargeScaleNormals)?,
-        read(Stage::Detail)?,
-        read(Stage::Positions)?,
-        read(Stage::Normals)?,
-    ];
-    let [strain, large_scale, large_scale_normals, detail, positions, _] = &found;
-    let rig: Rig<f64> = case.rig.cast();
-    let handles = vectors(&case.handle_positions);
-    let frames = handles.len() / rig.handles.len();
-    let whole = |stage: Stage, found: &[f32]| found.len() == frames * stage.values_per_frame(&rig);
-    if Stage::ALL.iter().zip(&found).any(|(&stage, found)| !whole(stage, found)) {
-        let worst = |stage, found| if whole(stage, found) { f64::NAN } else { f64::INFINITY };
-        let results = Stage::ALL.iter().zip(&found);
-        return Ok(results
-            .map(|(&stage, f)| StageResult { stage, worst: worst(stage, f), index: 0 })
-            .collect());
+/// The batch is evaluated after another one that fills all the room, so that a stale frame shows; every stage is compared
+/// with what its kernel should have made of the device's own inputs to it; then its frames one by one, and once more the
+/// other batch and this one, must give the same bits.
+pub fn run_case(device: &Device, case: &Case) -> Vec<Outcome> {
+    let mut outcomes = run_case_against(device, case, reference);
+    for outcome in &mut outcomes {
+        expectations::embedded().apply(device.info(), outcome);
     }
-    let strain: Vec<f64> = strain.iter().map(|&x| f64::from(x)).collect();
-    let references = [
-        reference::strain(&rig, &handles),
-        reference::large_scale(&rig, &handles),
-        reference::normals(&rig, &vectors(large_scale)),
-        reference::detail(&rig, &strain, frames),
-        reference::positions(&rig, &vectors(large_scale), &vectors(large_scale_normals), &vectors(detail)),
-        reference::normals(&rig, &vectors(positions)),
-    ];
-    let results = Stage::ALL.iter().zip(&found).zip(&references);
-    Ok(results.map(|((&stage, found), reference)| compare(stage, found, reference)).collect())
+    outcomes
 }
 
-fn vectors(numbers: &[f32]) -> Vec<[f64; 3]> {
-    numbers.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect()
-}
-
-fn compare(stage: Stage, found: &[f32], reference: &Reference) -> StageResult {
-    let mut result = StageResult { stage, worst: 0.0, index: 0 };
-    for (index, (&found, (value, bound))) in
-        found.iter().zip(reference.values.iter().zip(&reference.bounds)).enumerate()
-    {
-        let part = (f64::from(found) - value).abs() / bound;
-        let part = if part.is_nan() { f64::INFINITY } else { part };
-        if part > result.worst {
-            result.worst = part;
-            result.index = index;
+/// As [`run_case`], compared with something else and without expectations.
+pub fn run_case_against(device: &Device, case: &Case, reference: ReferenceOf) -> Vec<Outcome> {
+    let built = case.build();
+    let mut bytes = [0; 6];
+    if case.timed {
+        bytes = Stage::ALL.map(|stage| stage_bytes(&built, case.options.basis, stage));
+    }
+    let examined = device
+        .upload(&built.rig, case.options)
+        .and_then(|mut animator| examine(animator.session_mut(), case, built, reference));
+    let label = device_label(device.info());
+    let outcome = |stage: Stage, verdict, reason| {
+        let name = format!("{}/{}", stage_name(stage), case.name);
+        let mut outcome = Outcome::new(&label, name, verdict, reason);
+        outcome.stage = Some(stage_name(stage));
+        outcome.required = case.quick;
+        outcome
+    };
+    match examined {
+        Ok(stages) => Stage::ALL
+            .into_iter()
+            .zip(stages)
+            .map(|(stage, examined)| {
+                let Examined { measured, problems, time } = examined;
+                let verdict = if problems.is_empty() { Verdict::Pass } else { Verdict::Fail };
+                let mut outcome = outcome(stage, verdict, problems.join("; "));
+                outcome.measured = measured;
+                outcome.seconds = time.map(|time| time.as_secs_f64());
+                outcome.bytes = case.timed.then_some(bytes[stage as usize]);
+                outcome
+            })
+            .collect(),
+        Err(error) => {
+            let verdict = match &error {
+                Error::Device { kind: DeviceErrorKind::Unsupported, .. } => Verdict::NotSupported,
+                Error::Device { kind: DeviceErrorKind::OutOfMemory, .. } if case.timed => {
+                    Verdict::NotSupported
+                }
+                _ => Verdict::Fail,
+            };
+            Stage::ALL.map(|stage| outcome(stage, verdict, error.to_string())).into()
         }
     }
-    result
+}
+
+/// What was found out about a stage.
+#[derive(Default)]
+pub(crate) struct Examined {
+    /// `None` where nothing was compared.
+    pub measured: Option<Measured>,
+    /// What is wrong; empty if nothing is.
+    pub problems: Vec<String>,
+    time: Option<Duration>,
+}
+
+/// Runs a case on a session that holds its rig.
+pub(crate) fn examine(
+    session: &mut dyn Session,
+    case: &Case,
+    built: Built,
+    reference: ReferenceOf,
+) -> Result<[Examined; 6]> {
+    let Built { rig, handle_positions } = built;
+    let batch = Batch { handles: rig.handles.len(), positions: &handle_positions };
+    let other = batch.other(case.options.max_frames);
+    let other = Batch { handles: rig.handles.len(), positions: &other };
+
+    other.evaluate(session)?;
+    let stages = batch.evaluate_and_read(session)?;
+    let mut examined: [Examined; 6] = Default::default();
+    let mut whole = true;
+    for stage in Stage::ALL {
+        let (found, expected) = (stages[stage as usize].len(), batch.frames() * stage.values_per_frame(&rig));
+        if found != expected {
+            whole = false;
+            examined[stage as usize]
+                .problems
+                .push(format!("the batch has {found} numbers, expected {expected}"));
+        }
+    }
+    if !whole {
+        for examined in examined.iter_mut().filter(|examined| examined.problems.is_empty()) {
+            examined
+                .problems
+                .push("nothing was compared: another stage is not as long as it should be".into());
+        }
+        return Ok(examined);
+    }
+    if case.timed {
+        time(session, &batch, &mut examined)?;
+    }
+    repeat(session, &batch, &other, &stages, &mut examined)?;
+
+    let metres_per_unit = rig.metres_per_unit;
+    let found = Found {
+        rig: stored(rig, case.options.basis).cast(),
+        basis: case.options.basis,
+        handle_positions: handle_positions
+            .as_chunks()
+            .0
+            .iter()
+            .map(|p: &[f32; 3]| p.map(f64::from))
+            .collect(),
+        stages,
+    };
+    for stage in Stage::ALL {
+        let comparison = compare(stage, found.stage(stage), &reference(&found, stage), metres_per_unit);
+        examined[stage as usize].measured = comparison.measured;
+        examined[stage as usize].problems.extend(comparison.problem);
+    }
+    Ok(examined)
+}
+
+/// The rig with its basis as a device has it.
+fn stored(mut rig: Rig, basis: BasisStorage) -> Rig {
+    if basis == BasisStorage::F16 {
+        rig.basis.iter_mut().for_each(|b| *b = f16::from_f32(*b).to_f32());
+    }
+    rig
+}
+
+/// Frames one by one, and the batch after another batch, must give the bits of the first time.
+fn repeat(
+    session: &mut dyn Session,
+    batch: &Batch<'_>,
+    other: &Batch<'_>,
+    stages: &[Vec<f32>; 6],
+    examined: &mut [Examined; 6],
+) -> Result<()> {
+    let frames = batch.frames();
+    let mut differs = [None; 6];
+    for frame in (0..frames).step_by(frames.div_ceil(SINGLE_FRAMES)) {
+        let single = batch.frame(frame).evaluate_and_read(session)?;
+        for (i, single) in single.iter().enumerate() {
+            let of_frame = &stages[i][frame * (stages[i].len() / frames)..][..stages[i].len() / frames];
+            if !same_bits(single, of_frame) {
+                differs[i].get_or_insert(frame);
+            }
+        }
+    }
+    for (examined, differs) in examined.iter_mut().zip(differs) {
+        examined.problems.extend(differs.map(|frame| {
+            format!("frame {frame} of the batch has other bits when it is evaluated by itself")
+        }));
+    }
+    other.evaluate(session)?;
+    let again = batch.evaluate_and_read(session)?;
+    for (i, again) in again.iter().enumerate() {
+        if !same_bits(again, &stages[i]) {
+            examined[i].problems.push("the batch has other bits when it is evaluated again".into());
+        }
+    }
+    Ok(())
+}
+
+fn same_bits(a: &[f32], b: &[f32]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+/// The shortest time of each stage over some runs.
+fn time(session: &mut dyn Session, batch: &Batch<'_>, examined: &mut [Examined; 6]) -> Result<()> {
+    for _ in 0..TIMED_RUNS {
+        batch.evaluate(session)?;
+        let Some(times) = session.stage_times()? else { return Ok(()) };
+        for (examined, time) in examined.iter_mut().zip(times) {
+            examined.time = Some(examined.time.map_or(time, |best| best.min(time)));
+        }
+    }
+    Ok(())
+}
+
+/// Handle positions of some frames.
+struct Batch<'a> {
+    handles: usize,
+    positions: &'a [f32],
+}
+
+impl Batch<'_> {
+    fn frames(&self) -> usize {
+        self.positions.len() / (self.handles * 3)
+    }
+
+    fn frame(&self, frame: usize) -> Batch<'_> {
+        let numbers = self.handles * 3;
+        Batch { handles: self.handles, positions: &self.positions[frame * numbers..][..numbers] }
+    }
+
+    /// As many other frames as there is room for.
+    fn other(&self, room: usize) -> Vec<f32> {
+        let frames = (0..self.frames()).rev().cycle().take(room);
+        frames.flat_map(|frame| self.frame(frame).positions.to_vec()).map(|x| 0.75 * x).collect()
+    }
+
+    fn evaluate(&self, session: &mut dyn Session) -> Result<()> {
+        session.evaluate(HandleFrames { positions: self.positions, frames: self.frames() })
+    }
+
+    fn evaluate_and_read(&self, session: &mut dyn Session) -> Result<[Vec<f32>; 6]> {
+        self.evaluate(session)?;
+        let mut stages: [Vec<f32>; 6] = Default::default();
+        for stage in Stage::ALL {
+            session.read(stage, &mut stages[stage as usize])?;
+        }
+        Ok(stages)
+    }
+}
+
+/// The bytes that a stage must read and write at least once for the batch.
+fn stage_bytes(built: &Built, basis: BasisStorage, stage: Stage) -> u64 {
+    let rig = &built.rig;
+    let (v, h, f) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len());
+    let (k, n, t) = (rig.influences(), rig.centers(), rig.triangles.len());
+    let frames = built.handle_positions.len() / (3 * h);
+    let basis_bytes = if basis == BasisStorage::F16 { 2 } else { 4 };
+    let (constant, of_frame) = match stage {
+        Stage::Strain => (12 * f, 12 * h + 4 * f),
+        Stage::LargeScale => (12 * v + basis_bytes * v * h + 12 * h, 12 * h + 12 * v),
+        Stage::LargeScaleNormals | Stage::Normals => (24 * t + 4 * (v + 1), 24 * v),
+        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n, 4 * f + 12 * v),
+        Stage::Positions => (4 * v, 48 * v),
+    };
+    (constant + frames * of_frame) as u64
 }

@@ -1,6 +1,6 @@
 use rhytid_core::{Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{Real, fine_scale, large_scale, normals, strain};
+use rhytid_kernels::{Real, detail, fine_scale, large_scale, normals, strain};
 
 /// Every stage of a batch, as the twin computes them.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,49 +56,46 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     );
     let handle_rest: Vec<[T; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     large_scale::large_scale(
-        large_scale::Params { frames: frames as u32, vertices: vertices as u32, handles: handles as u32 },
+        large_scale::Params::whole(frames, vertices, handles),
         &rig.rest,
         &rig.basis,
         &handle_rest,
         handle_positions,
         &mut results.large_scale,
     );
-    let normals_params = normals::Params { frames: frames as u32, vertices: vertices as u32 };
     let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
-    normals::normals(
-        normals_params,
-        &results.large_scale,
-        &rig.triangles,
-        &vertex_triangles,
-        &mut results.large_scale_normals,
-    );
-    fine_scale::fine_scale(
-        fine_scale::Params {
+    let normals_of = |positions: &[[T; 3]], vertex_normals: &mut [[T; 3]]| {
+        let params = normals::Params::whole(frames, vertices);
+        normals::normals(params, positions, &rig.triangles, &vertex_triangles, vertex_normals);
+    };
+    normals_of(&results.large_scale, &mut results.large_scale_normals);
+    detail::detail(
+        detail::Params {
             frames: frames as u32,
             vertices: vertices as u32,
+            first_vertex: 0,
+            part_vertices: vertices as u32,
             strain_edges: strain_edges as u32,
             influences: rig.influences() as u32,
             centers: rig.centers() as u32,
         },
-        &fine_scale::Buffers {
+        &results.strain,
+        &detail::Buffers {
             influence_edges: &rig.influence_edges,
             influence_weights: &rig.influence_weights,
             pose_features: &rig.pose_features,
             rbf_weights: &rig.rbf_weights,
-            frame_neighbors: &rig.frame_neighbors,
         },
-        &results.strain,
+        &mut results.detail,
+    );
+    fine_scale::fine_scale(
+        fine_scale::Params::whole(frames, vertices),
         &results.large_scale,
         &results.large_scale_normals,
-        &mut results.detail,
+        &results.detail,
+        &rig.frame_neighbors,
         &mut results.positions,
     );
-    normals::normals(
-        normals_params,
-        &results.positions,
-        &rig.triangles,
-        &vertex_triangles,
-        &mut results.normals,
-    );
+    normals_of(&results.positions, &mut results.normals);
     results
 }

@@ -5,7 +5,7 @@ use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{
     Animator, Backend, Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, Stage, StrainEdges,
-    UpAxis, solve,
+    UpAxis, UploadOptions, solve,
 };
 use serde::Deserialize;
 
@@ -168,7 +168,8 @@ fn every_stage_of_the_cpu_backend_is_within_2e_5() {
         let frames = handle_frames(&case);
         let positions: Vec<f32> = frames.as_flattened().iter().map(|&x| x as f32).collect();
         let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-        let mut animator = Animator::new(&cpu, &rig, case.expected.frames.len()).unwrap();
+        let mut animator =
+            Animator::new(&cpu, &rig, UploadOptions::frames(case.expected.frames.len())).unwrap();
         animator.evaluate(&positions).unwrap();
         for (stage, expected) in expected_stages(&case) {
             let mut found = Vec::new();

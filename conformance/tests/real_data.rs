@@ -3,53 +3,15 @@ mod support;
 
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{
-    Animator, Backend, Bind, Example, Face, NoProgress, Rig, Settings, Stage, Take, UpAxis, solve,
-};
-use rhytid_formats::{mesh, tables, take};
+use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions, solve};
 use std::path::Path;
+use support::real::{clean_take, face, settings};
 
 /// Millimetres in the data's unit, the centimetre.
 const MM: f64 = 10.0;
 
 /// Vertices of the face that the truth is compared on: the skin without its inner rims.
 const COMPARED: usize = 6706;
-
-fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
-    let folder = shared.join("data").join(folder);
-    let neutral_path = folder.join("neutral.obj");
-    let neutral = mesh::read(&neutral_path).unwrap();
-    let mut poses: Vec<_> =
-        std::fs::read_dir(folder.join("poses")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    poses.sort();
-    assert_eq!(poses.len(), 8, "poses found: {poses:?}");
-    let examples = poses
-        .iter()
-        .map(|path| Example {
-            name: path.file_stem().unwrap().to_string_lossy().into_owned(),
-            positions: mesh::read_like(&neutral, &neutral_path, path).unwrap(),
-        })
-        .collect();
-    Face {
-        name: "face".into(),
-        neutral,
-        metres_per_unit: 0.01,
-        up_axis: UpAxis::Y,
-        handles: tables::read_handles(&shared.join("data/markers.csv")).unwrap(),
-        examples,
-        settings,
-    }
-}
-
-/// The settings for which an independent implementation gave the errors that are compared with below.
-fn settings() -> Settings {
-    Settings { bending_length: Some(3.0), ..Settings::default() }
-}
-
-fn clean_take(shared: &Path, rig: &Rig<f64>) -> Take {
-    let path = shared.join("data/takes/rom_3_clean.csv");
-    take::read(&path, Some(&rig.labels), take::Missing::Error).unwrap()
-}
 
 fn at_handles<T: Copy>(handles: &[u32], positions: &[T]) -> Vec<T> {
     handles.iter().map(|&v| positions[v as usize]).collect()
@@ -60,7 +22,7 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
     let h = rig.handles.len();
     let batch = 31;
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let mut animator = Animator::new(&cpu, &rig.cast(), batch).unwrap();
+    let mut animator = Animator::new(&cpu, &rig.cast(), UploadOptions::frames(batch)).unwrap();
     let mut found = Vec::new();
     let mut compared = 0;
     for example in &face.examples {

@@ -1,6 +1,8 @@
 //! What several tests need: data that lies beside the project, random faces, and when poses look the same.
 #![allow(dead_code, reason = "every test binary uses a part of it")]
+pub mod head;
 pub mod random_face;
+pub mod real;
 
 use rhytid_core::Rig;
 use std::io::Write;

@@ -1,0 +1,166 @@
+//! How a case went on a device, in one of five different words.
+use rhytid_core::{DeviceInfo, Stage};
+use serde::Serialize;
+use std::fmt;
+
+/// The five words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+pub enum Verdict {
+    /// Every number was within its rounding, and every repetition gave the same bits.
+    Pass,
+    /// It was not, or the device failed.
+    Fail,
+    /// The device lacks a limit or the memory for it, and said so.
+    NotSupported,
+    /// It failed as `expectations.toml` says that it does.
+    Waived,
+    /// The backend has no device here.
+    NoDevice,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(self, f)
+    }
+}
+
+/// How far a stage was from its reference, where it was farthest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Measured {
+    /// The largest difference as a part of what is allowed there: at most 1 passes. Infinite where it is not a number.
+    pub part_of_bound: f64,
+    /// The largest difference in units in the last place (f32) of the stage's size: its largest number, but 1 for
+    /// normals and at least 1 for strains, which are differences of ratios around 1. `None` where the stage is zero.
+    ///
+    /// Numbers that rounding leaves undetermined (the normal of a triangle without area) are compared, but not counted
+    /// here: those whose bound is above a hundredth of the stage's size.
+    pub ulp: Option<f64>,
+    /// The same difference in millimetres, where the stage is a length.
+    pub mm: Option<f64>,
+}
+
+/// How one stage of one case went on one device; or one of the few other things that a suite looks at.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// As [`device_label`] has it, or a backend's name where it has no device.
+    pub device: String,
+    /// `stage/case`, such as `normals/holes`.
+    pub name: String,
+    /// How it went.
+    pub verdict: Verdict,
+    /// What failed, is not supported or was waived, in a sentence; empty for [`Verdict::Pass`].
+    pub reason: String,
+    /// The stage, where it is about one.
+    pub stage: Option<&'static str>,
+    /// How near to its reference; `None` where nothing was compared.
+    pub measured: Option<Measured>,
+    /// Seconds that the device computed on this stage, where the case is timed and the device can tell.
+    pub seconds: Option<f64>,
+    /// Bytes that the stage must move at least, where the case is timed.
+    pub bytes: Option<u64>,
+    /// Whether the case is one that every device can hold, so that [`Verdict::NotSupported`] is no excuse.
+    pub required: bool,
+}
+
+impl Outcome {
+    pub(crate) fn new(device: &str, name: String, verdict: Verdict, reason: String) -> Self {
+        Self {
+            device: device.to_owned(),
+            name,
+            verdict,
+            reason,
+            stage: None,
+            measured: None,
+            seconds: None,
+            bytes: None,
+            required: true,
+        }
+    }
+
+    /// `normals/holes`.
+    pub fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    /// `[vulkan/llvmpipe/0] normals/holes`.
+    pub fn full_name(&self) -> String {
+        format!("[{}] {}", self.device, self.name)
+    }
+
+    /// Whether a device may be trusted in spite of this outcome. [`Verdict::NoDevice`] is acceptable unless the backend
+    /// was asked for, [`Verdict::NotSupported`] unless every device can hold the case.
+    pub fn is_acceptable(&self) -> bool {
+        match self.verdict {
+            Verdict::Pass | Verdict::Waived => true,
+            Verdict::Fail => false,
+            Verdict::NotSupported | Verdict::NoDevice => !self.required,
+        }
+    }
+}
+
+/// The name of a stage in test names: those of its result.
+pub fn stage_name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Strain => "strain",
+        Stage::LargeScale => "large_scale",
+        Stage::LargeScaleNormals => "large_scale_normals",
+        Stage::Detail => "detail",
+        Stage::Positions => "positions",
+        Stage::Normals => "normals",
+    }
+}
+
+/// The kernel that computes a stage.
+pub fn kernel_name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Strain => "strain",
+        Stage::LargeScale => "large_scale",
+        Stage::LargeScaleNormals | Stage::Normals => "normals",
+        Stage::Detail => "detail",
+        Stage::Positions => "fine_scale",
+    }
+}
+
+/// `vulkan/llvmpipe/0`: backend, the device's name without what is in brackets, index.
+pub fn device_label(info: &DeviceInfo) -> String {
+    let name = info.name.replace("(R)", "").replace("(TM)", "").replace('/', "-");
+    let name = name.split(" (").next().unwrap_or_default();
+    let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
+    format!("{}/{name}/{}", info.backend, info.index)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_core::DeviceKind;
+
+    #[test]
+    fn labels_are_short() {
+        let label = |backend, name: &str| {
+            device_label(&DeviceInfo {
+                backend,
+                index: 1,
+                name: name.into(),
+                driver: String::new(),
+                kind: DeviceKind::Other,
+                memory_bytes: None,
+                max_binding_bytes: None,
+            })
+        };
+        assert_eq!(label("vulkan", "llvmpipe (LLVM 15.0.6, 256 bits)"), "vulkan/llvmpipe/1");
+        assert_eq!(label("cpu", "Intel(R) Xeon(R) CPU @ 2.20GHz"), "cpu/Intel Xeon CPU @ 2.20GHz/1");
+    }
+
+    #[test]
+    fn an_excuse_counts_only_where_it_can() {
+        let acceptable = |verdict, required| {
+            let mut outcome = Outcome::new("cpu/x/0", "normals/holes".into(), verdict, String::new());
+            outcome.required = required;
+            outcome.is_acceptable()
+        };
+        assert!(acceptable(Verdict::Pass, true) && acceptable(Verdict::Waived, true));
+        assert!(!acceptable(Verdict::Fail, false));
+        assert!(acceptable(Verdict::NotSupported, false) && !acceptable(Verdict::NotSupported, true));
+        assert!(acceptable(Verdict::NoDevice, false) && !acceptable(Verdict::NoDevice, true));
+    }
+}

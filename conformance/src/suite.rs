@@ -1,0 +1,92 @@
+//! A suite on a device.
+use crate::outcome::{Outcome, Verdict, device_label};
+use crate::{Case, Suite, cases, check_must_pass, run_canaries, run_case};
+use rhytid_core::{Device, DeviceInfo};
+use serde::Serialize;
+use std::time::Instant;
+
+/// What a suite found on one device.
+#[derive(Debug, Clone, Serialize)]
+pub struct DeviceReport {
+    /// As [`device_label`] has it.
+    pub label: String,
+    /// The device.
+    pub device: DeviceInfo,
+    /// Whether it is a GPU's API with nothing but the processor behind it.
+    pub software_driver: bool,
+    /// Everything that reported, the canaries and the must-pass list included.
+    pub outcomes: Vec<Outcome>,
+    /// How long the suite took, in seconds.
+    pub wall_seconds: f64,
+}
+
+impl DeviceReport {
+    /// For outcomes that were collected in another way than by [`run_device`].
+    pub fn new(device: &DeviceInfo, outcomes: Vec<Outcome>, wall_seconds: f64) -> Self {
+        Self {
+            label: device_label(device),
+            device: device.clone(),
+            software_driver: device.is_software_driver(),
+            outcomes,
+            wall_seconds,
+        }
+    }
+
+    /// For a device that does not even open.
+    pub fn not_opened(device: &DeviceInfo, reason: &rhytid_core::Error) -> Self {
+        let label = device_label(device);
+        let outcome = Outcome::new(&label, "open".into(), Verdict::Fail, reason.to_string());
+        Self::new(device, vec![outcome], 0.0)
+    }
+
+    /// Whether the device may be trusted.
+    pub fn passed(&self) -> bool {
+        !self.outcomes.is_empty() && self.outcomes.iter().all(Outcome::is_acceptable)
+    }
+
+    /// How many outcomes have this verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.outcomes.iter().filter(|outcome| outcome.verdict == verdict).count()
+    }
+}
+
+/// Runs a suite on `device`: every case, the canaries, and the must-pass list over all of them. `before` is told each case
+/// before it runs, how many came before it and how many there are; `false` stops there, which the must-pass list then says.
+pub fn run_device(
+    device: &Device,
+    suite: Suite,
+    mut before: impl FnMut(&Case, usize, usize) -> bool,
+) -> DeviceReport {
+    let start = Instant::now();
+    let mut outcomes = run_canaries(device);
+    let cases = cases(suite);
+    for (i, case) in cases.iter().enumerate() {
+        if !before(case, i, cases.len()) {
+            break;
+        }
+        outcomes.extend(run_case(device, case));
+    }
+    outcomes.push(check_must_pass(&device_label(device.info()), suite, &outcomes));
+    DeviceReport::new(device.info(), outcomes, start.elapsed().as_secs_f64())
+}
+
+/// The backends in `REQUIRE_BACKENDS`, a comma-separated list: those whose absence is a failure.
+pub fn required_backends() -> Vec<String> {
+    let list = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+    list.split(',').map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect()
+}
+
+/// Those of `required` that are no backend's name, so that a slip of the pen does not switch a check off.
+pub fn unknown_backends(required: &[String], known: &[&str]) -> Vec<String> {
+    required.iter().filter(|name| !known.contains(&name.as_str())).cloned().collect()
+}
+
+/// The outcome of a backend without a device; acceptable unless it is among those required.
+pub fn no_device(backend: &str, why: &str, required: &[String]) -> Outcome {
+    let mut outcome = Outcome::new(backend, "device".into(), Verdict::NoDevice, why.to_owned());
+    outcome.required = required.iter().any(|name| name == backend);
+    if outcome.required {
+        outcome.reason = format!("{why}, and REQUIRE_BACKENDS asks for it");
+    }
+    outcome
+}

@@ -1,0 +1,122 @@
+//! The one table of tolerances: how many roundings lie on the way of each term.
+//!
+//! # What is counted
+//!
+//! A kernel is sums of products, and a number may be off by `n ε Σ|aᵢ bᵢ|`, where n is the number of roundings on the
+//! way from the inputs to the result through one term. [`crate::reference`] computes the sums; the numbers n are here.
+//! n ε is taken as `n ε / (1 − n ε)` ([`gamma`]), which includes all products of roundings.
+//!
+//! # What a conforming device may do
+//!
+//! - **Add, subtract, multiply: one unit in the last place.** Vulkan and WebGPU ask for correct rounding, but not in
+//!   which direction, so ε is a whole unit ([`EPSILON`]), not half of one.
+//! - **Divide: 2.5 units** in Vulkan, WebGPU and OpenCL 1.2 alike.
+//! - **Square root: 4.5 units.** OpenCL allows 3; Vulkan and WebGPU `1 / inverseSqrt(x)`: 2 and a division.
+//! - **Any order of a sum**, so every term is counted as if it were added first. That covers trees and SIMD lanes.
+//! - **Fused operations**: `a b + c` with one rounding has fewer than two.
+//! - **Flushed denormals**: what is below [`TINY`] may become 0, in inputs, in between and in results.
+//!
+//! Not covered is what changes the formula: `b (p − r)` computed as `b p − b r`, or `rest` added first to the sum of
+//! displacements. Such a device gives visibly worse positions, and fails.
+use rhytid_core::Stage;
+
+/// One unit in the last place of 1 in f32, 2⁻²³: the most by which one operation is off, relative to its result.
+pub const EPSILON: f64 = f32::EPSILON as f64;
+
+/// The smallest normal f32: what may be lost where a device flushes smaller numbers to zero.
+pub const TINY: f64 = f32::MIN_POSITIVE as f64;
+
+/// The smallest normal f16: a basis stored in halves may lose what is smaller.
+pub const TINY_HALF: f64 = 1.0 / (1u64 << 14) as f64;
+
+/// Roundings of an addition, a subtraction or a multiplication.
+const ONE: f64 = 1.0;
+/// Units in the last place by which a quotient may be off.
+const DIVIDE: f64 = 2.5;
+/// Units in the last place by which a square root may be off.
+const ROOT: f64 = 4.5;
+
+/// A length `√(x² + y² + z²)` of a difference: the difference, its square (which doubles it), two sums, the root (which
+/// halves what came before).
+const LENGTH: f64 = (2.0 * ONE + ONE + 2.0 * ONE) / 2.0 + ROOT;
+
+/// The same on the host, which prepares the rest lengths: it rounds to the nearest, so all by half a unit.
+const REST_LENGTH: f64 = ((2.0 + 1.0 + 2.0) / 2.0 + 1.0) / 2.0;
+
+/// `strain`, relative to `L / l`: both lengths.
+pub const STRAIN_LENGTHS: f64 = LENGTH + REST_LENGTH;
+/// `strain`, relative to `(L − l) / l`: the subtraction and the division.
+pub const STRAIN_DIFFERENCE: f64 = ONE + DIVIDE;
+
+/// `large_scale`, relative to `Σ|b u|`: the displacement, the product, H − 1 sums.
+pub fn large_scale(handles: usize) -> f64 {
+    handles as f64 + 1.0
+}
+
+/// `normals`, relative to the sum of the products in the cross products of `triangles` triangles, each component for
+/// itself: two differences, the product, the difference of products, the sum over triangles.
+pub fn cross_products(triangles: usize) -> f64 {
+    triangles as f64 + 3.0
+}
+
+/// `v / |v|` for a v that is known exactly, relative to each component: divided by the largest (twice that in the
+/// squares), a square, two sums and a root under the line, and the division.
+pub const UNIT: f64 = DIVIDE + ((2.0 * DIVIDE + ONE + 2.0 * ONE) / 2.0 + ROOT) + DIVIDE;
+
+/// `detail`, relative to `Σ|w r|`: of r the difference (doubled by the square), the square, the product with α, K − 1
+/// sums (halved by the root), the root; the product with w, N − 1 sums.
+pub fn detail(centers: usize, influences: usize) -> f64 {
+    (influences as f64 + 3.0) / 2.0 + ROOT + centers as f64
+}
+
+/// `fine_scale`'s tangent before it is normalised, `e − (e·n) n`, relative to `|e|`: two subtractions.
+pub const TANGENT_EDGE: f64 = 2.0;
+/// The same, relative to `Σ|e n| |n|`: the difference e, the product, two sums, the product with n, the subtraction.
+pub const TANGENT_ALONG: f64 = 6.0;
+/// `b = n × t`, relative to `|n t|`: the product, the difference of products.
+pub const BITANGENT: f64 = 2.0;
+/// `t d₀ + b d₁ + n d₂`, relative to the sum of the sizes: the product, two sums.
+pub const OFFSET: f64 = 3.0;
+
+/// The last sum, of a rest or smooth position and a displacement, relative to the result.
+pub const POSITION: f64 = ONE;
+
+/// The relative error of `n` roundings together.
+pub fn gamma(n: f64) -> f64 {
+    n * EPSILON / (1.0 - n * EPSILON)
+}
+
+/// The table in words, for the report.
+pub fn in_words(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Strain => "8.75 ε L/l + 3.5 ε |L − l|/l",
+        Stage::LargeScale => "(H + 1) ε Σ|b u| + ε |x|",
+        Stage::LargeScaleNormals | Stage::Normals => {
+            "(T + 3) ε Σ|e f| over the area, for T triangles at the vertex, and 13.5 ε |n|"
+        }
+        Stage::Detail => "(N + (K + 3)/2 + 4.5) ε Σ|w r|",
+        Stage::Positions => "3 ε Σ|R d|, the error of the frame's t and b times d, and ε |x|",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The derivation done once more by hand. A tolerance cannot be made wider without a change here.
+    #[test]
+    fn the_table_is_the_one_that_was_derived() {
+        assert_eq!(EPSILON, 2f64.powi(-23));
+        assert_eq!(TINY, 2f64.powi(-126));
+        assert_eq!(TINY_HALF, 2f64.powi(-14));
+        assert_eq!([DIVIDE, ROOT], [2.5, 4.5]);
+        assert_eq!([STRAIN_LENGTHS, STRAIN_DIFFERENCE], [8.75, 3.5]);
+        assert_eq!([large_scale(1), large_scale(89)], [2.0, 90.0]);
+        assert_eq!([cross_products(1), cross_products(6)], [4.0, 9.0]);
+        assert_eq!(UNIT, 13.5);
+        assert_eq!([detail(1, 1), detail(7, 16)], [7.5, 21.0]);
+        assert_eq!([TANGENT_EDGE, TANGENT_ALONG, BITANGENT, OFFSET, POSITION], [2.0, 6.0, 2.0, 3.0, 1.0]);
+        assert_eq!(gamma(0.0), 0.0);
+        assert!((gamma(1000.0) / (1000.0 * EPSILON) - 1.0).abs() < 2e-4);
+    }
+}

@@ -1,0 +1,127 @@
+//! Every device present against the f64 twin: one test for each device, stage and case, named
+//! `[vulkan/llvmpipe/0] normals/holes`.
+mod support;
+
+use libtest_mimic::{Arguments, Completion, Failed, Trial};
+use rhytid_backends::{BACKENDS, Found, LEFT_OUT};
+use rhytid_conformance::{
+    Case, Outcome, Suite, Verdict, cases, check_must_pass, device_label, no_device, required_backends,
+    run_canaries, run_case, stage_name, unknown_backends,
+};
+use rhytid_core::{Device, DeviceInfo, Stage};
+use std::io::Write;
+use std::process::ExitCode;
+use std::sync::{Arc, OnceLock};
+use support::head::Head;
+
+fn main() -> ExitCode {
+    let mut arguments = Arguments::from_args();
+    // The six stages of a case wait for one evaluation; devices and references use all cores themselves.
+    arguments.test_threads.get_or_insert(1);
+    let Found { devices, failed } = rhytid_backends::devices();
+    let head = Arc::new(OnceLock::new());
+    let mut trials: Vec<Trial> = devices.iter().flat_map(|info| of_device(info, &head)).collect();
+
+    let required = required_backends();
+    let names = BACKENDS.iter().map(|backend| backend.name).chain(LEFT_OUT.iter().map(|(name, _)| *name));
+    let names: Vec<&str> = names.collect();
+    for unknown in unknown_backends(&required, &names) {
+        let reason = format!("REQUIRE_BACKENDS asks for {unknown}, which is none of {}", names.join(", "));
+        trials.push(Trial::test(format!("[{unknown}] device"), move || Err(Failed::from(reason))));
+    }
+    let failed = failed.iter().map(|(name, error)| (*name, error.to_string()));
+    let left_out = LEFT_OUT.iter().map(|(name, how)| (*name, format!("not in this program: {how}")));
+    let absent: Vec<(&str, String)> = failed.chain(left_out).collect();
+    for name in names {
+        if devices.iter().any(|device| device.backend == name) {
+            continue;
+        }
+        let why = absent.iter().find(|(absent, _)| *absent == name);
+        let outcome = no_device(name, why.map_or("no device was found", |(_, why)| why), &required);
+        let _ = writeln!(std::io::stderr(), "\n*** NOT TESTED: {name}: {} ***\n", outcome.reason);
+        trials.push(trial(outcome.full_name(), move || Ok(outcome)));
+    }
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+/// What the tests of a device share; everything is done when the first of them asks, and once.
+struct Tested {
+    info: DeviceInfo,
+    device: OnceLock<Result<Device, String>>,
+    cases: Vec<Case>,
+    outcomes: Vec<OnceLock<Vec<Outcome>>>,
+    canaries: OnceLock<Vec<Outcome>>,
+}
+
+impl Tested {
+    fn device(&self) -> Result<&Device, String> {
+        let open = || rhytid_backends::open(&self.info).map_err(|e| e.to_string());
+        self.device.get_or_init(open).as_ref().map_err(Clone::clone)
+    }
+
+    fn case(&self, i: usize) -> Result<&[Outcome], String> {
+        let device = self.device()?;
+        Ok(self.outcomes[i].get_or_init(|| run_case(device, &self.cases[i])))
+    }
+
+    fn canaries(&self) -> Result<&[Outcome], String> {
+        let device = self.device()?;
+        Ok(self.canaries.get_or_init(|| run_canaries(device)))
+    }
+
+    fn must_pass(&self) -> Result<Outcome, String> {
+        let mut outcomes = self.canaries()?.to_vec();
+        for i in 0..self.cases.len() {
+            outcomes.extend_from_slice(self.case(i)?);
+        }
+        Ok(check_must_pass(&device_label(&self.info), Suite::Full, &outcomes))
+    }
+}
+
+fn of_device(info: &DeviceInfo, head: &Arc<OnceLock<Option<Head>>>) -> Vec<Trial> {
+    let cases = cases(Suite::Full);
+    let tested = Arc::new(Tested {
+        info: info.clone(),
+        device: OnceLock::new(),
+        outcomes: cases.iter().map(|_| OnceLock::new()).collect(),
+        canaries: OnceLock::new(),
+        cases,
+    });
+    let label = device_label(info);
+    let mut trials = Vec::new();
+    for stage in Stage::ALL {
+        let tested = tested.clone();
+        trials.push(trial(format!("[{label}] {}/canary", stage_name(stage)), move || {
+            tested.canaries().map(|outcomes| outcomes[stage as usize].clone())
+        }));
+    }
+    for (i, case) in tested.cases.iter().enumerate() {
+        for stage in Stage::ALL {
+            let tested = tested.clone();
+            let name = format!("[{label}] {}/{}", stage_name(stage), case.name);
+            trials.push(trial(name, move || tested.case(i).map(|outcomes| outcomes[stage as usize].clone())));
+        }
+    }
+    let (of_head, head) = (tested.clone(), head.clone());
+    trials.push(Trial::ignorable_test(format!("[{label}] positions/head-rom_3_clean"), move || {
+        match head.get_or_init(Head::new) {
+            Some(head) => Ok(head.check(of_head.device()?).map(|()| Completion::Completed)?),
+            None => Ok(Completion::ignored_with("../shared is not there")),
+        }
+    }));
+    trials.push(trial(format!("[{label}] must-pass"), move || tested.must_pass()));
+    trials
+}
+
+/// The outcome as `cargo test` shows it: its word stands in the output unless it is a pass.
+fn trial(name: String, outcome: impl FnOnce() -> Result<Outcome, String> + Send + 'static) -> Trial {
+    Trial::ignorable_test(name, move || {
+        let outcome = outcome()?;
+        let said = format!("{}: {}", outcome.verdict, outcome.reason);
+        match outcome.verdict {
+            Verdict::Pass => Ok(Completion::Completed),
+            _ if outcome.is_acceptable() => Ok(Completion::ignored_with(said)),
+            _ => Err(Failed::from(said)),
+        }
+    })
+}

@@ -1,0 +1,139 @@
+//! Sessions come and go without leaving memory behind, and do not disturb each other.
+use rhytid_backends::BACKENDS;
+use rhytid_conformance::{Case, Suite, cases, required_backends};
+use rhytid_core::{Device, Stage};
+use std::io::Write;
+use std::sync::{Mutex, PoisonError};
+use sysinfo::{ProcessRefreshKind, ProcessesToUpdate, System, get_current_pid};
+
+/// Sessions made and dropped.
+const SESSIONS: usize = 1000;
+
+/// What comes first and is not counted: caches and pools fill.
+const WARM_UP: usize = 100;
+
+/// The most by which memory may grow from the warm-up to the end, in bytes. A session that leaves its smallest buffer
+/// behind, a page each, leaves 3.6 MB.
+const GROWTH: i64 = 3 << 20;
+
+/// One test at a time: what another does would be counted too.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// The first device of each backend. Says loudly which have none, and fails where one is required.
+fn first_devices() -> Vec<Device> {
+    let found = rhytid_backends::devices();
+    let mut devices = Vec::new();
+    for backend in BACKENDS {
+        match found.devices.iter().find(|device| device.backend == backend.name) {
+            Some(info) => devices.push(rhytid_backends::open(info).unwrap_or_else(|e| panic!("{e}"))),
+            None => {
+                let required = required_backends().iter().any(|name| name == backend.name);
+                assert!(!required, "REQUIRE_BACKENDS asks for {}, which has no device here", backend.name);
+                // Written past the test harness, which would keep it to itself.
+                let _ = writeln!(
+                    std::io::stderr(),
+                    "\n*** NOT TESTED: {} has no device here ***\n",
+                    backend.name
+                );
+            }
+        }
+    }
+    devices
+}
+
+fn case(name: &str) -> Case {
+    cases(Suite::Full).into_iter().find(|case| case.name == name).unwrap()
+}
+
+/// Bytes of this process in memory.
+fn resident() -> i64 {
+    let process = get_current_pid().unwrap();
+    let mut system = System::new().unwrap();
+    let what = ProcessRefreshKind::nothing().with_memory();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[process]), true, what);
+    system.process(process).unwrap().memory() as i64
+}
+
+#[test]
+fn a_thousand_sessions_leave_no_memory_behind() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let case = case("v63-h8-f65-p6-k16-b1-of-2");
+    let built = case.build();
+    let mut out = Vec::new();
+    for device in first_devices() {
+        let name = device.info().id();
+        let mut session = || {
+            let mut animator = device.upload(&built.rig, case.options).unwrap_or_else(|e| panic!("{e}"));
+            animator.evaluate(&built.handle_positions).unwrap();
+            animator.read(Stage::Normals, &mut out).unwrap();
+        };
+        (0..WARM_UP).for_each(|_| session());
+        let before = resident();
+        (WARM_UP..SESSIONS).for_each(|_| session());
+        let growth = resident() - before;
+        println!("{name}: {growth} bytes more after {SESSIONS} sessions than after {WARM_UP}");
+        assert!(
+            growth < GROWTH,
+            "{name}: {growth} bytes more after {SESSIONS} sessions than after {WARM_UP}"
+        );
+    }
+}
+
+/// What the test above would see if it were so.
+#[test]
+fn sessions_that_are_never_dropped_are_noticed() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let case = case("v63-h8-f65-p6-k16-b1-of-2");
+    let built = case.build();
+    let device = first_devices().into_iter().find(|device| device.info().backend == "cpu").unwrap();
+    let before = resident();
+    for _ in WARM_UP..SESSIONS {
+        std::mem::forget(device.upload(&built.rig, case.options).unwrap());
+    }
+    assert!(resident() - before > GROWTH);
+}
+
+/// Every stage of a case, in bits.
+fn bits(device: &Device, case: &Case) -> Vec<Vec<u32>> {
+    let built = case.build();
+    let mut animator = device.upload(&built.rig, case.options).unwrap_or_else(|e| panic!("{e}"));
+    let mut out = Vec::new();
+    let mut bits = Vec::new();
+    for _ in 0..10 {
+        animator.evaluate(&built.handle_positions).unwrap();
+        bits.clear();
+        for stage in Stage::ALL {
+            animator.read(stage, &mut out).unwrap();
+            bits.push(out.iter().map(|x| x.to_bits()).collect());
+        }
+    }
+    bits
+}
+
+#[test]
+fn two_sessions_on_two_threads_give_what_each_gives_alone() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    // One long and one short, of the same sizes and of others.
+    let pairs = [
+        [case("v1025-h89-f243-p6-k16-b31-of-40"), case("v65-h8-f63-p6-k16-b2-of-3")],
+        [case("holes"), case("isolated-vertices")],
+    ];
+    for device in first_devices() {
+        for pair in &pairs {
+            let alone = pair.each_ref().map(|case| bits(&device, case));
+            for _ in 0..3 {
+                let together = std::thread::scope(|scope| {
+                    let threads = pair.each_ref().map(|case| scope.spawn(|| bits(&device, case)));
+                    threads.map(|thread| thread.join().unwrap())
+                });
+                assert!(
+                    together == alone,
+                    "{}: {} and {} disturb each other",
+                    device.info().id(),
+                    pair[0].name,
+                    pair[1].name
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Real faces and takes, from the folder beside the project.
+use rhytid_core::{Example, Face, Rig, Settings, Take, UpAxis};
+use rhytid_formats::{mesh, tables, take};
+use std::path::Path;
+
+/// The face or head in a folder of the shared data, with its eight examples.
+pub fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
+    let folder = shared.join("data").join(folder);
+    let neutral_path = folder.join("neutral.obj");
+    let neutral = mesh::read(&neutral_path).unwrap();
+    let mut poses: Vec<_> =
+        std::fs::read_dir(folder.join("poses")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    poses.sort();
+    assert_eq!(poses.len(), 8, "poses found: {poses:?}");
+    let examples = poses
+        .iter()
+        .map(|path| Example {
+            name: path.file_stem().unwrap().to_string_lossy().into_owned(),
+            positions: mesh::read_like(&neutral, &neutral_path, path).unwrap(),
+        })
+        .collect();
+    Face {
+        name: "face".into(),
+        neutral,
+        metres_per_unit: 0.01,
+        up_axis: UpAxis::Y,
+        handles: tables::read_handles(&shared.join("data/markers.csv")).unwrap(),
+        examples,
+        settings,
+    }
+}
+
+/// The settings for which an independent implementation gave the errors that are compared with below.
+pub fn settings() -> Settings {
+    Settings { bending_length: Some(3.0), ..Settings::default() }
+}
+
+/// The take without noise, for the rig's handles.
+pub fn clean_take(shared: &Path, rig: &Rig<f64>) -> Take {
+    let path = shared.join("data/takes/rom_3_clean.csv");
+    take::read(&path, Some(&rig.labels), take::Missing::Error).unwrap()
+}

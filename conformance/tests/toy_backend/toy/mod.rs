@@ -1,0 +1,8 @@
+//! A whole backend in a few lines: what `docs/adding-a-backend.md` builds. Its buffers are arrays of words, and its
+//! kernels are the f32 twins.
+mod device;
+mod kernels;
+mod session;
+
+pub use device::Toy;
+pub use session::ToySession;
