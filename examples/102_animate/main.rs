@@ -4,7 +4,7 @@
 //! cargo run --release -p rhytid-examples --example 102_animate -- face.usda
 //! ```
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, Error, NoProgress, Result, Stage, solve};
+use rhytid_core::{Animator, Backend, Error, NoProgress, Result, Stage, UploadOptions, solve};
 use rhytid_formats::export::{self, Scene};
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ fn main() -> Result<()> {
     let handles = take.handle_positions(&rig.labels)?;
 
     let device = Cpu::devices()?.remove(0);
-    let mut animator = Animator::new(&Cpu::open(&device)?, &rig, take.frames())?;
+    let mut animator = Animator::new(&Cpu::open(&device)?, &rig, UploadOptions::frames(take.frames()))?;
     let (mut positions, mut normals) = (Vec::new(), Vec::new());
 
     // At rest first: GLB stores its frames as differences from there.

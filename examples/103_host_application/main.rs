@@ -4,7 +4,7 @@
 //! cargo run --release -p rhytid-examples --example 103_host_application -- 530000
 //! ```
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, NoProgress, Result, Stage, solve};
+use rhytid_core::{Animator, Backend, NoProgress, Result, Stage, UploadOptions, solve};
 use std::time::Instant;
 
 fn main() -> Result<()> {
@@ -15,7 +15,7 @@ fn main() -> Result<()> {
     let handles = take.handle_positions(&rig.labels)?;
 
     let device = Cpu::devices()?.remove(0);
-    let mut animator = Animator::new(&Cpu::open(&device)?, &rig, 1)?;
+    let mut animator = Animator::new(&Cpu::open(&device)?, &rig, UploadOptions::frames(1))?;
     println!("{} vertices on {} ({})", rig.vertices(), device.id(), device.name);
 
     let mut positions = Vec::new();

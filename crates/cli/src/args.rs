@@ -78,6 +78,17 @@ Examples:
   rhytid devices --json")]
     Devices(Devices),
 
+    /// Find out which devices of this machine to trust, and how fast they are.
+    ///
+    /// Every kernel runs on made-up rigs of all sizes and is compared with a float64 reference; what is allowed is the
+    /// rounding of float32 and no more. Exits with 0 if every device passes and with 1 if one fails.
+    #[command(after_help = "\
+Examples:
+  rhytid conform
+  rhytid conform --quick
+  rhytid conform --device vulkan:0 --report report")]
+    Conform(Conform),
+
     /// Look at a project for everything that would hurt its solve.
     ///
     /// Exits with 0 if the face can be solved and with 2 if it can't.
@@ -135,7 +146,7 @@ pub struct Animate {
     #[arg(short, long, value_name = "OUT.usda|OUT.glb")]
     pub output: PathBuf,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
     #[arg(long, default_value = "auto")]
     pub device: String,
 
@@ -173,6 +184,22 @@ pub struct Devices {
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `rhytid conform`
+#[derive(Debug, clap::Args)]
+pub struct Conform {
+    /// The device to examine, as `rhytid devices` names it [default: all of them].
+    #[arg(long)]
+    pub device: Option<String>,
+
+    /// The folder to write report.md, report.json and junit.xml to; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+
+    /// A few small cases, in seconds.
+    #[arg(long)]
+    pub quick: bool,
 }
 
 /// `rhytid doctor`

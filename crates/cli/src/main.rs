@@ -2,8 +2,9 @@
 #![forbid(unsafe_code)]
 
 mod args;
-mod backends;
 mod cmd;
+mod device_choice;
+mod evaluator;
 mod exit;
 mod frames;
 mod human;

@@ -159,7 +159,13 @@ pub fn install_logger(ui: &Arc<Ui>, quiet: bool, verbose: u8) {
         };
         writeln!(out, "{level}: {}", record.args())
     };
-    env_logger::Builder::new()
+    // While it looks for devices, wgpu reports every API that is not there; our own backend says what matters of it.
+    let of_wgpu = if verbose < 2 { log::LevelFilter::Off } else { level };
+    let mut builder = env_logger::Builder::new();
+    for module in ["wgpu", "wgpu_core", "wgpu_hal", "naga"] {
+        builder.filter_module(module, of_wgpu);
+    }
+    builder
         .filter_level(level)
         .parse_default_env()
         .format(format)

@@ -34,7 +34,7 @@ fn assert_documented(value: &Value, what: &str) {
 fn demo() {
     let f = Fixture::new();
     let printed = f.done("demo demo --vertices 3000");
-    for word in ["solve", "animate on cpu:0", "face.usda", "face.glb", "Blender"] {
+    for word in ["solve", "animate on ", "face.usda", "face.glb", "Blender"] {
         assert!(printed.contains(word), "{word}: {printed}");
     }
     let files = list(&f.path("demo"));
@@ -207,8 +207,9 @@ fn json_has_the_documented_keys() {
     let devices = json(&f, "devices --json");
     assert_documented(&devices, "devices");
     assert_documented(&devices["devices"][0], "a device");
-    assert_eq!(devices["devices"][0]["id"], "cpu:0");
-    assert_eq!(devices["auto"], "cpu:0");
+    let ids: Vec<&str> =
+        devices["devices"].as_array().unwrap().iter().map(|d| d["id"].as_str().unwrap()).collect();
+    assert!(ids.contains(&"cpu:0"), "{ids:?}");
 
     // A vertex that belongs to no face is worth a word.
     for mesh in ["neutral.obj", "poses/pinch.obj"] {
@@ -286,7 +287,8 @@ fn progress_is_plain_lines_where_there_is_no_terminal() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    let commands = ["solve", "animate", "info", "devices", "doctor", "demo", "completions", "man"];
+    let commands =
+        ["solve", "animate", "info", "devices", "conform", "doctor", "demo", "completions", "man"];
     let overview = rhytid("--help").output().unwrap();
     let overview = String::from_utf8(overview.stdout).unwrap();
     for command in commands {
@@ -305,7 +307,7 @@ fn man_pages_and_completions() {
     let dir = TempDir::new().unwrap();
     rhytid("man pages").current_dir(dir.path()).assert().success();
     let pages = list(&dir.path().join("pages"));
-    assert_eq!(pages.len(), 9, "{pages:?}");
+    assert_eq!(pages.len(), 10, "{pages:?}");
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
     let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");

@@ -66,7 +66,7 @@ fn animating_the_real_face() {
         let peak = |frames: usize| {
             let output = dir.path().join(format!("face.{ending}"));
             let args = format!(
-                "animate face.safetensors {} -o face.{ending} --frames 0..{frames} -q",
+                "animate face.safetensors {} -o face.{ending} --frames 0..{frames} -q --device cpu:0",
                 take.display()
             );
             let peak = peak_megabytes(dir.path(), &args);

@@ -4,7 +4,7 @@ mod common;
 
 use common::Fixture;
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, Stage, rig_file};
+use rhytid_core::{Animator, Backend, Stage, UploadOptions, rig_file};
 use rhytid_formats::take;
 use std::path::PathBuf;
 use std::process::Command;
@@ -25,7 +25,7 @@ fn usd_reads_the_backends_bits() {
     let take = take::read(&f.path("demo/performance.csv"), Some(&rig.labels), take::Missing::Error).unwrap();
     let handles = take.handle_positions(&rig.labels).unwrap();
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let mut animator = Animator::new(&cpu, &rig, take.frames()).unwrap();
+    let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(take.frames())).unwrap();
     animator.evaluate(&handles).unwrap();
 
     for (args, stages) in [

@@ -1,14 +1,14 @@
 //! `rhytid devices`
 
-use crate::{args, backends, human, output};
-use rhytid_core::{DeviceInfo, Result};
+use crate::device_choice::{Missing, Presence};
+use crate::{args, device_choice, human, output};
+use rhytid_core::{DeviceInfo, DeviceKind, Result};
 use serde::Serialize;
 
 #[derive(Serialize)]
 struct Listing {
-    /// What `--device auto` takes; null where there is no device.
-    auto: Option<String>,
     devices: Vec<Listed>,
+    left_out: Vec<Missing>,
 }
 
 #[derive(Serialize)]
@@ -16,27 +16,54 @@ struct Listed {
     id: String,
     #[serde(flatten)]
     info: DeviceInfo,
+    software_driver: bool,
 }
 
-/// Lists the devices.
+/// Lists the devices, and the backends that have none.
 ///
 /// # Errors
 /// As [`output::say`].
 pub fn run(args: &args::Devices) -> Result<()> {
-    let devices: Vec<Listed> =
-        backends::devices().into_iter().map(|info| Listed { id: info.id(), info }).collect();
-    let listing = Listing { auto: devices.first().map(|device| device.id.clone()), devices };
+    let listing = listing();
     if args.json {
         return output::json(&listing);
     }
-    let heading = ["device", "name", "driver", "memory"].map(str::to_owned);
+    let heading = ["device", "name", "kind", "driver", "memory", "largest array"].map(str::to_owned);
     let rows = listing.devices.iter().map(|device| {
-        let memory = device.info.memory_bytes.map_or_else(|| "unknown".to_owned(), human::bytes);
-        [device.id.clone(), device.info.name.clone(), device.info.driver.clone(), memory]
+        let bytes = |n: Option<u64>, none: &str| n.map_or_else(|| none.to_owned(), human::bytes);
+        [
+            device.id.clone(),
+            device.info.name.clone(),
+            kind(device).to_owned(),
+            device.info.driver.clone(),
+            bytes(device.info.memory_bytes, "unknown"),
+            bytes(device.info.max_binding_bytes, "no limit"),
+        ]
     });
     output::say(&output::table(&std::iter::once(heading).chain(rows).collect::<Vec<_>>()))?;
-    match &listing.auto {
-        Some(id) => output::say(&format!("--device auto takes {id}")),
-        None => output::say("no device was found"),
+    for Missing { backend, why } in &listing.left_out {
+        output::say(&format!("no {backend}: {why}"))?;
+    }
+    Ok(())
+}
+
+fn listing() -> Listing {
+    let Presence { devices, missing } = device_choice::presence();
+    let devices = devices.into_iter().map(|info| Listed {
+        id: info.id(),
+        software_driver: info.is_software_driver(),
+        info,
+    });
+    Listing { devices: devices.collect(), left_out: missing }
+}
+
+fn kind(device: &Listed) -> &'static str {
+    match device.info.kind {
+        DeviceKind::Cpu if device.software_driver => "software driver",
+        DeviceKind::Cpu => "processor",
+        DeviceKind::IntegratedGpu => "integrated GPU",
+        DeviceKind::DiscreteGpu => "GPU",
+        DeviceKind::VirtualGpu => "virtual GPU",
+        DeviceKind::Other => "unknown",
     }
 }

@@ -2,6 +2,7 @@
 
 mod animate;
 mod completions;
+mod conform;
 mod demo;
 mod devices;
 mod doctor;
@@ -24,6 +25,7 @@ pub fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Animate(args) => animate::run(args, ui)?,
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,
+        Command::Conform(args) => return conform::run(args, ui),
         Command::Doctor(args) => return doctor::run(args, ui),
         Command::Demo(args) => demo::run(args, ui)?,
         Command::Completions(args) => completions::run(args)?,

@@ -193,6 +193,8 @@ impl Fixture {
 pub fn rhytid(args: &str) -> Command {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("rhytid");
     command.args(args.split_whitespace()).env_remove("RUST_LOG").env_remove("RUST_BACKTRACE");
+    // What `--device auto` remembers: not the user's, and shared by the tests.
+    command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
     command
 }
 

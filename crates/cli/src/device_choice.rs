@@ -1,0 +1,277 @@
+//! What `--device` asks for: one device by its id, or `auto`, the fastest that passes the quick conformance suite.
+//!
+//! `auto` tries a device once for each version of its driver and of this program, and remembers the outcome in the
+//! user's cache folder.
+
+use crate::progress::Ui;
+use etcetera::BaseStrategy;
+use rhytid_backends::Found;
+use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
+use rhytid_core::{Device, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Stage, WriteBeside};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The devices here, and the backends without one.
+pub struct Presence {
+    /// In the order of [`rhytid_backends::BACKENDS`].
+    pub devices: Vec<DeviceInfo>,
+    /// The other backends.
+    pub missing: Vec<Missing>,
+}
+
+/// A backend without a device.
+#[derive(Serialize)]
+pub struct Missing {
+    /// Its name.
+    pub backend: &'static str,
+    /// What is missing, and how to get it.
+    pub why: String,
+}
+
+/// Looks for every backend's devices.
+pub fn presence() -> Presence {
+    let Found { devices, failed } = rhytid_backends::devices();
+    let mut missing: Vec<Missing> = Vec::new();
+    for backend in rhytid_backends::BACKENDS {
+        if let Some((backend, error)) = failed.iter().find(|(name, _)| *name == backend.name) {
+            missing.push(Missing { backend, why: error.to_string() });
+        } else if !devices.iter().any(|device| device.backend == backend.name) {
+            missing.push(Missing { backend: backend.name, why: how_to_get(backend.name).to_owned() });
+        }
+    }
+    let built_without = rhytid_backends::LEFT_OUT.iter();
+    missing.extend(built_without.map(|&(backend, how)| Missing {
+        backend,
+        why: format!("this program was built without it; {how}"),
+    }));
+    Presence { devices, missing }
+}
+
+/// What a backend without devices lacks.
+fn how_to_get(backend: &str) -> &'static str {
+    match backend {
+        "vulkan" => {
+            "no Vulkan driver was found; install your GPU's, or Mesa's (Debian: mesa-vulkan-drivers libvulkan1)"
+        }
+        "opencl" => {
+            "no OpenCL platform was found; install your GPU's, or PoCL, which runs on any CPU (Debian: pocl-opencl-icd)"
+        }
+        "wgpu" => "neither Vulkan, Metal, Direct3D 12 nor OpenGL was found; install your GPU's driver",
+        _ => "no device was found",
+    }
+}
+
+/// Every device present; a backend whose driver fails is a warning, since the others still work.
+fn present() -> Vec<DeviceInfo> {
+    let Found { devices, failed } = rhytid_backends::devices();
+    for (backend, error) in failed {
+        log::warn!("the backend {backend} is left out: {error}");
+    }
+    devices
+}
+
+/// The device with this id.
+///
+/// # Errors
+/// [`Error::Device`] lists those present: a device asked for and absent is never replaced by another.
+pub fn find(id: &str) -> Result<DeviceInfo> {
+    let present = present();
+    if let Some(device) = present.iter().find(|device| device.id() == id) {
+        return Ok(device.clone());
+    }
+    let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();
+    let backend = id.split(':').next().unwrap_or_default();
+    let left_out = rhytid_backends::LEFT_OUT.iter().find(|(name, _)| *name == backend);
+    let hint = left_out.map(|(name, how)| format!("; this program was built without {name}: {how}"));
+    Err(Error::Device {
+        kind: DeviceErrorKind::NotFound,
+        device: id.to_owned(),
+        message: format!(
+            "no such device here; expected auto or one of: {}{}",
+            list.join(", "),
+            hint.unwrap_or_default()
+        ),
+    })
+}
+
+/// The device that `--device` names; `None` for `auto`.
+///
+/// # Errors
+/// As [`find`].
+pub fn named(wanted: &str) -> Result<Option<DeviceInfo>> {
+    if wanted == "auto" { Ok(None) } else { find(wanted).map(Some) }
+}
+
+/// What was found out about a device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Tried {
+    backend: String,
+    name: String,
+    driver: String,
+    /// What failed: `kernel/case`, or the device's error. Empty where everything passed.
+    failed: Vec<String>,
+    /// Of a face of 65,536 vertices with positions and normals read back; 0 where something failed.
+    frames_per_second: f64,
+}
+
+impl Tried {
+    fn is_of(&self, device: &DeviceInfo) -> bool {
+        self.backend == device.backend && self.name == device.name && self.driver == device.driver
+    }
+}
+
+/// What lies in the cache folder.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Memory {
+    program: String,
+    devices: Vec<Tried>,
+}
+
+/// The devices that pass the quick suite, fastest first: those behind the first are for when it fails. Says which that is
+/// and why.
+///
+/// # Errors
+/// [`Error::Device`] if none passes; [`Error::Cancelled`].
+pub fn auto(ui: &Ui) -> Result<Vec<DeviceInfo>> {
+    let cache = cache_file();
+    let mut memory = cache.as_deref().map(recall).unwrap_or_default();
+    let present = present();
+    let mut tried = Vec::new();
+    let mut is_new = false;
+    for (i, device) in present.iter().enumerate() {
+        let known = memory.devices.iter().find(|tried| tried.is_of(device)).cloned();
+        let outcome = match known {
+            Some(known) => known,
+            None => {
+                ui.report("try the devices", i as u64, present.len() as u64);
+                is_new = true;
+                let outcome = try_out(device, ui)?;
+                memory.devices.push(outcome.clone());
+                outcome
+            }
+        };
+        tried.push((device.clone(), outcome));
+    }
+    if is_new {
+        ui.report("try the devices", present.len() as u64, present.len() as u64);
+        ui.clear();
+        if let Some(path) = &cache
+            && let Err(error) = remember(path, &memory)
+        {
+            log::warn!("what was found out about the devices is not remembered: {error}");
+        }
+    }
+    let (devices, why) = rank(tried)?;
+    if !ui.is_quiet() {
+        ui.line(&format!("auto takes {why}"));
+    }
+    Ok(devices)
+}
+
+/// Fastest first, without those that failed, and a sentence that says why the first is the first.
+fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)> {
+    let total = tried.len();
+    let failed: Vec<String> = tried
+        .iter()
+        .filter(|(_, tried)| !tried.failed.is_empty())
+        .map(|(device, tried)| format!("{} fails {}", device.id(), tried.failed.join(", ")))
+        .collect();
+    for sentence in &failed {
+        log::warn!("auto leaves a device out: {sentence}; see `rhytid conform`");
+    }
+    tried.retain(|(_, tried)| tried.failed.is_empty());
+    tried.sort_by(|(_, a), (_, b)| b.frames_per_second.total_cmp(&a.frames_per_second));
+    let Some((first, best)) = tried.first() else {
+        return Err(Error::Device {
+            kind: DeviceErrorKind::NotFound,
+            device: "auto".into(),
+            message: match failed.as_slice() {
+                [] => "no device was found here".into(),
+                failed => format!("no device passes the quick conformance suite: {}", failed.join("; ")),
+            },
+        });
+    };
+    let why = format!(
+        "{} ({}): the fastest of {} that pass the quick conformance suite ({} found), {:.0} frames/s of 65,536 vertices",
+        first.id(),
+        first.name,
+        tried.len(),
+        total,
+        best.frames_per_second
+    );
+    Ok((tried.into_iter().map(|(device, _)| device).collect(), why))
+}
+
+/// Runs the quick suite on a device, and measures its speed if it passes.
+fn try_out(info: &DeviceInfo, ui: &Ui) -> Result<Tried> {
+    let (failed, frames_per_second) = match rhytid_backends::open(info) {
+        Err(error) => (vec![error.to_string()], 0.0),
+        Ok(device) => {
+            let report = run_device(&device, Suite::Quick, |_, _, _| !ui.cancelled());
+            if ui.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let failed = report.outcomes.iter().filter(|outcome| !outcome.is_acceptable());
+            let failed: Vec<String> = failed.map(|outcome| outcome.name.clone()).collect();
+            match measure(&device) {
+                _ if !failed.is_empty() => (failed, 0.0),
+                Ok(speed) => (failed, speed),
+                Err(error) => (vec![error.to_string()], 0.0),
+            }
+        }
+    };
+    Ok(Tried {
+        backend: info.backend.to_owned(),
+        name: info.name.clone(),
+        driver: info.driver.clone(),
+        failed,
+        frames_per_second,
+    })
+}
+
+/// Frames per second as `animate` needs them: evaluated in batches, positions and normals read back.
+fn measure(device: &Device) -> Result<f64> {
+    let case = timing_case();
+    let built = case.build();
+    let frames = built.handle_positions.len() / (3 * built.rig.handles.len());
+    let mut animator = device.upload(&built.rig, case.options)?;
+    let mut out = Vec::new();
+    let mut best = f64::MAX;
+    for _ in 0..3 {
+        let start = Instant::now();
+        animator.evaluate(&built.handle_positions)?;
+        animator.read(Stage::Positions, &mut out)?;
+        animator.read(Stage::Normals, &mut out)?;
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    Ok(frames as f64 / best)
+}
+
+fn cache_file() -> Option<PathBuf> {
+    let strategy = etcetera::choose_base_strategy().ok()?;
+    Some(strategy.cache_dir().join("rhytid").join("devices.json"))
+}
+
+/// What makes outcomes of an older program worthless.
+fn program() -> String {
+    format!("{} {COMMIT}", env!("CARGO_PKG_VERSION"))
+}
+
+/// What is remembered of this program; a file that is not there or not readable is nothing.
+fn recall(path: &Path) -> Memory {
+    let memory: Option<Memory> =
+        std::fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let memory = memory.filter(|memory| memory.program == program());
+    memory.unwrap_or_else(|| Memory { program: program(), devices: Vec::new() })
+}
+
+fn remember(path: &Path, memory: &Memory) -> Result<()> {
+    let json = serde_json::to_vec_pretty(memory).map_err(|e| Error::Internal(e.to_string()))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    let mut file = WriteBeside::create(path)?;
+    file.write_all(&json).map_err(Error::io(path))?;
+    file.finish()
+}

@@ -1,0 +1,244 @@
+//! Evaluates batches on the first of several devices, and goes on with the next one if it fails.
+
+use rhytid_core::{
+    Animator, Device, DeviceErrorKind, DeviceInfo, Error, Result, Rig, Session, Stage, UploadOptions,
+};
+use std::collections::VecDeque;
+
+/// Opens a device: [`rhytid_backends::open`], but for tests.
+pub type Open<'a> = &'a dyn Fn(&DeviceInfo) -> Result<Device>;
+
+/// A rig on a device, and the devices to fall back on.
+pub struct Evaluator<'a> {
+    rig: &'a Rig,
+    options: UploadOptions,
+    open: Open<'a>,
+    current: (DeviceInfo, Animator<Box<dyn Session>>),
+    next: VecDeque<DeviceInfo>,
+}
+
+impl<'a> Evaluator<'a> {
+    /// Makes `rig` resident on the first of `devices` that has room for it; the others are kept for later.
+    ///
+    /// # Errors
+    /// The last device's, if none has; [`Error::Internal`] if there is none at all.
+    pub fn new(rig: &'a Rig, options: UploadOptions, devices: &[DeviceInfo], open: Open<'a>) -> Result<Self> {
+        let mut next: VecDeque<DeviceInfo> = devices.iter().cloned().collect();
+        let none = || Error::Internal("no device to evaluate on".into());
+        let current = upload_to_next(rig, options, open, &mut next, none())?;
+        Ok(Self { rig, options, open, current, next })
+    }
+
+    /// The device that evaluates now.
+    pub fn device(&self) -> &DeviceInfo {
+        &self.current.0
+    }
+
+    /// Evaluates a batch of frames × H handle positions and reads `stages` of it into `results`. A device that fails on
+    /// the way is left for the next one, which evaluates the whole batch again: `results` is of one device.
+    ///
+    /// # Errors
+    /// As [`Animator::evaluate`], when there is no device to fall back on.
+    pub fn evaluate<const N: usize>(
+        &mut self,
+        handle_positions: &[f32],
+        stages: [Stage; N],
+        results: &mut [Vec<f32>; N],
+    ) -> Result<()> {
+        while let Err(error) = evaluate_on(&mut self.current.1, handle_positions, stages, results) {
+            if !is_of_the_device(&error) {
+                return Err(error);
+            }
+            self.current = upload_to_next(self.rig, self.options, self.open, &mut self.next, error)?;
+        }
+        Ok(())
+    }
+}
+
+fn evaluate_on<const N: usize>(
+    animator: &mut Animator<Box<dyn Session>>,
+    handle_positions: &[f32],
+    stages: [Stage; N],
+    results: &mut [Vec<f32>; N],
+) -> Result<()> {
+    animator.evaluate(handle_positions)?;
+    stages.into_iter().zip(results).try_for_each(|(stage, out)| animator.read(stage, out))
+}
+
+/// Another device may do better: this one was lost, is full or otherwise at fault.
+fn is_of_the_device(error: &Error) -> bool {
+    matches!(error, Error::Device { .. })
+}
+
+/// The first of `next` that takes the rig, each being taken from the queue; `error` is why the last one was given up.
+fn upload_to_next(
+    rig: &Rig,
+    options: UploadOptions,
+    open: Open<'_>,
+    next: &mut VecDeque<DeviceInfo>,
+    mut error: Error,
+) -> Result<(DeviceInfo, Animator<Box<dyn Session>>)> {
+    while let Some(info) = next.pop_front() {
+        if let Error::Device { .. } = error {
+            log::warn!("{error}; going on with {} ({})", info.id(), info.name);
+        }
+        match open(&info).and_then(|device| device.upload(rig, options)) {
+            Ok(animator) => return Ok((info, animator)),
+            Err(e) if is_of_the_device(&e) => error = e,
+            Err(e) => return Err(e),
+        }
+    }
+    Err(advised(error))
+}
+
+/// What the user can do where no other device is left.
+fn advised(error: Error) -> Error {
+    match error {
+        Error::Device { kind: kind @ DeviceErrorKind::OutOfMemory, device, message } => {
+            let message = format!("{message}; take a device with more memory (see `rhytid devices`)");
+            Error::Device { kind, device, message }
+        }
+        Error::Device { kind: kind @ DeviceErrorKind::Lost, device, message } => {
+            let message = format!("{message}; start again, or take another device (see `rhytid devices`)");
+            Error::Device { kind, device, message }
+        }
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_backend_cpu::{Cpu, CpuSession};
+    use rhytid_core::{Backend, HandleFrames, NoProgress, solve};
+    use std::time::Duration;
+
+    /// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
+    /// in the second stage read of the third batch, `upload` at once.
+    struct Flaky(String);
+
+    struct FlakySession {
+        session: CpuSession,
+        fails: String,
+        batches: usize,
+        reads: usize,
+    }
+
+    fn lost(device: &str) -> Error {
+        Error::Device { kind: DeviceErrorKind::Lost, device: device.into(), message: "unplugged".into() }
+    }
+
+    impl Backend for Flaky {
+        const NAME: &'static str = "flaky";
+        type Session = FlakySession;
+
+        fn devices() -> Result<Vec<DeviceInfo>> {
+            Ok(Vec::new())
+        }
+
+        fn open(device: &DeviceInfo) -> Result<Self> {
+            Ok(Self(device.name.clone()))
+        }
+
+        fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<FlakySession> {
+            if self.0 == "upload" {
+                let kind = DeviceErrorKind::OutOfMemory;
+                return Err(Error::Device { kind, device: self.0.clone(), message: "full".into() });
+            }
+            let session = Cpu.upload(rig, options)?;
+            Ok(FlakySession { session, fails: self.0.clone(), batches: 0, reads: 0 })
+        }
+    }
+
+    impl Session for FlakySession {
+        fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
+            if self.fails == format!("evaluate:{}", self.batches) {
+                return Err(lost(&self.fails));
+            }
+            self.batches += 1;
+            self.reads = 0;
+            self.session.evaluate(frames)
+        }
+
+        fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+            self.reads += 1;
+            if self.fails == format!("read:{}", self.batches - 1) && self.reads == 2 {
+                out.clear();
+                return Err(lost(&self.fails));
+            }
+            self.session.read(stage, out)
+        }
+
+        fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+            Ok(None)
+        }
+    }
+
+    fn info(name: &str) -> DeviceInfo {
+        let mut info = Cpu::devices().unwrap().remove(0);
+        info.name = name.into();
+        info
+    }
+
+    const STAGES: [Stage; 2] = [Stage::Positions, Stage::Normals];
+
+    /// All frames of the demo's performance in batches of five, as the devices give them one after the other.
+    fn play(devices: &[&str]) -> (Result<[Vec<f32>; 2]>, String) {
+        let face = rhytid_demo::face(1_000);
+        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let handles = rhytid_demo::performance(&face).slice(0..23).handle_positions(&rig.labels).unwrap();
+        let devices: Vec<DeviceInfo> = devices.iter().map(|name| info(name)).collect();
+        let open: Open<'_> = &Device::open::<Flaky>;
+        let mut evaluator = match Evaluator::new(&rig, UploadOptions::frames(5), &devices, open) {
+            Ok(evaluator) => evaluator,
+            Err(error) => return (Err(error), String::new()),
+        };
+        let mut all = [Vec::new(), Vec::new()];
+        let mut results = [Vec::new(), Vec::new()];
+        for batch in handles.chunks(5 * 3 * rig.handles.len()) {
+            if let Err(error) = evaluator.evaluate(batch, STAGES, &mut results) {
+                return (Err(error), evaluator.device().name.clone());
+            }
+            all.iter_mut().zip(&results).for_each(|(all, results)| all.extend_from_slice(results));
+        }
+        (Ok(all), evaluator.device().name.clone())
+    }
+
+    #[test]
+    fn no_frame_is_lost_or_repeated_when_devices_fail() {
+        let (whole, _) = play(&["sound"]);
+        let whole = whole.unwrap();
+        assert!(!whole[0].is_empty());
+        for (devices, last) in [
+            (&["evaluate:0", "sound"][..], "sound"),
+            (&["evaluate:3", "sound"], "sound"),
+            (&["read:4", "sound"], "sound"),
+            (&["upload", "read:1", "upload", "evaluate:1", "sound"], "sound"),
+            (&["sound", "upload"], "sound"),
+        ] {
+            let (found, on) = play(devices);
+            assert!(found.unwrap() == whole, "{devices:?}");
+            assert_eq!(on, last, "{devices:?}");
+        }
+    }
+
+    #[test]
+    fn the_last_device_is_an_error() {
+        let (found, _) = play(&["read:2"]);
+        assert!(found.unwrap_err().to_string().contains("unplugged; start again"));
+        let (found, _) = play(&["evaluate:1", "upload"]);
+        assert!(found.unwrap_err().to_string().contains("full; take a device with more memory"));
+    }
+
+    #[test]
+    fn a_mistake_of_the_input_is_no_reason_to_change_the_device() {
+        let face = rhytid_demo::face(1_000);
+        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let devices = [info("sound"), info("sound")];
+        let mut evaluator =
+            Evaluator::new(&rig, UploadOptions::frames(1), &devices, &Device::open::<Flaky>).unwrap();
+        let error = evaluator.evaluate(&[0.0; 4], STAGES, &mut Default::default()).unwrap_err();
+        assert!(matches!(error, Error::Input(_)), "{error}");
+        assert_eq!(evaluator.next.len(), 1);
+    }
+}
