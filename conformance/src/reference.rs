@@ -67,15 +67,22 @@ pub fn reference(found: &Found, stage: Stage) -> Vec<Expected> {
 
 fn strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Expected> {
     let lengths = strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges);
+    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     let mut expected = Vec::new();
     for p in handle_positions.chunks_exact(rig.handles.len()) {
-        for (&[a, b], l) in rig.strain_edges.iter().zip(&lengths) {
-            let length = vec3::length(vec3::sub(p[a as usize], p[b as usize]));
-            let rounded = gamma(tolerance::STRAIN_LENGTHS) * length
-                + gamma(tolerance::STRAIN_DIFFERENCE) * (length - l).abs();
+        for (&edge, &l) in rig.strain_edges.iter().zip(&lengths) {
+            let [a, b] = edge.map(|h| h as usize);
+            let (e, e_rest) = (vec3::sub(p[a], p[b]), vec3::sub(rest[a], rest[b]));
+            let (u_a, u_b) = (vec3::sub(p[a], rest[a]), vec3::sub(p[b], rest[b]));
+            let length = vec3::length(e);
+            let value = (length - l) / l;
+            let sizes = (0..3).map(|c| (u_a[c].abs() + u_b[c].abs()) * (e[c].abs() + e_rest[c].abs()));
+            let products = gamma(tolerance::STRAIN_PRODUCTS) * sizes.sum::<f64>() + 3.0 * TINY;
             // Squares that vanish take their root's length with them.
-            let flushed = TINY.sqrt().min(TINY / length.max(TINY)) * 3.0;
-            expected.push(Expected { value: (length - l) / l, bound: (rounded + flushed) / l + TINY });
+            let flushed = 3.0 * TINY.sqrt().min(TINY / length.max(TINY)) / (length + l);
+            let bound =
+                products / (length + l) / l + (gamma(tolerance::STRAIN_QUOTIENT) + flushed) * value.abs();
+            expected.push(Expected { value, bound: bound + TINY });
         }
     }
     expected
@@ -167,22 +174,31 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
     let (edges, k, n) = (rig.strain_edges.len(), rig.influences(), rig.centers());
     let features: Vec<f64> = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
     let roundings = gamma(tolerance::detail(n, k));
+    let (_, pivots) = detail::pivoted(&rig.rbf_weights, n);
     // Squares that vanish take their root's distance with them.
     let flushed = (2.0 * k as f64 * TINY).sqrt();
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let f = &features[frame * edges..][..edges];
+        let distances: Vec<f64> = (0..n)
+            .map(|j| {
+                detail::feature_distance(
+                    &rig.influence_edges[v * k..][..k],
+                    &rig.influence_weights[v * k..][..k],
+                    f,
+                    &rig.pose_features[j * edges..][..edges],
+                )
+            })
+            .collect();
+        let w = &rig.rbf_weights[v * n..][..n];
+        let pivot = pivots[v] as usize;
         let mut d = [Expected::default(); 3];
-        for j in 0..n {
-            let r = detail::feature_distance(
-                &rig.influence_edges[v * k..][..k],
-                &rig.influence_weights[v * k..][..k],
-                f,
-                &rig.pose_features[j * edges..][..edges],
-            );
-            for (d, w) in d.iter_mut().zip(rig.rbf_weights[v * n + j]) {
-                d.value += w * r;
-                d.bound += roundings * (w * r).abs() + flushed * w.abs() + TINY;
-            }
+        for (c, d) in d.iter_mut().enumerate() {
+            let all: f64 = w.iter().map(|w| w[c]).sum();
+            let mut terms = vec![(all.abs(), distances[pivot])];
+            let others = (0..n).filter(|&j| j != pivot);
+            terms.extend(others.map(|j| (w[j][c].abs(), distances[j] + distances[pivot])));
+            d.value = w.iter().zip(&distances).map(|(w, r)| w[c] * r).sum();
+            d.bound = terms.iter().map(|(w, r)| roundings * w * r + flushed * w + TINY).sum();
         }
         d
     })

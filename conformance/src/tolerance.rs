@@ -43,10 +43,11 @@ const LENGTH: f64 = (2.0 * ONE + ONE + 2.0 * ONE) / 2.0 + ROOT;
 /// The same on the host, which prepares the rest lengths: it rounds to the nearest, so all by half a unit.
 const REST_LENGTH: f64 = ((2.0 + 1.0 + 2.0) / 2.0 + 1.0) / 2.0;
 
-/// `strain`, relative to `L / l`: both lengths.
-pub const STRAIN_LENGTHS: f64 = LENGTH + REST_LENGTH;
-/// `strain`, relative to `(L − l) / l`: the subtraction and the division.
-pub const STRAIN_DIFFERENCE: f64 = ONE + DIVIDE;
+/// `strain`, relative to `Σ (|u₁| + |u₂|) (|e| + |ē|)` over x, y, z: the displacements and their difference, the edges and
+/// their sum, the product, two sums.
+pub const STRAIN_PRODUCTS: f64 = 7.0;
+/// `strain`, relative to itself: the length, its sum with the rest length, the rest length, and two divisions.
+pub const STRAIN_QUOTIENT: f64 = LENGTH + ONE + REST_LENGTH + 2.0 * DIVIDE;
 
 /// `large_scale`, relative to `Σ|b u|`: the displacement, the product, H − 1 sums.
 pub fn large_scale(handles: usize) -> f64 {
@@ -63,10 +64,11 @@ pub fn cross_products(triangles: usize) -> f64 {
 /// squares), a square, two sums and a root under the line, and the division.
 pub const UNIT: f64 = DIVIDE + ((2.0 * DIVIDE + ONE + 2.0 * ONE) / 2.0 + ROOT) + DIVIDE;
 
-/// `detail`, relative to `Σ|w r|`: of r the difference (doubled by the square), the square, the product with α, K − 1
-/// sums (halved by the root), the root; the product with w, N − 1 sums.
+/// `detail`, relative to `|W| r_p + Σ|w| (r + r_p)`: of r the difference (doubled by the square), the square, the product
+/// with α, K − 1 sums (halved by the root), the root; the difference from the pivot's, or the rounding of W, the sum of
+/// all weights; the product with w, N − 1 sums.
 pub fn detail(centers: usize, influences: usize) -> f64 {
-    (influences as f64 + 3.0) / 2.0 + ROOT + centers as f64
+    (influences as f64 + 3.0) / 2.0 + ROOT + ONE + centers as f64
 }
 
 /// `fine_scale`'s tangent before it is normalised, `e − (e·n) n`, relative to `|e|`: two subtractions.
@@ -89,12 +91,12 @@ pub fn gamma(n: f64) -> f64 {
 /// The table in words, for the report.
 pub fn in_words(stage: Stage) -> &'static str {
     match stage {
-        Stage::Strain => "8.75 ε L/l + 3.5 ε |L − l|/l",
+        Stage::Strain => "7 ε Σ(|u₁| + |u₂|)(|e| + |ē|) / (L + l) / l + 14.75 ε |f|",
         Stage::LargeScale => "(H + 1) ε Σ|b u| + ε |x|",
         Stage::LargeScaleNormals | Stage::Normals => {
             "(T + 3) ε Σ|e f| over the area, for T triangles at the vertex, and 13.5 ε |n|"
         }
-        Stage::Detail => "(N + (K + 3)/2 + 4.5) ε Σ|w r|",
+        Stage::Detail => "(N + (K + 3)/2 + 5.5) ε (|Σw| r_p + Σ|w| (r + r_p)), for the pivot p",
         Stage::Positions => "3 ε Σ|R d|, the error of the frame's t and b times d, and ε |x|",
     }
 }
@@ -110,11 +112,11 @@ mod tests {
         assert_eq!(TINY, 2f64.powi(-126));
         assert_eq!(TINY_HALF, 2f64.powi(-14));
         assert_eq!([DIVIDE, ROOT], [2.5, 4.5]);
-        assert_eq!([STRAIN_LENGTHS, STRAIN_DIFFERENCE], [8.75, 3.5]);
+        assert_eq!([STRAIN_PRODUCTS, STRAIN_QUOTIENT], [7.0, 14.75]);
         assert_eq!([large_scale(1), large_scale(89)], [2.0, 90.0]);
         assert_eq!([cross_products(1), cross_products(6)], [4.0, 9.0]);
         assert_eq!(UNIT, 13.5);
-        assert_eq!([detail(1, 1), detail(7, 16)], [7.5, 21.0]);
+        assert_eq!([detail(1, 1), detail(7, 16)], [8.5, 22.0]);
         assert_eq!([TANGENT_EDGE, TANGENT_ALONG, BITANGENT, OFFSET, POSITION], [2.0, 6.0, 2.0, 3.0, 1.0]);
         assert_eq!(gamma(0.0), 0.0);
         assert!((gamma(1000.0) / (1000.0 * EPSILON) - 1.0).abs() < 2e-4);

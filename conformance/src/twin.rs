@@ -47,14 +47,15 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         positions: vectors(),
         normals: vectors(),
     };
+    let handle_rest: Vec<[T; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     strain::strain(
         strain::Params { frames: frames as u32, handles: handles as u32, strain_edges: strain_edges as u32 },
         handle_positions,
+        &handle_rest,
         &rig.strain_edges,
         &strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
         &mut results.strain,
     );
-    let handle_rest: Vec<[T; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     large_scale::large_scale(
         large_scale::Params::whole(frames, vertices, handles),
         &rig.rest,
@@ -69,6 +70,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         normals::normals(params, positions, &rig.triangles, &vertex_triangles, vertex_normals);
     };
     normals_of(&results.large_scale, &mut results.large_scale_normals);
+    let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
     detail::detail(
         detail::Params {
             frames: frames as u32,
@@ -84,7 +86,8 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
             influence_edges: &rig.influence_edges,
             influence_weights: &rig.influence_weights,
             pose_features: &rig.pose_features,
-            rbf_weights: &rig.rbf_weights,
+            rbf_weights: &rbf_weights,
+            pivots: &pivots,
         },
         &mut results.detail,
     );

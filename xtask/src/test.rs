@@ -43,6 +43,16 @@ pub fn test() -> Result {
             counts = Some(found);
             if failed > 0 { Err(format!("{failed} tests failed")) } else { Ok(()) }
         })?;
+        // The layer keeps memory of its own, so that sessions do not leak is for the tests above to say.
+        step("validation", &mut || {
+            let test = ["test", "--workspace", "--features", FEATURES, "--test", "devices"];
+            let mut tests = cargo(&[&test[..], &["--", "--quiet", "[vulkan/"]].concat());
+            tests.env("VK_ADD_DRIVER_FILES", debian::swiftshader_icd()).env("RHYTID_VULKAN_VALIDATION", "1");
+            run_tests(tests).and_then(|found| match found.failed {
+                0 => Ok(()),
+                failed => Err(format!("{failed} tests failed under Vulkan's validation layer")),
+            })
+        })?;
         step("documentation", &mut || {
             let mut doc = cargo(&["doc", "--workspace", "--features", FEATURES, "--no-deps"]);
             doc.env("RUSTDOCFLAGS", "-D warnings");

@@ -85,7 +85,7 @@ fn any_two_bindings_swapped_fail() {
             }
         }
     }
-    assert_eq!(swaps, 6 + 10 + 10 + 15 + 10 + 10);
+    assert_eq!(swaps, 10 + 10 + 10 + 21 + 10 + 10);
 }
 
 #[test]

@@ -28,6 +28,7 @@ pub struct CpuSession {
     frame_neighbors: Vec<u32>,
     pose_features: Vec<f32>,
     rbf_weights: Vec<[f32; 3]>,
+    pivots: Vec<u32>,
 
     strain: Vec<f32>,
     large_scale: Vec<[f32; 3]>,
@@ -50,6 +51,7 @@ impl CpuSession {
     pub(crate) fn new(rig: &Rig, options: UploadOptions) -> Self {
         let max_frames = options.max_frames;
         let vertices = rig.vertices();
+        let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
         let results = || vec![[0.0; 3]; max_frames * vertices];
         Self {
             handles: rig.handles.len(),
@@ -74,7 +76,8 @@ impl CpuSession {
             influence_weights: rig.influence_weights.clone(),
             frame_neighbors: rig.frame_neighbors.clone(),
             pose_features: rig.pose_features.clone(),
-            rbf_weights: rig.rbf_weights.clone(),
+            rbf_weights,
+            pivots,
             strain: vec![0.0; max_frames * rig.strain_edges.len()],
             large_scale: results(),
             large_scale_normals: results(),
@@ -96,7 +99,14 @@ impl CpuSession {
             handles: self.handles as u32,
             strain_edges: self.strain_edges.len() as u32,
         };
-        strain::strain(params, handle_positions, &self.strain_edges, &self.rest_lengths, &mut self.strain);
+        strain::strain(
+            params,
+            handle_positions,
+            &self.handle_rest,
+            &self.strain_edges,
+            &self.rest_lengths,
+            &mut self.strain,
+        );
     }
 
     fn compute_large_scale(&mut self, handle_positions: &[[f32; 3]]) {
@@ -152,6 +162,7 @@ impl CpuSession {
             influence_weights: &self.influence_weights,
             pose_features: &self.pose_features,
             rbf_weights: &self.rbf_weights,
+            pivots: &self.pivots,
         };
         let (vertices, edges) = (self.rest.len(), self.strain_edges.len());
         for (frame, detail) in self.detail[..self.frames * vertices].chunks_exact_mut(vertices).enumerate() {

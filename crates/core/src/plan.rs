@@ -191,6 +191,7 @@ impl Plan {
                 ("influence_edges", tiled * influences * 4),
                 ("influence_weights", tiled * influences * 4),
                 ("rbf_weights", tiled * centers * 12),
+                ("pivots", tiled * 4),
             ] {
                 add(name, bytes, Role::Constant { part: Some(part.clone()) });
             }
@@ -243,7 +244,11 @@ impl Plan {
             "basis" => owned(&tiled(&rig.basis[of_part(handles)], handles)),
             "influence_edges" => owned(&tiled(&rig.influence_edges[of_part(influences)], influences)),
             "influence_weights" => owned(&tiled(&rig.influence_weights[of_part(influences)], influences)),
-            "rbf_weights" => owned(&tiled(rig.rbf_weights[of_part(centers)].as_flattened(), centers * 3)),
+            "rbf_weights" => {
+                let (weights, _) = detail::pivoted(&rig.rbf_weights[of_part(centers)], centers);
+                owned(&tiled(weights.as_flattened(), centers * 3))
+            }
+            "pivots" => owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1)),
             name => unreachable!("no constant is called {name}"),
         }
     }

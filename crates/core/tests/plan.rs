@@ -33,7 +33,7 @@ fn large_rig(vertices: usize) -> Rig {
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let rig = rig();
     let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
-    assert_eq!(plan.buffers().len(), 9 + 4 + 7);
+    assert_eq!(plan.buffers().len(), 9 + 5 + 7);
     assert_eq!(plan.slices(31).count(), 1);
     let stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
     assert_eq!(stages, Stage::ALL);

@@ -91,6 +91,7 @@ use Element::{F32, U32};
 pub static STRAIN: Kernel = kernel!(
     strain,
     read("handle_positions", F32),
+    read("handle_rest", F32),
     read("strain_edges", U32),
     read("rest_lengths", F32),
     write("features"),
@@ -124,6 +125,7 @@ pub static DETAIL: Kernel = kernel!(
     tiled("influence_weights", F32),
     read("pose_features", F32),
     tiled("rbf_weights", F32),
+    tiled("pivots", U32),
     write("local_detail"),
 );
 

@@ -7,6 +7,7 @@ use ocl::core::{
     ProgramBuildInfo, ProgramInfo, ProgramInfoResult,
 };
 use std::ffi::CString;
+use std::sync::{Mutex, PoisonError};
 
 /// A warning is an error; the names of arguments are kept only where they are asked for.
 const BUILD_OPTIONS: &str = "-cl-std=CL1.2 -cl-kernel-arg-info -Werror";
@@ -20,6 +21,9 @@ pub struct Compiler {
 impl Compiler {
     /// The first device of the first platform that has one.
     pub fn first() -> Result<Self, String> {
+        // The ICD loader is not ready for two threads that ask for the first time at once.
+        static FIRST: Mutex<()> = Mutex::new(());
+        let _turn = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
         let platforms = ocl::core::get_platform_ids().unwrap_or_default();
         let devices = |platform| ocl::core::get_device_ids(platform, Some(ocl::flags::DEVICE_TYPE_ALL), None);
         let device = platforms.iter().find_map(|platform| devices(platform).ok()?.first().copied()).ok_or(

@@ -67,11 +67,11 @@ fn spirv_names_no_file_and_no_version_of_a_tool() {
 #[test]
 fn swapped_bindings_are_found() {
     let expected: &[&[&str]] = &[
-        &["buffer 1", "found `rest_lengths`", "expected `strain_edges`"],
-        &["buffer 2", "found `strain_edges`"],
+        &["buffer 2", "found `rest_lengths`", "expected `strain_edges`"],
+        &["buffer 3", "found `strain_edges`"],
     ];
-    assert_found(&wgsl(&swap(STRAIN.wgsl, "@binding(1)", "@binding(2)")), expected);
-    assert_found(&glsl(&swap(STRAIN.glsl, "binding = 1)", "binding = 2)")), expected);
+    assert_found(&wgsl(&swap(STRAIN.wgsl, "@binding(2)", "@binding(3)")), expected);
+    assert_found(&glsl(&swap(STRAIN.glsl, "binding = 2)", "binding = 3)")), expected);
     let edges = "__global const uint *restrict strain_edges";
     let lengths = "__global const float *restrict rest_lengths";
     assert_found(&opencl(&swap(STRAIN.opencl, edges, lengths)), expected);
@@ -79,22 +79,22 @@ fn swapped_bindings_are_found() {
 
 #[test]
 fn a_gap_in_the_bindings_is_found() {
-    let expected: &[&[&str]] = &[&["buffer 3", "binding 7 of group 0", "binding 3 of group 0"]];
-    assert_found(&wgsl(&plant(STRAIN.wgsl, "@binding(3)", "@binding(7)")), expected);
-    assert_found(&glsl(&plant(STRAIN.glsl, "binding = 3)", "binding = 7)")), expected);
+    let expected: &[&[&str]] = &[&["buffer 4", "binding 7 of group 0", "binding 4 of group 0"]];
+    assert_found(&wgsl(&plant(STRAIN.wgsl, "@binding(4)", "@binding(7)")), expected);
+    assert_found(&glsl(&plant(STRAIN.glsl, "binding = 4)", "binding = 7)")), expected);
 }
 
 #[test]
 fn another_group_is_found() {
-    let expected: &[&[&str]] = &[&["buffer 3", "binding 3 of group 1", "binding 3 of group 0"]];
-    let planted = plant(STRAIN.wgsl, "@group(0) @binding(3)", "@group(1) @binding(3)");
+    let expected: &[&[&str]] = &[&["buffer 4", "binding 4 of group 1", "binding 4 of group 0"]];
+    let planted = plant(STRAIN.wgsl, "@group(0) @binding(4)", "@group(1) @binding(4)");
     assert_found(&wgsl(&planted), expected);
-    assert_found(&glsl(&plant(STRAIN.glsl, "binding = 3)", "set = 1, binding = 3)")), expected);
+    assert_found(&glsl(&plant(STRAIN.glsl, "binding = 4)", "set = 1, binding = 4)")), expected);
 }
 
 #[test]
 fn a_renamed_buffer_is_found() {
-    let expected: &[&[&str]] = &[&["buffer 2", "found `lengths`", "expected `rest_lengths`"]];
+    let expected: &[&[&str]] = &[&["buffer 3", "found `lengths`", "expected `rest_lengths`"]];
     assert_found(&wgsl(&plant(STRAIN.wgsl, "rest_lengths", "lengths")), expected);
     assert_found(&glsl(&plant(STRAIN.glsl, "rest_lengths", "lengths")), expected);
     assert_found(&opencl(&plant(STRAIN.opencl, "rest_lengths", "lengths")), expected);
@@ -102,14 +102,14 @@ fn a_renamed_buffer_is_found() {
 
 #[test]
 fn a_missing_and_an_additional_buffer_are_found() {
-    let missing: &[&[&str]] = &[&["buffer 3", "found none", "expected `features`"]];
-    let source = plant(STRAIN.wgsl, "@group(0) @binding(3) var<storage, read_write>", "var<private>");
+    let missing: &[&[&str]] = &[&["buffer 4", "found none", "expected `features`"]];
+    let source = plant(STRAIN.wgsl, "@group(0) @binding(4) var<storage, read_write>", "var<private>");
     assert_found(
-        &wgsl(&plant(&source, "array<f32>;\n@group(0) @binding(4)", "array<f32, 9>;\n@group(0) @binding(4)")),
+        &wgsl(&plant(&source, "array<f32>;\n@group(0) @binding(5)", "array<f32, 9>;\n@group(0) @binding(5)")),
         missing,
     );
 
-    let extra: &[&[&str]] = &[&["buffer 4", "found `more`", "expected none"], &["parameter block"]];
+    let extra: &[&[&str]] = &[&["buffer 5", "found `more`", "expected none"], &["parameter block"]];
     let argument = "__global float *restrict features,";
     let planted =
         plant(STRAIN.opencl, argument, &format!("{argument}\n    __global const uint *restrict more,"));
@@ -118,7 +118,7 @@ fn a_missing_and_an_additional_buffer_are_found() {
 
 #[test]
 fn another_element_type_is_found() {
-    let expected: &[&[&str]] = &[&["buffer 1", "array of", "expected `strain_edges` (array of u32"]];
+    let expected: &[&[&str]] = &[&["buffer 2", "array of", "expected `strain_edges` (array of u32"]];
     assert_found(&glsl(&plant(STRAIN.glsl, "uint strain_edges[]", "int strain_edges[]")), expected);
     assert_found(&opencl(&plant(STRAIN.opencl, "uint *restrict", "int *restrict")), expected);
     let planted = plant(STRAIN.wgsl, "strain_edges: array<u32>", "strain_edges: array<u32, 100>");
@@ -127,16 +127,16 @@ fn another_element_type_is_found() {
 
 #[test]
 fn a_writable_input_is_found() {
-    let expected: &[&[&str]] = &[&["buffer 2", "`rest_lengths` (array of f32, write", "f32, read,"]];
+    let expected: &[&[&str]] = &[&["buffer 3", "`rest_lengths` (array of f32, write", "f32, read,"]];
     let planted =
         plant(STRAIN.wgsl, "var<storage, read> rest_lengths", "var<storage, read_write> rest_lengths");
     assert_found(&wgsl(&planted), expected);
     let argument = "__global const float *restrict rest_lengths";
     assert_found(&opencl(&plant(STRAIN.opencl, argument, &argument.replace("const ", ""))), expected);
     let planted = plant(STRAIN.glsl, "readonly buffer RestLengths", "buffer RestLengths");
-    assert_found(&glsl(&planted), &[&["buffer 2", "f32, read and write,", "expected"]]);
+    assert_found(&glsl(&planted), &[&["buffer 3", "f32, read and write,", "expected"]]);
     let planted = plant(STRAIN.glsl, "writeonly buffer Features", "buffer Features");
-    assert_found(&glsl(&planted), &[&["buffer 3", "f32, read and write,", "f32, write,"]]);
+    assert_found(&glsl(&planted), &[&["buffer 4", "f32, read and write,", "f32, write,"]]);
 }
 
 #[test]
@@ -210,10 +210,10 @@ fn another_type_or_name_of_a_field_is_found() {
 
 #[test]
 fn a_parameter_block_elsewhere_is_found() {
-    let planted = plant(STRAIN.glsl, "layout(push_constant, std430)", "layout(binding = 4, std140)");
-    assert_found(&glsl(&planted), &[&["found binding 4 of group 0", "expected push constants"]]);
-    let planted = plant(STRAIN.wgsl, "@binding(4)", "@binding(5)");
-    assert_found(&wgsl(&planted), &[&["found binding 5 of group 0", "expected binding 4 of group 0"]]);
+    let planted = plant(STRAIN.glsl, "layout(push_constant, std430)", "layout(binding = 5, std140)");
+    assert_found(&glsl(&planted), &[&["found binding 5 of group 0", "expected push constants"]]);
+    let planted = plant(STRAIN.wgsl, "@binding(5)", "@binding(6)");
+    assert_found(&wgsl(&planted), &[&["found binding 6 of group 0", "expected binding 5 of group 0"]]);
 }
 
 #[test]
@@ -222,7 +222,7 @@ fn a_source_that_does_not_compile_is_found() {
     assert_found(&opencl(&plant(STRAIN.opencl, "uint frame =", "uint frame == ")), &[&["error"]]);
     // A warning is enough; the words are clang's.
     assert_found(
-        &opencl(&plant(STRAIN.opencl, "float3 d = a - b;", "float3 d = a - b; if (d.x = 1) {}")),
+        &opencl(&plant(STRAIN.opencl, "float3 e = p_a - p_b;", "float3 e = p_a - p_b; if (e.x = 1) {}")),
         &[&["assignment as a condition"]],
     );
     assert_found(&check::fresh("strain", "void", STRAIN.spirv), &[&["strain.comp does not compile"]]);
@@ -231,7 +231,7 @@ fn a_source_that_does_not_compile_is_found() {
 #[test]
 fn stale_spirv_is_found() {
     let expected: &[&[&str]] = &[&["run `cargo xtask kernels`"]];
-    let planted = plant(STRAIN.glsl, "d.x * d.x + d.y * d.y", "d.y * d.y + d.x * d.x");
+    let planted = plant(STRAIN.glsl, "e.x * e.x + e.y * e.y", "e.y * e.y + e.x * e.x");
     assert_found(&check::fresh("strain", &planted, STRAIN.spirv), expected);
     let mut flipped = STRAIN.spirv.to_vec();
     *flipped.last_mut().unwrap() ^= 1;

@@ -21,7 +21,7 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             params.frames = params.frames.min(y);
             let edges = params.strain_edges as usize;
             let mut all = vec![0.0; params.frames as usize * edges];
-            strain::strain(params, vectors(0), words(1).as_chunks().0, numbers(2), &mut all);
+            strain::strain(params, vectors(0), vectors(1), words(2).as_chunks().0, numbers(3), &mut all);
             let computed = edges.min(invocations as usize);
             for (frame, f) in all.chunks_exact(edges).enumerate() {
                 results[frame * edges..][..computed].copy_from_slice(&f[..computed]);
@@ -62,6 +62,7 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 influence_weights: &untiled(numbers(2), k, vertices),
                 pose_features: numbers(3),
                 rbf_weights: weights.as_chunks().0,
+                pivots: &untiled(words(5), 1, vertices),
             };
             params.frames = params.frames.min(y);
             params.part_vertices = params.part_vertices.min(invocations);

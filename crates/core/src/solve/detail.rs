@@ -33,6 +33,7 @@ pub fn features_and_detail(
         strain::strain(
             strain::Params { frames: 1, handles: rig.handles.len() as u32, strain_edges: edges as u32 },
             &handle_positions,
+            &handle_rest,
             &rig.strain_edges,
             rest_lengths,
             &mut features[(j + 1) * edges..][..edges],

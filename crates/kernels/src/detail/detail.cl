@@ -9,12 +9,38 @@ typedef struct {
     uint centers;
 } Params;
 
+// How far the features f are from those of a centre, f_j, as a vertex sees it.
+static float feature_distance(
+    __global const float *f,
+    __global const float *f_j,
+    __global const uint *influence_edges,
+    __global const float *influence_weights,
+    const Params params,
+    uint tile,
+    uint lane)
+{
+    float square = 0.0f;
+    for (uint k = 0; k < params.influences; k++) {
+        uint at = (tile * params.influences + k) * 64 + lane;
+        uint edge = influence_edges[at];
+        float difference = f[edge] - f_j[edge];
+        square += influence_weights[at] * (difference * difference);
+    }
+    return sqrt(square);
+}
+
+static float3 weight(__global const float *rbf_weights, const Params params, uint j, uint tile, uint lane) {
+    uint at = ((tile * params.centers + j) * 3) * 64 + lane;
+    return (float3)(rbf_weights[at], rbf_weights[at + 64], rbf_weights[at + 128]);
+}
+
 __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void detail(
     __global const float *restrict features,
     __global const uint *restrict influence_edges,
     __global const float *restrict influence_weights,
     __global const float *restrict pose_features,
     __global const float *restrict rbf_weights,
+    __global const uint *restrict pivots,
     __global float *restrict local_detail,
     const Params params)
 {
@@ -26,20 +52,17 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void detail(
     uint v = params.first_vertex + i;
     uint tile = i / 64;
     uint lane = i % 64;
-    uint f = frame * params.strain_edges;
-    float3 sum = (float3)(0.0f);
+    __global const float *f = features + frame * params.strain_edges;
+    uint pivot = pivots[i];
+    float r_pivot = feature_distance(
+        f, pose_features + pivot * params.strain_edges, influence_edges, influence_weights, params, tile, lane);
+    float3 sum = weight(rbf_weights, params, pivot, tile, lane) * r_pivot;
     for (uint j = 0; j < params.centers; j++) {
-        uint f_j = j * params.strain_edges;
-        float square = 0.0f;
-        for (uint k = 0; k < params.influences; k++) {
-            uint at = (tile * params.influences + k) * 64 + lane;
-            uint edge = influence_edges[at];
-            float difference = features[f + edge] - pose_features[f_j + edge];
-            square += influence_weights[at] * (difference * difference);
+        if (j != pivot) {
+            float r = feature_distance(
+                f, pose_features + j * params.strain_edges, influence_edges, influence_weights, params, tile, lane);
+            sum += weight(rbf_weights, params, j, tile, lane) * (r - r_pivot);
         }
-        float r = sqrt(square);
-        uint w = ((tile * params.centers + j) * 3) * 64 + lane;
-        sum += (float3)(rbf_weights[w], rbf_weights[w + 64], rbf_weights[w + 128]) * r;
     }
     uint result = 3 * (frame * params.vertices + v);
     local_detail[result] = sum.x;

@@ -16,7 +16,26 @@ layout(std430, binding = 1) readonly buffer InfluenceEdges { uint influence_edge
 layout(std430, binding = 2) readonly buffer InfluenceWeights { float influence_weights[]; };
 layout(std430, binding = 3) readonly buffer PoseFeatures { float pose_features[]; };
 layout(std430, binding = 4) readonly buffer RbfWeights { float rbf_weights[]; };
-layout(std430, binding = 5) writeonly buffer LocalDetail { float local_detail[]; };
+layout(std430, binding = 5) readonly buffer Pivots { uint pivots[]; };
+layout(std430, binding = 6) writeonly buffer LocalDetail { float local_detail[]; };
+
+// How far the features from f on are from centre j, as a vertex sees it.
+float feature_distance(uint f, uint j, uint tile, uint lane) {
+    uint f_j = j * params.strain_edges;
+    float square = 0.0;
+    for (uint k = 0; k < params.influences; k++) {
+        uint at = (tile * params.influences + k) * 64 + lane;
+        uint edge = influence_edges[at];
+        float difference = features[f + edge] - pose_features[f_j + edge];
+        square += influence_weights[at] * (difference * difference);
+    }
+    return sqrt(square);
+}
+
+vec3 weight(uint j, uint tile, uint lane) {
+    uint at = ((tile * params.centers + j) * 3) * 64 + lane;
+    return vec3(rbf_weights[at], rbf_weights[at + 64], rbf_weights[at + 128]);
+}
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -28,19 +47,13 @@ void main() {
     uint tile = i / 64;
     uint lane = i % 64;
     uint f = frame * params.strain_edges;
-    vec3 sum = vec3(0.0);
+    uint pivot = pivots[i];
+    float r_pivot = feature_distance(f, pivot, tile, lane);
+    vec3 sum = weight(pivot, tile, lane) * r_pivot;
     for (uint j = 0; j < params.centers; j++) {
-        uint f_j = j * params.strain_edges;
-        float square = 0.0;
-        for (uint k = 0; k < params.influences; k++) {
-            uint at = (tile * params.influences + k) * 64 + lane;
-            uint edge = influence_edges[at];
-            float difference = features[f + edge] - pose_features[f_j + edge];
-            square += influence_weights[at] * (difference * difference);
+        if (j != pivot) {
+            sum += weight(j, tile, lane) * (feature_distance(f, j, tile, lane) - r_pivot);
         }
-        float r = sqrt(square);
-        uint w = ((tile * params.centers + j) * 3) * 64 + lane;
-        sum += vec3(rbf_weights[w], rbf_weights[w + 64], rbf_weights[w + 128]) * r;
     }
     uint result = 3 * (frame * params.vertices + v);
     local_detail[result] = sum.x;

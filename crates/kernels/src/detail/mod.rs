@@ -19,7 +19,7 @@ parameter_block!(
     centers,
 );
 
-/// What the kernel reads of a rig; the first, second and fourth have the vertices of the part alone.
+/// What the kernel reads of a rig; all but `pose_features` have the vertices of the part alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
     /// V×K indices of strain edges.
@@ -28,8 +28,24 @@ pub struct Buffers<'a, T> {
     pub influence_weights: &'a [T],
     /// N×F.
     pub pose_features: &'a [T],
-    /// w, V×N.
+    /// w, V×N, in the form that [`pivoted`] gives them.
     pub rbf_weights: &'a [[T; 3]],
+    /// V indices of centres, as [`pivoted`] chose them.
+    pub pivots: &'a [u32],
+}
+
+/// Chooses a pivot for each vertex, the centre with the largest weight, and puts the sum of all the vertex's weights in
+/// that one's place. `rbf_weights` is V×N; the sums are rounded once.
+pub fn pivoted<T: Real>(rbf_weights: &[[T; 3]], centers: usize) -> (Vec<[T; 3]>, Vec<u32>) {
+    let size = |w: &[T; 3]| w[0].abs().max(w[1].abs()).max(w[2].abs());
+    let mut weights = rbf_weights.to_vec();
+    let pivots = weights.chunks_exact_mut(centers).map(|w| {
+        let pivot = (0..centers).fold(0, |best, j| if size(&w[j]) > size(&w[best]) { j } else { best });
+        w[pivot] = std::array::from_fn(|c| T::round_from(w.iter().map(|w| w[c].widen()).sum()));
+        pivot as u32
+    });
+    let pivots = pivots.collect();
+    (weights, pivots)
 }
 
 /// ‖f − f_j‖_v: the distance of two features as a vertex with these influences sees it.
@@ -47,13 +63,18 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, f: &[T],
     let (edges, k, n) = (params.strain_edges as usize, params.influences as usize, params.centers as usize);
     let influence_edges = &buffers.influence_edges[i * k..][..k];
     let influence_weights = &buffers.influence_weights[i * k..][..k];
-    let mut d = [T::zero(); 3];
-    for j in 0..n {
+    let distance = |j: usize| {
         let f_j = &buffers.pose_features[j * edges..][..edges];
-        let r = feature_distance(influence_edges, influence_weights, f, f_j);
-        let w = buffers.rbf_weights[i * n + j];
+        feature_distance(influence_edges, influence_weights, f, f_j)
+    };
+    let w = &buffers.rbf_weights[i * n..][..n];
+    let pivot = buffers.pivots[i] as usize;
+    let r_pivot = distance(pivot);
+    let mut d = w[pivot].map(|w| w * r_pivot);
+    for j in (0..n).filter(|&j| j != pivot) {
+        let r = distance(j) - r_pivot;
         for c in 0..3 {
-            d[c] += w[c] * r;
+            d[c] += w[j][c] * r;
         }
     }
     d

@@ -15,6 +15,7 @@ parameter_block!(
 pub fn strain<T: Real>(
     params: Params,
     handle_positions: &[[T; 3]],
+    handle_rest: &[[T; 3]],
     strain_edges: &[[u32; 2]],
     rest_lengths: &[T],
     features: &mut [T],
@@ -23,9 +24,13 @@ pub fn strain<T: Real>(
     for frame in 0..params.frames as usize {
         let p = &handle_positions[frame * handles..][..handles];
         for i in 0..edges {
-            let [a, b] = strain_edges[i];
-            let length = vec3::length(vec3::sub(p[a as usize], p[b as usize]));
-            features[frame * edges + i] = (length - rest_lengths[i]) / rest_lengths[i];
+            let [a, b] = strain_edges[i].map(|h| h as usize);
+            let e = vec3::sub(p[a], p[b]);
+            let e_rest = vec3::sub(handle_rest[a], handle_rest[b]);
+            let moved = vec3::sub(vec3::sub(p[a], handle_rest[a]), vec3::sub(p[b], handle_rest[b]));
+            let sum = vec3::add(e, e_rest);
+            let l = rest_lengths[i];
+            features[frame * edges + i] = vec3::dot(moved, sum) / (vec3::length(e) + l) / l;
         }
     }
 }

@@ -11,6 +11,7 @@ static float3 vector(__global const float *numbers, uint i) {
 
 __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void strain(
     __global const float *restrict handle_positions,
+    __global const float *restrict handle_rest,
     __global const uint *restrict strain_edges,
     __global const float *restrict rest_lengths,
     __global float *restrict features,
@@ -22,9 +23,17 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void strain(
         return;
     }
     uint first = frame * params.handles;
-    float3 a = vector(handle_positions, first + strain_edges[2 * i]);
-    float3 b = vector(handle_positions, first + strain_edges[2 * i + 1]);
-    float3 d = a - b;
-    float length = sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-    features[frame * params.strain_edges + i] = (length - rest_lengths[i]) / rest_lengths[i];
+    uint a = strain_edges[2 * i];
+    uint b = strain_edges[2 * i + 1];
+    float3 p_a = vector(handle_positions, first + a);
+    float3 p_b = vector(handle_positions, first + b);
+    float3 rest_a = vector(handle_rest, a);
+    float3 rest_b = vector(handle_rest, b);
+    float3 e = p_a - p_b;
+    float3 moved = (p_a - rest_a) - (p_b - rest_b);
+    float3 sum = e + (rest_a - rest_b);
+    float length = sqrt(e.x * e.x + e.y * e.y + e.z * e.z);
+    float l = rest_lengths[i];
+    features[frame * params.strain_edges + i] =
+        (moved.x * sum.x + moved.y * sum.y + moved.z * sum.z) / (length + l) / l;
 }
