@@ -30,7 +30,7 @@ pub use numbers::Numbers;
 pub use outcome::{Measured, Outcome, Verdict, device_label, kernel_name, stage_name};
 pub use report::Report;
 pub use run::{ReferenceOf, run_case, run_case_against};
-pub use suite::{DeviceReport, no_device, required_backends, run_device, unknown_backends};
+pub use suite::{DeviceReport, missing_devices, no_device, required_backends, run_device, unknown_backends};
 pub use twin::{Results, evaluate};
 
 /// The commit that this program was built from, or `unknown`.

@@ -4,6 +4,7 @@ use crate::{Case, Suite, cases, check_must_pass, run_canaries, run_case};
 use rhytid_core::{Device, DeviceInfo};
 use serde::Serialize;
 use std::time::Instant;
+use wildmatch::WildMatch;
 
 /// What a suite found on one device.
 #[derive(Debug, Clone, Serialize)]
@@ -74,6 +75,16 @@ pub fn run_device(
 pub fn required_backends() -> Vec<String> {
     let list = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     list.split(',').map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect()
+}
+
+/// The patterns in `REQUIRE_DEVICES`, a comma-separated list such as `vulkan/llvmpipe*,wgpu/*OpenGL*`, that no device's label
+/// and driver match.
+pub fn missing_devices(present: &[DeviceInfo]) -> Vec<String> {
+    let list = std::env::var("REQUIRE_DEVICES").unwrap_or_default();
+    let names: Vec<String> = present.iter().map(|d| format!("{} ({})", device_label(d), d.driver)).collect();
+    let patterns = list.split(',').map(str::trim).filter(|pattern| !pattern.is_empty());
+    let is_missing = |pattern: &&str| !names.iter().any(|name| WildMatch::new(pattern).matches(name));
+    patterns.filter(is_missing).map(str::to_owned).collect()
 }
 
 /// Those of `required` that are no backend's name, so that a slip of the pen does not switch a check off.

@@ -5,8 +5,8 @@ mod support;
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
 use rhytid_backends::{BACKENDS, Found, LEFT_OUT};
 use rhytid_conformance::{
-    Case, Outcome, Suite, Verdict, cases, check_must_pass, device_label, no_device, required_backends,
-    run_canaries, run_case, stage_name, unknown_backends,
+    Case, Outcome, Suite, Verdict, cases, check_must_pass, device_label, missing_devices, no_device,
+    required_backends, run_canaries, run_case, stage_name, unknown_backends,
 };
 use rhytid_core::{Device, DeviceInfo, Stage};
 use std::io::Write;
@@ -28,6 +28,10 @@ fn main() -> ExitCode {
     for unknown in unknown_backends(&required, &names) {
         let reason = format!("REQUIRE_BACKENDS asks for {unknown}, which is none of {}", names.join(", "));
         trials.push(Trial::test(format!("[{unknown}] device"), move || Err(Failed::from(reason))));
+    }
+    for pattern in missing_devices(&devices) {
+        let reason = format!("NoDevice: REQUIRE_DEVICES asks for {pattern}, and no device here is that");
+        trials.push(Trial::test(format!("[{pattern}] device"), move || Err(Failed::from(reason))));
     }
     let failed = failed.iter().map(|(name, error)| (*name, error.to_string()));
     let left_out = LEFT_OUT.iter().map(|(name, how)| (*name, format!("not in this program: {how}")));

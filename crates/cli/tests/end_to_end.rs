@@ -287,8 +287,7 @@ fn progress_is_plain_lines_where_there_is_no_terminal() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    let commands =
-        ["solve", "animate", "info", "devices", "conform", "doctor", "demo", "completions", "man"];
+    let commands = ["solve", "animate", "info", "devices", "conform", "doctor", "demo", "completions", "man"];
     let overview = rhytid("--help").output().unwrap();
     let overview = String::from_utf8(overview.stdout).unwrap();
     for command in commands {
