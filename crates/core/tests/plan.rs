@@ -58,7 +58,7 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                 let filled = plan.contents(&rig, i).len() as u64;
                 match buffer.role {
                     Role::Constant { .. } => {
-                        assert!(filled == buffer.bytes || buffer.bytes == 16, "{buffer:?}")
+                        assert!(filled == buffer.bytes || buffer.bytes == 16, "{buffer:?}");
                     }
                     _ => assert_eq!(filled, 0),
                 }
