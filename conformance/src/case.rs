@@ -147,9 +147,9 @@ pub fn cases(suite: Suite) -> Vec<Case> {
     cases
 }
 
-/// A rig of 65,536 vertices and a batch of 8 frames, to find out how fast a device is. It belongs to no suite.
+/// A rig of 65,536 vertices and a batch of 4 frames, to find out how fast a device is. It belongs to no suite.
 pub fn timing_case() -> Case {
-    Case::new("timing", sizes([65_536, 89, 243, 6, 16, 8, 8]), |_| ())
+    Case::new("timing", sizes([65_536, 89, 243, 6, 16, 4, 4]), |_| ())
 }
 
 /// A small rig for sessions that are broken on purpose.

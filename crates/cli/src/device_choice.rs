@@ -239,7 +239,7 @@ fn measure(device: &Device) -> Result<f64> {
     let mut animator = device.upload(&built.rig, case.options)?;
     let mut out = Vec::new();
     let mut best = f64::MAX;
-    for _ in 0..3 {
+    for _ in 0..2 {
         let start = Instant::now();
         animator.evaluate(&built.handle_positions)?;
         animator.read(Stage::Positions, &mut out)?;
