@@ -15,8 +15,10 @@ fn solved() -> Fixture {
 }
 
 /// Every command that writes one file, up to the file's name without its ending, and its endings.
-const WRITERS: [(&str, &[&str]); 2] =
-    [("solve face.toml -o", &["safetensors"]), ("animate face.safetensors take.csv -o", &["usda", "glb"])];
+const WRITERS: [(&str, &[&str]); 2] = [
+    ("solve face.toml -o", &["safetensors"]),
+    ("animate face.safetensors take.csv --device cpu:0 -o", &["usda", "glb"]),
+];
 
 fn writers() -> impl Iterator<Item = (&'static str, &'static str)> {
     WRITERS.into_iter().flat_map(|(command, endings)| endings.iter().map(move |&ending| (command, ending)))
@@ -159,7 +161,9 @@ fn long_work() -> Fixture {
 fn ctrl_c_stops_and_leaves_nothing() {
     let f = long_work();
     for ending in ["usda", "glb"] {
-        let args = format!("animate face.safetensors take.csv -o out/face.{ending} --frames 0..15000");
+        let args = format!(
+            "animate face.safetensors take.csv --device cpu:0 -o out/face.{ending} --frames 0..15000"
+        );
         let output = interrupted(&f, &args, "animate", &["-INT"]);
         assert_refused(&output, &["stopped", "nothing was written"]);
         assert!(stderr(&output).contains("stopping…"));
@@ -175,7 +179,7 @@ fn ctrl_c_twice_stops_at_once() {
     f.done("solve face.toml -o face.safetensors");
     f.write("take.csv", f.take(2000));
     let stopped_at_once = || {
-        let args = "animate face.safetensors take.csv -o out/face.usda";
+        let args = "animate face.safetensors take.csv --device cpu:0 -o out/face.usda";
         let output = interrupted(&f, args, "animate", &["-INT", "-TERM"]);
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
         f.assert_nothing_written();
