@@ -245,10 +245,10 @@ fn stage_bytes(built: &Built, basis: BasisStorage, stage: Stage) -> u64 {
     let frames = built.handle_positions.len() / (3 * h);
     let basis_bytes = if basis == BasisStorage::F16 { 2 } else { 4 };
     let (constant, of_frame) = match stage {
-        Stage::Strain => (12 * f, 12 * h + 4 * f),
+        Stage::Strain => (12 * f + 12 * h, 12 * h + 4 * f),
         Stage::LargeScale => (12 * v + basis_bytes * v * h + 12 * h, 12 * h + 12 * v),
         Stage::LargeScaleNormals | Stage::Normals => (24 * t + 4 * (v + 1), 24 * v),
-        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n, 4 * f + 12 * v),
+        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n + 4 * v, 4 * f + 12 * v),
         Stage::Positions => (4 * v, 48 * v),
     };
     (constant + frames * of_frame) as u64

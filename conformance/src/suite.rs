@@ -77,14 +77,18 @@ pub fn required_backends() -> Vec<String> {
     list.split(',').map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect()
 }
 
-/// The patterns in `REQUIRE_DEVICES`, a comma-separated list such as `vulkan/llvmpipe*,wgpu/*OpenGL*`, that no device's label
-/// and driver match.
-pub fn missing_devices(present: &[DeviceInfo]) -> Vec<String> {
+/// The outcomes of those patterns in `REQUIRE_DEVICES`, a comma-separated list such as `vulkan/llvmpipe*,wgpu/*OpenGL*`, that no
+/// device's label and driver match. None is acceptable.
+pub fn missing_devices(present: &[DeviceInfo]) -> Vec<Outcome> {
     let list = std::env::var("REQUIRE_DEVICES").unwrap_or_default();
     let names: Vec<String> = present.iter().map(|d| format!("{} ({})", device_label(d), d.driver)).collect();
     let patterns = list.split(',').map(str::trim).filter(|pattern| !pattern.is_empty());
     let is_missing = |pattern: &&str| !names.iter().any(|name| WildMatch::new(pattern).matches(name));
-    patterns.filter(is_missing).map(str::to_owned).collect()
+    let outcome = |pattern: &str| {
+        let why = "no device here is that, and REQUIRE_DEVICES asks for it";
+        Outcome::new(pattern, "device".into(), Verdict::NoDevice, why.into())
+    };
+    patterns.filter(is_missing).map(outcome).collect()
 }
 
 /// Those of `required` that are no backend's name, so that a slip of the pen does not switch a check off.

@@ -72,15 +72,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     normals_of(&results.large_scale, &mut results.large_scale_normals);
     let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
     detail::detail(
-        detail::Params {
-            frames: frames as u32,
-            vertices: vertices as u32,
-            first_vertex: 0,
-            part_vertices: vertices as u32,
-            strain_edges: strain_edges as u32,
-            influences: rig.influences() as u32,
-            centers: rig.centers() as u32,
-        },
+        detail::Params::whole(frames, vertices, strain_edges, rig.influences(), rig.centers()),
         &results.strain,
         &detail::Buffers {
             influence_edges: &rig.influence_edges,

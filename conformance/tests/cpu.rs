@@ -61,15 +61,13 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
         Stage::LargeScaleNormals => normals_of(Stage::LargeScale),
         Stage::Normals => normals_of(Stage::Positions),
         Stage::Detail => {
-            let params = detail::Params {
-                frames: frames as u32,
-                vertices: vertices as u32,
-                first_vertex: 0,
-                part_vertices: vertices as u32,
-                strain_edges: rig.strain_edges.len() as u32,
-                influences: rig.influences() as u32,
-                centers: rig.centers() as u32,
-            };
+            let params = detail::Params::whole(
+                frames,
+                vertices,
+                rig.strain_edges.len(),
+                rig.influences(),
+                rig.centers(),
+            );
             let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
             let buffers = detail::Buffers {
                 influence_edges: &rig.influence_edges,

@@ -3,7 +3,6 @@
 mod support;
 
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
-use rhytid_backends::{BACKENDS, Found, LEFT_OUT};
 use rhytid_conformance::{
     Case, Outcome, Suite, Verdict, cases, check_must_pass, device_label, missing_devices, no_device,
     required_backends, run_canaries, run_case, stage_name, unknown_backends,
@@ -18,31 +17,19 @@ fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     // The six stages of a case wait for one evaluation; devices and references use all cores themselves.
     arguments.test_threads.get_or_insert(1);
-    let Found { devices, failed } = rhytid_backends::devices();
+    let found = rhytid_backends::devices();
     let head = Arc::new(OnceLock::new());
-    let mut trials: Vec<Trial> = devices.iter().flat_map(|info| of_device(info, &head)).collect();
+    let mut trials: Vec<Trial> = found.devices.iter().flat_map(|info| of_device(info, &head)).collect();
 
-    let required = required_backends();
-    let names = BACKENDS.iter().map(|backend| backend.name).chain(LEFT_OUT.iter().map(|(name, _)| *name));
-    let names: Vec<&str> = names.collect();
+    let (required, names) = (required_backends(), rhytid_backends::names());
     for unknown in unknown_backends(&required, &names) {
         let reason = format!("REQUIRE_BACKENDS asks for {unknown}, which is none of {}", names.join(", "));
         trials.push(Trial::test(format!("[{unknown}] device"), move || Err(Failed::from(reason))));
     }
-    for pattern in missing_devices(&devices) {
-        let reason = format!("NoDevice: REQUIRE_DEVICES asks for {pattern}, and no device here is that");
-        trials.push(Trial::test(format!("[{pattern}] device"), move || Err(Failed::from(reason))));
-    }
-    let failed = failed.iter().map(|(name, error)| (*name, error.to_string()));
-    let left_out = LEFT_OUT.iter().map(|(name, how)| (*name, format!("not in this program: {how}")));
-    let absent: Vec<(&str, String)> = failed.chain(left_out).collect();
-    for name in names {
-        if devices.iter().any(|device| device.backend == name) {
-            continue;
-        }
-        let why = absent.iter().find(|(absent, _)| *absent == name);
-        let outcome = no_device(name, why.map_or("no device was found", |(_, why)| why), &required);
-        let _ = writeln!(std::io::stderr(), "\n*** NOT TESTED: {name}: {} ***\n", outcome.reason);
+    let missing = found.missing();
+    let backends = missing.iter().map(|missing| no_device(missing.backend, &missing.why, &required));
+    for outcome in backends.chain(missing_devices(&found.devices)) {
+        let _ = writeln!(std::io::stderr(), "\n*** NOT TESTED: {}: {} ***\n", outcome.device, outcome.reason);
         trials.push(trial(outcome.full_name(), move || Ok(outcome)));
     }
     libtest_mimic::run(&arguments, trials).exit_code()

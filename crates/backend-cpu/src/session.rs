@@ -56,15 +56,13 @@ impl CpuSession {
         Self {
             handles: rig.handles.len(),
             frames: 0,
-            detail_params: detail::Params {
-                frames: 0,
-                vertices: vertices as u32,
-                first_vertex: 0,
-                part_vertices: vertices as u32,
-                strain_edges: rig.strain_edges.len() as u32,
-                influences: rig.influences() as u32,
-                centers: rig.centers() as u32,
-            },
+            detail_params: detail::Params::whole(
+                0,
+                vertices,
+                rig.strain_edges.len(),
+                rig.influences(),
+                rig.centers(),
+            ),
             rest: rig.rest.clone(),
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
             basis: BasisTiles::new(rig, options.basis),

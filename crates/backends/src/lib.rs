@@ -49,6 +49,60 @@ pub struct Found {
     pub failed: Vec<(&'static str, Error)>,
 }
 
+/// A backend without a device.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Missing {
+    /// Its name.
+    pub backend: &'static str,
+    /// What is missing, and how to get it.
+    pub why: String,
+}
+
+impl Found {
+    /// The backends that have no device: those without a driver, those whose driver fails, and those that this program
+    /// was built without.
+    pub fn missing(&self) -> Vec<Missing> {
+        let mut missing = Vec::new();
+        for &Entry { name, .. } in BACKENDS {
+            if let Some((_, error)) = self.failed.iter().find(|(failed, _)| *failed == name) {
+                missing.push(Missing { backend: name, why: error.to_string() });
+            } else if !self.devices.iter().any(|device| device.backend == name) {
+                missing.push(Missing { backend: name, why: how_to_get(name).to_owned() });
+            }
+        }
+        missing.extend(LEFT_OUT.iter().map(|&(backend, how)| Missing {
+            backend,
+            why: format!("this program was built without it; {how}"),
+        }));
+        missing
+    }
+}
+
+/// What a backend without devices lacks.
+fn how_to_get(backend: &str) -> &'static str {
+    match backend {
+        "vulkan" => {
+            "no Vulkan driver was found; install your GPU's, or Mesa's (Debian: mesa-vulkan-drivers libvulkan1)"
+        }
+        "opencl" => {
+            "no OpenCL platform was found; install your GPU's, or PoCL, which runs on any CPU (Debian: pocl-opencl-icd)"
+        }
+        "wgpu" => "neither Vulkan, Metal, Direct3D 12 nor OpenGL was found; install your GPU's driver",
+        _ => "no device was found",
+    }
+}
+
+/// The names of all backends, those that this program was built without too.
+pub fn names() -> Vec<&'static str> {
+    BACKENDS.iter().map(|backend| backend.name).chain(LEFT_OUT.iter().map(|(name, _)| *name)).collect()
+}
+
+/// The device with this id, if it is there. Looks at its own backend alone: the others' drivers are not touched.
+pub fn find(id: &str) -> Option<DeviceInfo> {
+    let backend = BACKENDS.iter().find(|backend| id.split(':').next() == Some(backend.name))?;
+    (backend.devices)().ok()?.into_iter().find(|device| device.id() == id)
+}
+
 /// Looks for the devices of every backend.
 pub fn devices() -> Found {
     let mut found = Found { devices: Vec::new(), failed: Vec::new() };

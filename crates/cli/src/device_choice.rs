@@ -13,56 +13,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The devices here, and the backends without one.
-pub struct Presence {
-    /// In the order of [`rhytid_backends::BACKENDS`].
-    pub devices: Vec<DeviceInfo>,
-    /// The other backends.
-    pub missing: Vec<Missing>,
-}
-
-/// A backend without a device.
-#[derive(Serialize)]
-pub struct Missing {
-    /// Its name.
-    pub backend: &'static str,
-    /// What is missing, and how to get it.
-    pub why: String,
-}
-
-/// Looks for every backend's devices.
-pub fn presence() -> Presence {
-    let Found { devices, failed } = rhytid_backends::devices();
-    let mut missing: Vec<Missing> = Vec::new();
-    for backend in rhytid_backends::BACKENDS {
-        if let Some((backend, error)) = failed.iter().find(|(name, _)| *name == backend.name) {
-            missing.push(Missing { backend, why: error.to_string() });
-        } else if !devices.iter().any(|device| device.backend == backend.name) {
-            missing.push(Missing { backend: backend.name, why: how_to_get(backend.name).to_owned() });
-        }
-    }
-    let built_without = rhytid_backends::LEFT_OUT.iter();
-    missing.extend(built_without.map(|&(backend, how)| Missing {
-        backend,
-        why: format!("this program was built without it; {how}"),
-    }));
-    Presence { devices, missing }
-}
-
-/// What a backend without devices lacks.
-fn how_to_get(backend: &str) -> &'static str {
-    match backend {
-        "vulkan" => {
-            "no Vulkan driver was found; install your GPU's, or Mesa's (Debian: mesa-vulkan-drivers libvulkan1)"
-        }
-        "opencl" => {
-            "no OpenCL platform was found; install your GPU's, or PoCL, which runs on any CPU (Debian: pocl-opencl-icd)"
-        }
-        "wgpu" => "neither Vulkan, Metal, Direct3D 12 nor OpenGL was found; install your GPU's driver",
-        _ => "no device was found",
-    }
-}
-
 /// Every device present; a backend whose driver fails is a warning, since the others still work.
 fn present() -> Vec<DeviceInfo> {
     let Found { devices, failed } = rhytid_backends::devices();
@@ -77,10 +27,10 @@ fn present() -> Vec<DeviceInfo> {
 /// # Errors
 /// [`Error::Device`] lists those present: a device asked for and absent is never replaced by another.
 pub fn find(id: &str) -> Result<DeviceInfo> {
-    let present = present();
-    if let Some(device) = present.iter().find(|device| device.id() == id) {
-        return Ok(device.clone());
+    if let Some(device) = rhytid_backends::find(id) {
+        return Ok(device);
     }
+    let present = present();
     let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();
     let backend = id.split(':').next().unwrap_or_default();
     let left_out = rhytid_backends::LEFT_OUT.iter().find(|(name, _)| *name == backend);
@@ -206,8 +156,7 @@ fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)
 
 /// Runs the quick suite on a device, and measures its speed if it passes.
 fn try_out(info: &DeviceInfo, ui: &Ui) -> Result<Tried> {
-    let (failed, frames_per_second) = match rhytid_backends::open(info) {
-        Err(error) => (vec![error.to_string()], 0.0),
+    let outcome = match rhytid_backends::open(info) {
         Ok(device) => {
             let report = run_device(&device, Suite::Quick, |_, _, _| !ui.cancelled());
             if ui.cancelled() {
@@ -215,12 +164,13 @@ fn try_out(info: &DeviceInfo, ui: &Ui) -> Result<Tried> {
             }
             let failed = report.outcomes.iter().filter(|outcome| !outcome.is_acceptable());
             let failed: Vec<String> = failed.map(|outcome| outcome.name.clone()).collect();
-            match measure(&device) {
-                _ if !failed.is_empty() => (failed, 0.0),
-                Ok(speed) => (failed, speed),
-                Err(error) => (vec![error.to_string()], 0.0),
-            }
+            if failed.is_empty() { measure(&device).map_err(|e| vec![e.to_string()]) } else { Err(failed) }
         }
+        Err(error) => Err(vec![error.to_string()]),
+    };
+    let (failed, frames_per_second) = match outcome {
+        Ok(speed) => (Vec::new(), speed),
+        Err(failed) => (failed, 0.0),
     };
     Ok(Tried {
         backend: info.backend.to_owned(),
@@ -274,4 +224,51 @@ fn remember(path: &Path, memory: &Memory) -> Result<()> {
     let mut file = WriteBeside::create(path)?;
     file.write_all(&json).map_err(Error::io(path))?;
     file.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_core::DeviceKind;
+
+    fn tried(name: &str, frames_per_second: f64, failed: &[&str]) -> (DeviceInfo, Tried) {
+        let device = DeviceInfo {
+            backend: "vulkan",
+            index: 0,
+            name: name.into(),
+            driver: "1.0".into(),
+            kind: DeviceKind::DiscreteGpu,
+            memory_bytes: None,
+            max_binding_bytes: None,
+        };
+        let tried = Tried {
+            backend: "vulkan".into(),
+            name: name.into(),
+            driver: "1.0".into(),
+            failed: failed.iter().map(|&name| name.into()).collect(),
+            frames_per_second,
+        };
+        (device, tried)
+    }
+
+    #[test]
+    fn the_fastest_that_passes_comes_first() {
+        let all = vec![
+            tried("slow", 10.0, &[]),
+            tried("fast", 900.0, &[]),
+            tried("wrong", 5000.0, &["normals/holes"]),
+            tried("middling", 200.0, &[]),
+        ];
+        let (devices, why) = rank(all).unwrap();
+        let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
+        assert_eq!(names, ["fast", "middling", "slow"]);
+        assert!(why.contains("fast") && why.contains("fastest of 3") && why.contains("4 found"), "{why}");
+    }
+
+    #[test]
+    fn devices_that_all_fail_are_an_error_that_says_why() {
+        let error = rank(vec![tried("wrong", 0.0, &["normals/holes"])]).unwrap_err().to_string();
+        assert!(error.contains("normals/holes"), "{error}");
+        assert!(rank(Vec::new()).unwrap_err().to_string().contains("no device was found"));
+    }
 }

@@ -50,6 +50,25 @@ fn without_a_single_driver_the_processor_is_left() {
     assert!(missing.contains(&"vulkan") && missing.contains(&"opencl"), "{listing}");
 }
 
+/// Who names a device is not troubled by the drivers of others: here one that is asked for a layer that is not there.
+#[test]
+fn a_device_that_is_named_is_the_only_one_looked_for() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    let broken = |args: &str| {
+        let mut command = f.rhytid(args);
+        command.env("RHYTID_VULKAN_VALIDATION", "1").env("VK_LAYER_PATH", f.path("out"));
+        command.env_remove("VK_ADD_LAYER_PATH");
+        command
+    };
+    let output = broken(&format!("{ANIMATE} --device cpu:0")).output().unwrap();
+    assert!(output.status.success() && !stderr(&output).contains("vulkan"), "{}", stderr(&output));
+    if backends(&listing(&mut rhytid("devices --json")))[0].contains(&"vulkan") {
+        let output = broken(&format!("{ANIMATE} --device cpu:7")).output().unwrap();
+        assert!(stderr(&output).contains("the backend vulkan is left out"), "{}", stderr(&output));
+    }
+}
+
 /// A loader that is no library is as good as none.
 #[cfg(target_os = "linux")]
 #[test]

@@ -1,17 +1,17 @@
 //! `rhytid conform`
 
-use crate::device_choice::{Missing, Presence};
 use crate::progress::Ui;
 use crate::{args, device_choice, exit, output};
+use rhytid_backends::Found;
 use rhytid_conformance::{
-    DeviceReport, Outcome, Report, Suite, no_device, read_bandwidth, required_backends, run_device,
-    unknown_backends,
+    DeviceReport, Outcome, Report, Suite, missing_devices, no_device, read_bandwidth, required_backends,
+    run_device, unknown_backends,
 };
 use rhytid_core::{DeviceInfo, Error, Progress, Result};
 use std::process::ExitCode;
 
-/// Runs the suite and reports. The exit code says whether every device passed and none that `REQUIRE_BACKENDS` names is
-/// missing.
+/// Runs the suite and reports. The exit code says whether every device passed and none that `REQUIRE_BACKENDS` or
+/// `REQUIRE_DEVICES` name is missing.
 ///
 /// # Errors
 /// [`Error::Device`] if the device that was asked for is absent; [`Error::Io`] from writing; [`Error::Cancelled`].
@@ -20,8 +20,9 @@ pub fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     let (devices, without_device) = match &args.device {
         Some(id) => (vec![device_choice::find(id)?], Vec::new()),
         None => {
-            let Presence { devices, missing } = device_choice::presence();
-            (devices, without_device(&missing)?)
+            let found = rhytid_backends::devices();
+            let without_device = without_device(&found)?;
+            (found.devices, without_device)
         }
     };
     let bandwidth = ui.timed("measure the memory", read_bandwidth).0;
@@ -51,11 +52,9 @@ fn examine(info: &DeviceInfo, suite: Suite, ui: &Ui) -> Result<DeviceReport> {
     if ui.cancelled() { Err(Error::Cancelled) } else { Ok(report) }
 }
 
-/// The outcomes of the backends that have no device here.
-fn without_device(missing: &[Missing]) -> Result<Vec<Outcome>> {
-    let required = required_backends();
-    let names = rhytid_backends::BACKENDS.iter().map(|backend| backend.name);
-    let names: Vec<&str> = names.chain(rhytid_backends::LEFT_OUT.iter().map(|(name, _)| *name)).collect();
+/// The outcomes of the backends, and of the devices that are required, that are not here.
+fn without_device(found: &Found) -> Result<Vec<Outcome>> {
+    let (required, names) = (required_backends(), rhytid_backends::names());
     let unknown = unknown_backends(&required, &names);
     if !unknown.is_empty() {
         return Err(Error::input(format!(
@@ -64,5 +63,7 @@ fn without_device(missing: &[Missing]) -> Result<Vec<Outcome>> {
             names.join(", ")
         )));
     }
-    Ok(missing.iter().map(|missing| no_device(missing.backend, &missing.why, &required)).collect())
+    let missing = found.missing();
+    let backends = missing.iter().map(|missing| no_device(missing.backend, &missing.why, &required));
+    Ok(backends.chain(missing_devices(&found.devices)).collect())
 }

@@ -1,7 +1,7 @@
 //! `rhytid devices`
 
-use crate::device_choice::{Missing, Presence};
-use crate::{args, device_choice, human, output};
+use crate::{args, human, output};
+use rhytid_backends::Missing;
 use rhytid_core::{DeviceInfo, DeviceKind, Result};
 use serde::Serialize;
 
@@ -48,13 +48,14 @@ pub fn run(args: &args::Devices) -> Result<()> {
 }
 
 fn listing() -> Listing {
-    let Presence { devices, missing } = device_choice::presence();
-    let devices = devices.into_iter().map(|info| Listed {
+    let found = rhytid_backends::devices();
+    let left_out = found.missing();
+    let devices = found.devices.into_iter().map(|info| Listed {
         id: info.id(),
         software_driver: info.is_software_driver(),
         info,
     });
-    Listing { devices: devices.collect(), left_out: missing }
+    Listing { devices: devices.collect(), left_out }
 }
 
 fn kind(device: &Listed) -> &'static str {

@@ -19,6 +19,15 @@ parameter_block!(
     centers,
 );
 
+impl Params {
+    /// For a rig in one piece, of V vertices, F strain edges, K influences and N centres.
+    pub fn whole(frames: usize, vertices: usize, edges: usize, influences: usize, centers: usize) -> Self {
+        let [frames, vertices, strain_edges, influences, centers] =
+            [frames, vertices, edges, influences, centers].map(|n| n as u32);
+        Self { frames, vertices, first_vertex: 0, part_vertices: vertices, strain_edges, influences, centers }
+    }
+}
+
 /// What the kernel reads of a rig; all but `pose_features` have the vertices of the part alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
