@@ -141,6 +141,7 @@ impl Recipe {
             example_names: (0..examples).map(|j| format!("pose {j}")).collect(),
             faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
             uvs: None,
+            materials: None,
             bending_length: self.unit,
             beta: 1.0 / self.unit,
             triangles,
@@ -150,6 +151,8 @@ impl Recipe {
             frame_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
             pose_features,
             rbf_weights: (0..vertices * centers).map(|_| unit(vector(&mut numbers, 2.0))).collect(),
+            // No kernel reads them.
+            example_handles: vec![[0.0; 3]; examples * handles],
             strain_edges,
             rest,
             handles: handle_vertices,

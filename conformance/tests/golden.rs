@@ -66,7 +66,7 @@ fn solve_case(case: &Case) -> Rig<f64> {
         Faces { counts: vec![3; case.triangles.len()], indices: case.triangles.as_flattened().to_vec() };
     let face = Face {
         name: "golden".into(),
-        neutral: Mesh { positions: case.rest.clone(), faces, uvs: None },
+        neutral: Mesh { positions: case.rest.clone(), faces, ..Mesh::default() },
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
         handles: Handles {

@@ -1,4 +1,4 @@
-use crate::{Faces, UpAxis, Uvs};
+use crate::{Faces, Materials, UpAxis, Uvs};
 use rhytid_kernels::Real;
 
 /// A solved face: immutable plain data, the same for every backend.
@@ -22,6 +22,8 @@ pub struct Rig<T: Real = f32> {
     pub faces: Faces,
     /// The texture coordinates of the neutral mesh, for export.
     pub uvs: Option<Uvs>,
+    /// The materials that the neutral mesh names, for export.
+    pub materials: Option<Materials>,
     /// ℓ in mesh units, as solved with (section 2).
     pub bending_length: f64,
     /// β in 1/mesh unit (section 4); 0 where F ≤ K.
@@ -47,6 +49,8 @@ pub struct Rig<T: Real = f32> {
     pub pose_features: Vec<T>,
     /// w, V×N×3 (section 7), in mesh units.
     pub rbf_weights: Vec<[T; 3]>,
+    /// P×H positions of the handles in the examples, in mesh units: evaluated, they give the examples back.
+    pub example_handles: Vec<[T; 3]>,
 }
 
 impl<T: Real> Rig<T> {
@@ -77,6 +81,7 @@ impl<T: Real> Rig<T> {
             example_names: self.example_names.clone(),
             faces: self.faces.clone(),
             uvs: self.uvs.clone(),
+            materials: self.materials.clone(),
             bending_length: self.bending_length,
             beta: self.beta,
             handles: self.handles.clone(),
@@ -89,6 +94,7 @@ impl<T: Real> Rig<T> {
             frame_neighbors: self.frame_neighbors.clone(),
             pose_features: self.pose_features.iter().map(number).collect(),
             rbf_weights: self.rbf_weights.iter().map(vector).collect(),
+            example_handles: self.example_handles.iter().map(vector).collect(),
         }
     }
 }

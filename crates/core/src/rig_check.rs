@@ -38,6 +38,7 @@ impl Rig {
             ("frame_neighbors", self.frame_neighbors.len(), v),
             ("pose_features", self.pose_features.len(), n.saturating_mul(f)),
             ("rbf_weights", self.rbf_weights.len(), v.saturating_mul(n)),
+            ("example_handles", self.example_handles.len(), (n - 1).saturating_mul(h)),
         ] {
             if found != expected {
                 return fail(format!("{name} has {found} elements, expected {expected}"));
@@ -54,6 +55,7 @@ impl Rig {
         finite("influence_weights", &self.influence_weights)?;
         finite("pose_features", &self.pose_features)?;
         finite("rbf_weights", self.rbf_weights.as_flattened())?;
+        finite("example_handles", self.example_handles.as_flattened())?;
         if let Some(i) = self.influence_weights.iter().position(|a| !(0.0..=1.0).contains(a)) {
             return fail(format!("influence_weights[{i}] is {}, expected 0 to 1", self.influence_weights[i]));
         }
@@ -85,6 +87,9 @@ impl Rig {
         below("face_indices", &self.faces.indices, self.vertices())?;
         if self.faces.triangle_corners(&self.triangles).is_none() {
             return fail("triangles is not made from the faces".into());
+        }
+        if let Some(fault) = self.materials.as_ref().and_then(|materials| materials.fault(&self.faces)) {
+            return fail(fault);
         }
         let Some(uvs) = &self.uvs else { return Ok(()) };
         finite("uvs", uvs.values.as_flattened())?;

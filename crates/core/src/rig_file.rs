@@ -1,7 +1,7 @@
 //! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
 //!
 //! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
-use crate::{Error, Faces, Result, Rig, UpAxis, Uvs, WriteBeside};
+use crate::{Error, Faces, Materials, Result, Rig, UpAxis, Uvs, WriteBeside};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// The version that this program writes and reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
 const METADATA_KEY: &str = "rhytid";
@@ -27,6 +27,9 @@ struct Metadata {
     beta: Option<f64>,
     labels: Vec<String>,
     examples: Vec<String>,
+    /// Where the mesh names any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    materials: Vec<String>,
 }
 
 /// Read apart from the rest, so that a newer file is told from a broken one.
@@ -43,6 +46,17 @@ struct VersionOnly {
 pub fn read(path: &Path) -> Result<Rig> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
     decode(&bytes, &path.display().to_string())
+}
+
+/// What tells one rig file from another: BLAKE3 of its bytes, as 64 hexadecimal digits.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn hash(path: &Path) -> Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    let mut file = std::fs::File::open(path).map_err(Error::io(path))?;
+    std::io::copy(&mut file, &mut hasher).map_err(Error::io(path))?;
+    Ok(hasher.finalize().to_hex().to_string())
 }
 
 /// Writes a rig file; it appears under its name only when it is whole.
@@ -74,6 +88,7 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
         beta: rig.beta.is_finite().then_some(rig.beta),
         labels: rig.labels.clone(),
         examples: rig.example_names.clone(),
+        materials: rig.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
     };
     let json = serde_json::to_string(&metadata).map_err(|e| Error::Internal(e.to_string()))?;
     let mut tensors = vec![
@@ -89,7 +104,11 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
         ("frame_neighbors", u32s(&rig.frame_neighbors), vec![v]),
         ("pose_features", f32s(&rig.pose_features), vec![n, f]),
         ("rbf_weights", f32s(rig.rbf_weights.as_flattened()), vec![v, n, 3]),
+        ("example_handles", f32s(rig.example_handles.as_flattened()), vec![n - 1, h, 3]),
     ];
+    if let Some(materials) = &rig.materials {
+        tensors.push(("face_materials", u32s(&materials.of_face), vec![materials.of_face.len()]));
+    }
     if let Some(uvs) = &rig.uvs {
         tensors.push(("uvs", f32s(uvs.values.as_flattened()), vec![uvs.values.len(), 2]));
         if let Some(corners) = &uvs.corners {
@@ -159,6 +178,13 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         }
         false => None,
     };
+    let materials = match arrays.has("face_materials") || !metadata.materials.is_empty() {
+        true => {
+            let of_face = arrays.u32s("face_materials", &[None])?;
+            Some(Materials { names: metadata.materials, of_face })
+        }
+        false => None,
+    };
     let rig = Rig {
         name: metadata.name,
         metres_per_unit: metadata.metres_per_unit,
@@ -170,6 +196,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
             indices: arrays.u32s("face_indices", &[None])?,
         },
         uvs,
+        materials,
         bending_length: metadata.bending_length,
         beta: metadata.beta.unwrap_or(f64::INFINITY),
         triangles: arrays.u32s("triangles", &[None, Some(3)])?.as_chunks().0.to_vec(),
@@ -179,6 +206,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         frame_neighbors: arrays.u32s("frame_neighbors", &[v])?,
         pose_features: arrays.f32s("pose_features", &[n, Some(strain_edges.len())])?,
         rbf_weights: vectors::<3>(arrays.f32s("rbf_weights", &[v, n, Some(3)])?),
+        example_handles: vectors::<3>(arrays.f32s("example_handles", &[n.map(|n| n - 1), h, Some(3)])?),
         rest,
         handles,
         strain_edges,

@@ -1,4 +1,4 @@
-use crate::{Error, Result};
+use crate::{Error, Result, RigidMotion};
 
 /// Marker tracks: positions of labelled markers over time, in mesh units and head space.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -9,6 +9,8 @@ pub struct Take {
     pub times: Vec<f64>,
     /// frames × M positions.
     pub positions: Vec<[f64; 3]>,
+    /// How the head stands in the world in each frame; `None` where it is not known.
+    pub head: Option<Vec<RigidMotion>>,
 }
 
 impl Take {
@@ -45,10 +47,12 @@ impl Take {
             labels: self.labels.clone(),
             times: self.times[range.clone()].to_vec(),
             positions: self.positions[range.start * m..range.end * m].to_vec(),
+            head: self.head.as_ref().map(|head| head[range].to_vec()),
         }
     }
 
-    /// Sampled at `fps` frames per second from its first time to its last, linearly between frames.
+    /// Sampled at `fps` frames per second from its first time to its last, linearly between frames; the head turns
+    /// evenly between them.
     ///
     /// # Errors
     /// [`Error::Input`] if `fps` is not finite and positive, or more than [`Take::MAX_RESAMPLED`] frames would
@@ -70,7 +74,8 @@ impl Take {
                 Self::MAX_RESAMPLED
             )));
         }
-        let mut out = Take { labels: self.labels.clone(), ..Take::default() };
+        let head = self.head.as_ref().map(|_| Vec::with_capacity(count));
+        let mut out = Take { labels: self.labels.clone(), head, ..Take::default() };
         let mut k = 0;
         for i in 0..count {
             let time = (start + i as f64 / fps).min(end);
@@ -81,6 +86,9 @@ impl Take {
             let step = self.times[next] - self.times[k];
             let s = if step > 0.0 { (time - self.times[k]) / step } else { 0.0 };
             out.times.push(start + i as f64 / fps);
+            if let (Some(head), Some(out)) = (&self.head, &mut out.head) {
+                out.push(head[k].between(&head[next], s));
+            }
             for j in 0..m {
                 let (a, b) = (self.positions[k * m + j], self.positions[next * m + j]);
                 out.positions.push(if s == 1.0 {
@@ -134,6 +142,7 @@ mod tests {
             labels: vec!["a".into()],
             times: times.to_vec(),
             positions: times.iter().map(|t| [*t, 2.0 * t, 1.0]).collect(),
+            head: None,
         }
     }
 
@@ -174,6 +183,7 @@ mod tests {
             labels: ["a", "b", "c"].map(String::from).to_vec(),
             times: vec![0.0],
             positions: vec![[1.0; 3], [2.0; 3], [3.0; 3]],
+            head: None,
         };
         let labels = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
         assert_eq!(take.handle_positions(&labels(&["c", "a"])).unwrap(), [3.0, 3.0, 3.0, 1.0, 1.0, 1.0]);

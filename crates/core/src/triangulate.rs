@@ -118,7 +118,11 @@ mod tests {
     fn mesh(points: &[[f64; 2]]) -> Mesh {
         let mut faces = Faces::default();
         faces.push(&(0..points.len() as u32).collect::<Vec<_>>());
-        Mesh { positions: points.iter().map(|p| [p[0], p[1], 0.3 * p[0]]).collect(), faces, uvs: None }
+        Mesh {
+            positions: points.iter().map(|p| [p[0], p[1], 0.3 * p[0]]).collect(),
+            faces,
+            ..Mesh::default()
+        }
     }
 
     /// Signed area in the x-y plane, by the shoelace formula for the polygon itself.

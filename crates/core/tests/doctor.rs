@@ -470,7 +470,7 @@ prop_compose! {
         }
         Face {
             name: "any".into(),
-            neutral: Mesh { positions, faces, uvs: None },
+            neutral: Mesh { positions, faces, ..Mesh::default() },
             metres_per_unit: 0.05,
             up_axis: UpAxis::Z,
             handles: Handles { labels: (0..handles.len()).map(|h| h.to_string()).collect(), vertices: handles },

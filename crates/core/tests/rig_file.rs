@@ -2,15 +2,17 @@
 mod support;
 
 use proptest::prelude::*;
-use rhytid_core::{Error, NoProgress, Rig, Uvs, rig_file, solve};
+use rhytid_core::{Error, Materials, NoProgress, Rig, Uvs, rig_file, solve};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
-/// A rig of 25 vertices with texture coordinates at the corners, and so with every array.
+/// A rig of 25 vertices with texture coordinates at the corners and materials, and so with every array.
 static RIG: LazyLock<Rig> = LazyLock::new(|| {
     let mut rig = solve(&support::face(), &NoProgress).unwrap().cast::<f32>();
     let values = (0..9u8).map(|i| [f32::from(i) / 8.0, 0.1]).collect();
     rig.uvs = Some(Uvs { values, corners: Some((0..64).map(|c| c % 9).collect()) });
+    let of_face = (0..16).map(|f| if f == 5 { Materials::NONE } else { f % 2 }).collect();
+    rig.materials = Some(Materials { names: vec!["skin".into(), "lips".into()], of_face });
     rig
 });
 
@@ -75,7 +77,7 @@ fn refused(bytes: &[u8], words: &[&str]) {
 fn what_is_written_is_read() {
     let mut face = support::face();
     let corners = RIG.clone();
-    let plain = Rig { uvs: None, ..RIG.clone() };
+    let plain = Rig { uvs: None, materials: None, ..RIG.clone() };
     let per_vertex = Rig { uvs: Some(Uvs { values: vec![[0.25, 1.0]; 25], corners: None }), ..RIG.clone() };
     let infinite = Rig { beta: f64::INFINITY, ..RIG.clone() };
     face.examples.clear();
@@ -150,6 +152,8 @@ fn any_reader_of_safetensors_finds_the_arrays() {
         ("frame_neighbors", "U32", json!([v])),
         ("pose_features", "F32", json!([n, f])),
         ("rbf_weights", "F32", json!([v, n, 3])),
+        ("example_handles", "F32", json!([1, h, 3])),
+        ("face_materials", "U32", json!([16])),
     ];
     assert_eq!(header.as_object().unwrap().len(), expected.len() + 1, "{header}");
     for (name, dtype, shape) in &expected {
@@ -168,12 +172,18 @@ fn any_reader_of_safetensors_finds_the_arrays() {
     assert_eq!(numbers("triangles"), RIG.triangles.as_flattened());
     assert_eq!(numbers("influence_edges"), RIG.influence_edges);
     assert_eq!(numbers("face_indices"), RIG.faces.indices);
+    assert_eq!(numbers("face_materials"), RIG.materials.as_ref().unwrap().of_face);
+    // The handles where the example has them.
+    let face = support::face();
+    let of_example = face.handles.vertices.iter().map(|&v| face.examples[0].positions[v as usize]);
+    let of_example: Vec<f32> = of_example.flatten().map(|x| x as f32).collect();
+    assert_eq!(floats("example_handles"), of_example);
 
     let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
     let expected = json!({
-        "version": 1, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "chapter",
+        "version": 2, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "chapter",
         "bending_length": RIG.bending_length, "beta": RIG.beta,
-        "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"],
+        "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"], "materials": ["skin", "lips"],
     });
     assert_eq!(metadata, expected);
 }
@@ -188,13 +198,13 @@ fn files_cut_short_anywhere() {
 
 #[test]
 fn other_versions_and_other_files() {
-    for version in [0, 2, u32::MAX] {
+    for version in [0, 1, 3, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        refused(&bytes, &[&format!("version {version}, expected 1"), "solve the rig again"]);
+        refused(&bytes, &[&format!("version {version}, expected 2"), "solve the rig again"]);
     }
     // A newer file may have other metadata altogether, and arrays that are missing here.
     let newer = with_metadata(|m| *m = json!({"version": 7}));
-    refused(&newer, &["version 7, expected 1"]);
+    refused(&newer, &["version 7, expected 2"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],
@@ -217,6 +227,8 @@ fn metadata_out_of_range() {
     damaged(&|m| m["beta"] = (-0.5).into(), &["beta is -0.5, expected"]);
     damaged(&|m| m["labels"] = json!(["a", "b", "c", "d"]), &["labels has 4 elements, expected 5"]);
     damaged(&|m| m["labels"] = json!(["a", "b", "c", "b", "e"]), &["labels has b twice"]);
+    damaged(&|m| m["materials"] = json!(["skin"]), &["face 2 refers to material 1, expected one of its 1"]);
+    damaged(&|m| m["materials"] = json!(["skin", "skin"]), &["two materials called “skin”"]);
     damaged(&|m| m["examples"] = json!(["smile", "frown"]), &["`pose_features`", "expected F32 [3, "]);
     // A number that no float64 holds.
     let bytes = with_header(|h| {
@@ -232,7 +244,7 @@ fn metadata_out_of_range() {
 fn arrays_that_are_missing_or_of_another_kind() {
     let (header, _) = parse(&BYTES);
     let arrays: Vec<&String> = header.as_object().unwrap().keys().filter(|k| *k != "__metadata__").collect();
-    assert_eq!(arrays.len(), 14);
+    assert_eq!(arrays.len(), 16);
     for name in arrays {
         // Texture coordinates may be missing, but not apart from their indices.
         if name != "uv_indices" {
@@ -292,7 +304,9 @@ fn indices_past_the_end() {
 
 #[test]
 fn numbers_that_are_none() {
-    for array in ["rest", "basis", "influence_weights", "pose_features", "rbf_weights", "uvs"] {
+    for array in
+        ["rest", "basis", "influence_weights", "pose_features", "rbf_weights", "uvs", "example_handles"]
+    {
         for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let words = [format!("{array}[3] is {number}, expected a finite number")];
             refused(&with_element(array, 3, number.to_le_bytes()), &[&words[0]]);

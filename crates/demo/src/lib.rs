@@ -50,7 +50,7 @@ pub fn face(vertices: usize) -> Face {
     Face {
         name: "demo".into(),
         handles: handles::handles(&grid),
-        neutral: Mesh { positions, uvs: Some(grid.uvs()), faces: grid.faces },
+        neutral: Mesh { positions, uvs: Some(grid.uvs()), faces: grid.faces, materials: None },
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
         examples,

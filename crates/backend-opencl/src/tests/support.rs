@@ -79,6 +79,7 @@ pub fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
         example_names: (0..p).map(|i| i.to_string()).collect(),
         faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
         uvs: None,
+        materials: None,
         bending_length: 1.0,
         beta: 1.0,
         handles: (0..h).map(|i| (i * v / h) as u32).collect(),
@@ -90,6 +91,7 @@ pub fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
         influence_weights: (0..v * k).map(|_| numbers.unit()).collect(),
         frame_neighbors: (0..v).map(|i| ((i + 1) % v) as u32).collect(),
         pose_features: (0..(p + 1) * f).map(|_| 0.3 * numbers.unit()).collect(),
+        example_handles: vec![[0.0; 3]; p * h],
         rbf_weights: (0..v * (p + 1)).map(|_| numbers.vector(0.1)).collect(),
     }
 }

@@ -96,6 +96,7 @@ pub(crate) fn rig(size: Size) -> Rig {
         example_names: (0..poses).map(|p| p.to_string()).collect(),
         faces,
         uvs: None,
+        materials: None,
         bending_length: 1.0,
         beta: 1.0,
         handles: (0..handles).map(handle).collect(),
@@ -114,6 +115,7 @@ pub(crate) fn rig(size: Size) -> Rig {
             .collect(),
         triangles,
         pose_features: [vec![0.0; edges], random.numbers(poses * edges)].concat(),
+        example_handles: vec![[0.0; 3]; poses * handles],
         rbf_weights: vectors(random.numbers(vertices * centers * 3).iter().map(|w| 0.02 * w).collect()),
     }
 }

@@ -75,6 +75,7 @@ pub fn rig(seed: u64, sizes: Sizes) -> Rig {
         example_names: (0..examples).map(|j| format!("pose {j}")).collect(),
         faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
         uvs: None,
+        materials: None,
         bending_length: 1.0,
         beta: 1.0,
         basis: (0..vertices * handles).map(|_| 0.2 * numbers.next()).collect(),
@@ -82,6 +83,7 @@ pub fn rig(seed: u64, sizes: Sizes) -> Rig {
         influence_weights: (0..vertices * influences).map(|_| (numbers.next() + 1.0) / 2.0).collect(),
         frame_neighbors: (0..vertices).map(|v| if v + 1 < vertices { v + 1 } else { v - 1 } as u32).collect(),
         pose_features: (0..centers * edges).map(|_| 0.3 * numbers.next()).collect(),
+        example_handles: vec![[0.0; 3]; examples * handles],
         rbf_weights: (0..vertices * centers)
             .map(|_| std::array::from_fn(|_| 0.05 * numbers.next()))
             .collect(),

@@ -89,6 +89,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         example_names: face.examples.iter().map(|e| e.name.clone()).collect(),
         faces: face.neutral.faces.clone(),
         uvs: face.neutral.uvs.clone(),
+        materials: face.neutral.materials.clone(),
         bending_length,
         beta: influences.beta,
         handles: handles.clone(),
@@ -101,6 +102,11 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         influence_weights: influences.weights,
         pose_features: Vec::new(),
         rbf_weights: Vec::new(),
+        example_handles: face
+            .examples
+            .iter()
+            .flat_map(|e| handles.iter().map(|&v| e.positions[v as usize]))
+            .collect(),
     };
 
     let moves = |v: usize| driven[v] || face.settings.bind == Bind::Nearest;

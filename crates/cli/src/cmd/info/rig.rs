@@ -35,6 +35,7 @@ impl RigInfo {
             positions: rig.rest.iter().map(|p| p.map(f64::from)).collect(),
             faces: rig.faces,
             uvs: rig.uvs,
+            materials: rig.materials,
         };
         Self {
             name: rig.name,

@@ -15,6 +15,8 @@ pub struct Shape {
     triangles: usize,
     /// `none`, `vertex` or `corner`.
     uvs: &'static str,
+    /// The names that faces refer to.
+    materials: Vec<String>,
     bounds: Option<Bounds>,
 }
 
@@ -40,6 +42,7 @@ impl Shape {
                 Some(Uvs { corners: None, .. }) => "vertex",
                 Some(Uvs { corners: Some(_), .. }) => "corner",
             },
+            materials: mesh.materials.as_ref().map(|materials| materials.names.clone()).unwrap_or_default(),
             bounds: mesh.bounds().map(Bounds::from),
         }
     }
@@ -59,6 +62,7 @@ impl Shape {
             row("vertices", human::count(self.vertices)),
             row("faces", format!("{} ({by_corners})", human::count(self.faces))),
             row("texture coordinates", uvs),
+            row("materials", list(&self.materials)),
         ];
         rows.extend(self.bounds.as_ref().map(|b| row("bounds", b.text(unit))));
         rows
