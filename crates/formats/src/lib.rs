@@ -3,7 +3,10 @@
 #![forbid(unsafe_code)]
 
 pub mod export;
+mod gltf;
 pub mod mesh;
 pub mod project;
+pub mod recording;
 pub mod tables;
 pub mod take;
+pub mod usd;

@@ -1,6 +1,6 @@
 use super::scene::first_not_finite;
-use super::{Exporter, Scene};
-use rhytid_core::{Error, Result};
+use super::{Exporter, Frame, Scene, Written};
+use rhytid_core::{Error, Progress, Result};
 use std::path::{Path, PathBuf};
 
 /// Checks the frames on their way to any exporter, so that none has to.
@@ -8,6 +8,8 @@ pub(super) struct Checked {
     exporter: Box<dyn Exporter>,
     path: PathBuf,
     vertices: usize,
+    normals: bool,
+    velocities: bool,
     frames: usize,
     /// Frames passed on.
     done: usize,
@@ -15,14 +17,33 @@ pub(super) struct Checked {
 
 impl Checked {
     pub(super) fn new(exporter: Box<dyn Exporter>, path: &Path, scene: &Scene<'_>) -> Self {
-        Self { exporter, path: path.to_owned(), vertices: scene.rest.len(), frames: scene.frames, done: 0 }
+        Self {
+            exporter,
+            path: path.to_owned(),
+            vertices: scene.rest.len(),
+            normals: scene.rest_normals.is_some(),
+            velocities: scene.velocities,
+            frames: scene.frames,
+            done: 0,
+        }
     }
 
-    fn fault(&self, positions: &[f32], normals: &[f32]) -> Option<String> {
+    fn fault(&self, frame: Frame<'_>) -> Option<String> {
         if self.done == self.frames {
             return Some(format!("one frame more than the {} announced", self.frames));
         }
-        for (what, numbers) in [("positions", positions), ("normals", normals)] {
+        for (what, numbers, wanted) in [
+            ("positions", Some(frame.positions), true),
+            ("normals", frame.normals, self.normals),
+            ("velocities", frame.velocities, self.velocities),
+        ] {
+            let Some(numbers) = numbers.filter(|_| wanted) else {
+                if wanted == numbers.is_some() {
+                    continue;
+                }
+                let (found, expected) = if wanted { ("no ", "some") } else { ("", "none") };
+                return Some(format!("frame {} (from 0) has {found}{what}, expected {expected}", self.done));
+            };
             if numbers.len() != self.vertices * 3 {
                 return Some(format!(
                     "frame {} (from 0) has {} numbers as {what}, expected {} vertices × 3",
@@ -43,16 +64,16 @@ impl Checked {
 }
 
 impl Exporter for Checked {
-    fn frame(&mut self, positions: &[f32], normals: &[f32]) -> Result<()> {
-        if let Some(fault) = self.fault(positions, normals) {
+    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
+        if let Some(fault) = self.fault(frame) {
             return Err(Error::input(format!("{}: {fault}", self.path.display())));
         }
-        self.exporter.frame(positions, normals)?;
+        self.exporter.frame(frame)?;
         self.done += 1;
         Ok(())
     }
 
-    fn finish(self: Box<Self>) -> Result<()> {
+    fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
         if self.done < self.frames {
             return Err(Error::input(format!(
                 "{}: finished after {} frames of {} announced",
@@ -61,6 +82,6 @@ impl Exporter for Checked {
                 self.frames
             )));
         }
-        self.exporter.finish()
+        self.exporter.finish(progress)
     }
 }

@@ -1,4 +1,5 @@
-use rhytid_core::{Error, Faces, Result, UpAxis, Uvs};
+use super::Origin;
+use rhytid_core::{Error, Faces, Materials, Result, Rig, RigidMotion, UpAxis, Uvs};
 
 /// What is known of an animation before its first frame.
 #[derive(Debug, Clone, Copy)]
@@ -7,8 +8,11 @@ pub struct Scene<'a> {
     pub name: &'a str,
     /// V×3 rest positions in mesh units.
     pub rest: &'a [[f32; 3]],
-    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area.
-    pub rest_normals: &'a [[f32; 3]],
+    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area; `None` where the file is to have no
+    /// normals.
+    pub rest_normals: Option<&'a [[f32; 3]]>,
+    /// Whether every frame comes with velocities.
+    pub velocities: bool,
     /// The polygons of the input mesh.
     pub faces: &'a Faces,
     /// The polygons cut into triangles, for formats that have triangles alone: each triangle's three corners
@@ -16,6 +20,10 @@ pub struct Scene<'a> {
     pub triangle_corners: &'a [[u32; 3]],
     /// Texture coordinates of the input mesh.
     pub uvs: Option<&'a Uvs>,
+    /// The materials that the input mesh names.
+    pub materials: Option<&'a Materials>,
+    /// How the head stands in the world in each frame; `None` where it is not known, as if it never moved.
+    pub head: Option<&'a [RigidMotion]>,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
     /// The mesh's up axis.
@@ -26,9 +34,33 @@ pub struct Scene<'a> {
     pub rate: f64,
     /// The time code (frame number) of the first frame.
     pub first_time_code: f64,
+    /// How the animation was made.
+    pub origin: &'a Origin,
 }
 
-impl Scene<'_> {
+impl<'a> Scene<'a> {
+    /// A rig's mesh: one frame at 30 frames per second from time code 0, without normals, velocities and a head's
+    /// motion.
+    pub fn of(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], origin: &'a Origin) -> Self {
+        Self {
+            name: &rig.name,
+            rest: &rig.rest,
+            rest_normals: None,
+            velocities: false,
+            faces: &rig.faces,
+            triangle_corners,
+            uvs: rig.uvs.as_ref(),
+            materials: rig.materials.as_ref(),
+            head: None,
+            metres_per_unit: rig.metres_per_unit,
+            up_axis: rig.up_axis,
+            frames: 1,
+            rate: 30.0,
+            first_time_code: 0.0,
+            origin,
+        }
+    }
+
     /// Checks every length, index and number, so that the exporters can rely on them.
     pub(super) fn check(&self) -> Result<()> {
         match self.fault() {
@@ -37,14 +69,16 @@ impl Scene<'_> {
         }
     }
 
-    fn fault(&self) -> Option<String> {
+    /// What is wrong with it, as a phrase without its subject.
+    pub(super) fn fault(&self) -> Option<String> {
         let vertices = self.rest.len();
         let corners = self.faces.indices.len();
         if vertices == 0 || self.faces.is_empty() {
             return Some(format!("has {vertices} vertices and {} faces, expected some", self.faces.len()));
         }
-        if self.rest_normals.len() != vertices {
-            return Some(format!("has {} rest normals for {vertices} vertices", self.rest_normals.len()));
+        let rest_normals = self.rest_normals.unwrap_or_default();
+        if self.rest_normals.is_some() && rest_normals.len() != vertices {
+            return Some(format!("has {} rest normals for {vertices} vertices", rest_normals.len()));
         }
         if let Some(fault) = self.faces.fault(vertices) {
             return Some(fault);
@@ -58,7 +92,7 @@ impl Scene<'_> {
         if let Some(v) = first_not_finite(self.rest.as_flattened()) {
             return Some(format!("has a rest position that is not finite, at vertex {v}"));
         }
-        if let Some(v) = first_not_finite(self.rest_normals.as_flattened()) {
+        if let Some(v) = first_not_finite(rest_normals.as_flattened()) {
             return Some(format!("has a rest normal that is not finite, at vertex {v}"));
         }
         if !(self.metres_per_unit.is_finite() && self.metres_per_unit > 0.0) {
@@ -77,7 +111,19 @@ impl Scene<'_> {
                 self.frames, self.first_time_code
             ));
         }
-        self.uvs.and_then(|uvs| uvs.fault(vertices, self.faces))
+        if let Some(fault) = self.head.and_then(|head| self.fault_of_head(head)) {
+            return Some(fault);
+        }
+        let of_materials = || self.materials.and_then(|materials| materials.fault(self.faces));
+        self.uvs.and_then(|uvs| uvs.fault(vertices, self.faces)).or_else(of_materials)
+    }
+
+    fn fault_of_head(&self, head: &[RigidMotion]) -> Option<String> {
+        if head.len() != self.frames {
+            return Some(format!("has {} head motions for {} frames", head.len(), self.frames));
+        }
+        let bad = head.iter().position(|motion| !motion.is_rigid())?;
+        Some(format!("has a head motion in frame {bad} (from 0) that is not rigid"))
     }
 }
 

@@ -2,7 +2,7 @@ use rhytid_core::{Error, Mesh, Result};
 
 /// What every reader guarantees: every coordinate is finite and fits a 32-bit float; there is a face; each face
 /// has three corners or more; every index is in range; there are as many texture coordinates as corners or
-/// vertices ask for, all finite. `name` stands for the file in messages.
+/// vertices ask for, all finite; every face's material is one of those named. `name` stands for the file in messages.
 ///
 /// # Errors
 /// [`Error::Input`] names the first thing that is wrong.
@@ -26,7 +26,8 @@ pub fn check(mesh: &Mesh, name: &str) -> Result<()> {
         ));
     }
     let uv_fault = || mesh.uvs.as_ref().and_then(|uvs| uvs.fault(vertices, &mesh.faces));
-    match mesh.faces.fault(vertices).or_else(uv_fault) {
+    let material_fault = || mesh.materials.as_ref().and_then(|materials| materials.fault(&mesh.faces));
+    match mesh.faces.fault(vertices).or_else(uv_fault).or_else(material_fault) {
         Some(fault) => fail(format!("{fault}; the file may be cut short: export it again")),
         None => Ok(()),
     }

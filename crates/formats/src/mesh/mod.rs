@@ -1,11 +1,12 @@
 //! Meshes in: OBJ, PLY and glTF, told apart by their file names. See docs/meshes.md.
 //!
-//! Polygons, vertex order and texture coordinates are kept as the file has them. No reader panics on any
+//! Polygons, vertex order, texture coordinates and the names of materials are kept as the file has them. No reader panics on any
 //! bytes, and none allocates more than a small multiple of them.
 
 mod check;
 mod gltf;
 mod like;
+mod materials;
 mod obj;
 mod ply;
 mod write_obj;

@@ -1,11 +1,11 @@
-//! Wavefront OBJ: `v`, `vt` and `f`. An own reader, so that every message has its line and polygons stay whole.
+//! Wavefront OBJ: `v`, `vt`, `f` and `usemtl`. An own reader, so that every message has its line and polygons stay whole.
 
-use super::{check::representable, uvs_from_corners, warn_partial_uvs};
+use super::{check::representable, materials::Assigned, uvs_from_corners, warn_partial_uvs};
 use rhytid_core::{Error, Mesh, Result};
 use std::borrow::Cow;
 
 /// Statements that say nothing about the surface's shape, or speak of curves, lines and points.
-const IGNORED: [&[u8]; 39] = [
+const IGNORED: [&[u8]; 38] = [
     b"vn",
     b"vp",
     b"o",
@@ -14,7 +14,6 @@ const IGNORED: [&[u8]; 39] = [
     b"mg",
     b"l",
     b"p",
-    b"usemtl",
     b"mtllib",
     b"usemap",
     b"maplib",
@@ -111,6 +110,7 @@ struct Reader<'a> {
     /// As long as every corner so far has one.
     uv_corners: Vec<u32>,
     corners_without_uv: usize,
+    materials: Assigned,
     highest_vertex: Highest,
     highest_uv: Highest,
     unknown: usize,
@@ -129,6 +129,10 @@ impl Reader<'_> {
             Some(b"v") => self.vertex(tokens),
             Some(b"vt") => self.uv(tokens),
             Some(b"f" | b"fo") => self.face(tokens),
+            Some(b"usemtl") => {
+                self.material(line);
+                Ok(())
+            }
             Some(keyword) if IGNORED.contains(&keyword) => Ok(()),
             Some(keyword) => {
                 if self.unknown == 0 {
@@ -181,6 +185,14 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// Names may have blanks in them.
+    fn material(&mut self, line: &[u8]) {
+        let text = String::from_utf8_lossy(line);
+        let text = text.split_once(" #").map_or(&*text, |(before, _comment)| before);
+        let name = text.trim().strip_prefix("usemtl").unwrap_or_default().trim();
+        self.materials.choose((!name.is_empty()).then(|| name.to_owned()));
+    }
+
     fn face<'t>(&mut self, tokens: impl Iterator<Item = &'t [u8]>) -> Result<()> {
         let mut face = std::mem::take(&mut self.face);
         face.clear();
@@ -221,6 +233,7 @@ impl Reader<'_> {
             ));
         }
         self.mesh.faces.push(&face);
+        self.materials.fill(self.mesh.faces.len());
         self.face = face;
         Ok(())
     }
@@ -269,6 +282,7 @@ impl Reader<'_> {
         } else if self.corners_without_uv < corners {
             warn_partial_uvs(self.name, self.corners_without_uv, corners);
         }
+        self.mesh.materials = self.materials.finish();
         Ok(self.mesh)
     }
 

@@ -1,5 +1,5 @@
 use super::check;
-use rhytid_core::{Mesh, Result, WriteBeside};
+use rhytid_core::{Materials, Mesh, Result, WriteBeside};
 use std::io::Write;
 use std::path::Path;
 
@@ -35,7 +35,15 @@ fn write(out: &mut impl Write, mesh: &Mesh) -> std::io::Result<()> {
         out.write_all(b"\n")?;
     }
     let mut corner = 0;
-    for face in mesh.faces.iter() {
+    let mut material = Materials::NONE;
+    for (f, face) in mesh.faces.iter().enumerate() {
+        if let Some(materials) = &mesh.materials
+            && materials.of_face[f] != material
+        {
+            material = materials.of_face[f];
+            let name = materials.names.get(material as usize).map_or("", String::as_str);
+            writeln!(out, "{}", format!("usemtl {}", name.replace(char::is_control, "_")).trim_end())?;
+        }
         out.write_all(b"f")?;
         for &vertex in face {
             // OBJ counts from 1, which a u32 may not hold.

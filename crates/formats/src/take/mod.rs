@@ -1,4 +1,7 @@
-//! Takes: marker tracks as CSV, `time,LABEL_x,LABEL_y,LABEL_z,…` in seconds and mesh units.
+//! Takes: marker tracks as CSV, `time,LABEL_x,LABEL_y,LABEL_z,…` in seconds and mesh units, with the head's motion where
+//! it is known.
+mod head;
+
 use crate::tables::rows::Rows;
 use crate::tables::text::{did_you_mean, listed, quoted};
 use crate::tables::write_checked;
@@ -41,7 +44,8 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
     let mut rows = Rows::open(bytes, name)?;
     let columns = match_columns(&rows, name, wanted)?;
     let m = columns.labels.len();
-    let mut take = Take { labels: columns.labels, ..Take::default() };
+    let head = columns.head.map(|_| Vec::new());
+    let mut take = Take { labels: columns.labels, head, ..Take::default() };
     let mut last_seen = vec![None; m];
     while rows.next()? {
         let frame = take.times.len();
@@ -55,6 +59,10 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
             }
             *last = seen.or(*last);
             take.positions.push(last.unwrap_or_default());
+        }
+        if let (Some(columns), Some(head)) = (columns.head, &mut take.head) {
+            let motion = head::read(&rows, columns, frame, head.last().copied(), missing)?;
+            head.push(motion);
         }
         take.times.push(time);
     }
@@ -83,10 +91,12 @@ struct Columns {
     labels: Vec<String>,
     /// x, y and z of each label.
     markers: Vec<[usize; 3]>,
+    head: Option<[usize; 7]>,
 }
 
 fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Result<Columns> {
-    let Header { time, labels, markers, others } = sort_header(rows, wanted)?;
+    let Header { time, labels, markers, head, others } = sort_header(rows, wanted)?;
+    let head = head::complete(rows, head)?;
     let time = time.ok_or_else(|| {
         rows.error(&format!(
             "the header has no column \"time\"{}, expected time,LABEL_x,LABEL_y,LABEL_z,…",
@@ -127,7 +137,7 @@ fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Resu
             log::warn!("{name}: columns of no handle are left out ({} labels): {listed}", ignored.len());
         }
     }
-    Ok(Columns { time, labels: kept.into_iter().map(str::to_owned).collect(), markers: complete })
+    Ok(Columns { time, labels: kept.into_iter().map(str::to_owned).collect(), markers: complete, head })
 }
 
 /// What the columns of a header are.
@@ -138,7 +148,8 @@ struct Header<'a> {
     labels: Vec<&'a str>,
     /// x, y and z of each label.
     markers: HashMap<&'a str, [Option<usize>; 3]>,
-    /// Columns that are neither the time nor a marker's.
+    head: head::Found,
+    /// Columns of neither the time nor a marker nor the head.
     others: Vec<&'a str>,
 }
 
@@ -148,6 +159,8 @@ fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Head
     for (column, cell) in rows.header().iter().enumerate() {
         let before = if cell == "time" {
             header.time.replace(column)
+        } else if let Some(i) = head::COLUMNS.iter().position(|name| name == cell) {
+            header.head[i].replace(column)
         } else if let Some((label, axis)) = split(cell) {
             let axes = header.markers.entry(label).or_insert_with(|| {
                 header.labels.push(label);
@@ -275,6 +288,15 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
             take.frames()
         )));
     }
+    if let Some(head) = &take.head
+        && head.len() != take.frames()
+    {
+        let (found, expected) = (head.len(), take.frames());
+        return Err(Error::input(format!(
+            "{}: not written: the take has {found} head motions, expected {expected}",
+            path.display()
+        )));
+    }
     let mut csv = csv::Writer::from_writer(Vec::new());
     let mut encode = || -> csv::Result<()> {
         csv.write_field("time")?;
@@ -283,10 +305,14 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
                 csv.write_field(format!("{label}{suffix}"))?;
             }
         }
+        for name in head::COLUMNS.iter().filter(|_| take.head.is_some()) {
+            csv.write_field(name)?;
+        }
         csv.write_record(None::<&[u8]>)?;
         let mut digits = ryu::Buffer::new();
-        for (time, frame) in take.times.iter().zip(take.positions.chunks_exact(m)) {
-            for &value in std::iter::once(time).chain(frame.as_flattened()) {
+        for (i, (time, frame)) in take.times.iter().zip(take.positions.chunks_exact(m)).enumerate() {
+            let head = take.head.as_ref().map(|head| head::cells(&head[i]));
+            for &value in std::iter::once(time).chain(frame.as_flattened()).chain(head.iter().flatten()) {
                 csv.write_field(digits.format(value))?;
             }
             csv.write_record(None::<&[u8]>)?;

@@ -1,6 +1,6 @@
 //! Small animations to export.
-use rhytid_core::{Faces, Result, UpAxis, Uvs};
-use rhytid_formats::export::{self, Scene};
+use rhytid_core::{Faces, Materials, NoProgress, Result, RigidMotion, UpAxis, Uvs};
+use rhytid_formats::export::{self, Frame, Options, Origin, Scene, Written};
 use std::path::Path;
 
 /// 7.038531e-26: that text, read as `f64` and rounded to `f32`, is its neighbour.
@@ -12,15 +12,22 @@ pub struct Animation {
     pub name: String,
     pub rest: Vec<[f32; 3]>,
     pub rest_normals: Vec<[f32; 3]>,
+    /// Whether the exporter is told any normals.
+    pub with_normals: bool,
     pub faces: Faces,
     pub triangle_corners: Vec<[u32; 3]>,
     pub uvs: Option<Uvs>,
+    pub materials: Option<Materials>,
+    pub head: Option<Vec<RigidMotion>>,
     pub metres_per_unit: f64,
     pub up_axis: UpAxis,
     pub rate: f64,
     pub first_time_code: f64,
     /// Positions and normals of each frame.
     pub frames: Vec<[Vec<f32>; 2]>,
+    /// Velocities of each frame.
+    pub velocities: Option<Vec<Vec<f32>>>,
+    pub origin: Origin,
 }
 
 impl Animation {
@@ -28,24 +35,41 @@ impl Animation {
         Scene {
             name: &self.name,
             rest: &self.rest,
-            rest_normals: &self.rest_normals,
+            rest_normals: self.with_normals.then_some(&self.rest_normals),
+            velocities: self.velocities.is_some(),
             faces: &self.faces,
             triangle_corners: &self.triangle_corners,
             uvs: self.uvs.as_ref(),
+            materials: self.materials.as_ref(),
+            head: self.head.as_deref(),
             metres_per_unit: self.metres_per_unit,
             up_axis: self.up_axis,
             frames: self.frames.len(),
             rate: self.rate,
             first_time_code: self.first_time_code,
+            origin: &self.origin,
         }
     }
 
-    pub fn export(&self, path: &Path) -> Result<()> {
-        let mut exporter = export::create(path, &self.scene())?;
-        for [positions, normals] in &self.frames {
-            exporter.frame(positions, normals)?;
+    pub fn frame(&self, i: usize) -> Frame<'_> {
+        let [positions, normals] = &self.frames[i];
+        Frame {
+            positions,
+            normals: self.with_normals.then_some(normals),
+            velocities: self.velocities.as_ref().map(|velocities| velocities[i].as_slice()),
         }
-        exporter.finish()
+    }
+
+    pub fn export(&self, path: &Path) -> Result<Written> {
+        self.export_with(path, &Options::default())
+    }
+
+    pub fn export_with(&self, path: &Path, options: &Options) -> Result<Written> {
+        let mut exporter = export::create(path, &self.scene(), options)?;
+        for i in 0..self.frames.len() {
+            exporter.frame(self.frame(i))?;
+        }
+        exporter.finish(&NoProgress)
     }
 }
 
@@ -104,14 +128,41 @@ pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
         triangle_corners: fans(&faces),
         rest,
         rest_normals,
+        with_normals: true,
         faces,
         uvs,
+        materials: None,
+        head: None,
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
         rate: 30.0,
         first_time_code: 1.0,
         frames,
+        velocities: None,
+        origin: Origin {
+            version: "1.2.3".into(),
+            rig: "0123456789abcdef".into(),
+            stage: "full".into(),
+            first_frame: 7,
+            end_frame: 5_000_000_000,
+            fps: 30.0 / 1.001,
+            missing: "hold".into(),
+        },
     }
+}
+
+/// The same with everything that a scene may have: velocities, materials with odd names, and a head that moves.
+pub fn with_everything(uvs: UvKind, frames: usize, seed: u64) -> Animation {
+    let mut animation = animation(uvs, frames, seed);
+    let mut random = Random(seed ^ 0xa5a5);
+    let numbers = animation.rest.len() * 3;
+    let velocities = (0..frames).map(|_| (0..numbers).map(|_| random.unit() * 20.0 - 10.0).collect());
+    animation.velocities = Some(velocities.collect());
+    let names = ["skin 1", "skin-1", "Zähne \"oben\"\n", "1"].map(String::from).to_vec();
+    let of_face = (0..animation.faces.len()).map(|_| random.below(4) as u32).collect();
+    animation.materials = Some(Materials { names, of_face });
+    animation.head = Some((0..frames).map(|_| random.motion()).collect());
+    animation
 }
 
 /// Each polygon as a fan of triangles, by corner.
@@ -161,6 +212,12 @@ impl Random {
                 return v.map(|x| x / length);
             }
         }
+    }
+
+    fn motion(&mut self) -> RigidMotion {
+        let q: [f64; 4] = std::array::from_fn(|_| f64::from(self.unit()) - 0.5);
+        let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        RigidMotion { rotation: q.map(|x| x / length), translation: self.vector(100.0).map(f64::from) }
     }
 
     /// Any finite number: every exponent is as likely.

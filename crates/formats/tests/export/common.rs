@@ -1,9 +1,12 @@
 //! What both formats promise, and the programs that the tests call.
 use crate::animation::{Animation, UvKind, animation};
-use rhytid_core::Error;
-use rhytid_formats::export;
+use rhytid_core::{Error, NoProgress};
+use rhytid_formats::export::{self, Frame, Options};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+/// Of all formats.
+pub const EXTENSIONS: [&str; 6] = ["usd", "usdc", "usda", "usdz", "glb", "gltf"];
 
 /// The repository's root.
 pub fn root() -> PathBuf {
@@ -14,6 +17,14 @@ pub fn root() -> PathBuf {
 pub fn python() -> PathBuf {
     let python = std::env::var_os("RHYTID_PYTHON")
         .map_or_else(|| root().join("target/venv/bin/python"), PathBuf::from);
+    assert!(python.exists(), "{}: not found; run `cargo xtask setup` first", python.display());
+    python
+}
+
+/// Python with the oldest USD that is tested.
+pub fn python_usd_24_3() -> PathBuf {
+    let python = std::env::var_os("RHYTID_PYTHON_USD_24_3")
+        .map_or_else(|| root().join("target/venv-usd-24.3/bin/python"), PathBuf::from);
     assert!(python.exists(), "{}: not found; run `cargo xtask setup` first", python.display());
     python
 }
@@ -37,7 +48,7 @@ pub fn input_error<T>(result: rhytid_core::Result<T>) -> String {
     }
 }
 
-fn files_in(folder: &Path) -> Vec<String> {
+pub fn files_in(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
@@ -48,7 +59,7 @@ fn files_in(folder: &Path) -> Vec<String> {
 
 #[test]
 fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
-    for extension in ["usda", "glb"] {
+    for extension in EXTENSIONS {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(format!("face.{extension}"));
         let animation = animation(UvKind::PerCorner, 3, 1);
@@ -56,43 +67,53 @@ fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
             if let Some(text) = before {
                 std::fs::write(&path, text).unwrap();
             }
-            let mut exporter = export::create(&path, &animation.scene()).unwrap();
-            exporter.frame(&animation.frames[0][0], &animation.frames[0][1]).unwrap();
+            let mut exporter = export::create(&path, &animation.scene(), &Options::default()).unwrap();
+            exporter.frame(animation.frame(0)).unwrap();
             drop(exporter);
             assert_eq!(std::fs::read_to_string(&path).ok().as_deref(), before, "{extension}");
             assert_eq!(files_in(folder.path()).len(), usize::from(before.is_some()), "{extension}");
         }
         animation.export(&path).unwrap();
-        assert_eq!(files_in(folder.path()), [format!("face.{extension}")]);
+        let expected = match extension {
+            "gltf" => vec!["face.bin".into(), "face.gltf".into()],
+            _ => vec![format!("face.{extension}")],
+        };
+        assert_eq!(files_in(folder.path()), expected);
         assert!(std::fs::metadata(&path).unwrap().len() > 1000, "{extension}: replaced what stood there");
     }
 }
 
 #[test]
 fn frames_that_do_not_fit_the_scene_are_refused() {
-    for extension in ["usda", "glb"] {
+    for extension in EXTENSIONS {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(format!("face.{extension}"));
         let animation = animation(UvKind::None, 2, 2);
-        let [positions, normals] = &animation.frames[0];
-        let mut exporter = export::create(&path, &animation.scene()).unwrap();
+        let frame = animation.frame(0);
+        let (positions, normals) = (frame.positions, frame.normals.unwrap());
+        let mut exporter = export::create(&path, &animation.scene(), &Options::default()).unwrap();
 
-        let message = input_error(exporter.frame(&positions[3..], normals));
+        let message = input_error(exporter.frame(Frame { positions: &positions[3..], ..frame }));
         assert!(message.contains("frame 0") && message.contains("99 numbers"), "{message}");
-        let mut bad = normals.clone();
+        let mut bad = normals.to_vec();
         bad[7] = f32::NAN;
-        let message = input_error(exporter.frame(positions, &bad));
+        let message = input_error(exporter.frame(Frame { normals: Some(&bad), ..frame }));
         assert!(message.contains("normals that are not finite, first at vertex 2"), "{message}");
 
-        exporter.frame(positions, normals).unwrap();
-        exporter.frame(positions, normals).unwrap();
-        let message = input_error(exporter.frame(positions, normals));
+        let message = input_error(exporter.frame(Frame { normals: None, ..frame }));
+        assert!(message.contains("frame 0 (from 0) has no normals, expected some"), "{message}");
+        let message = input_error(exporter.frame(Frame { velocities: Some(positions), ..frame }));
+        assert!(message.contains("frame 0 (from 0) has velocities, expected none"), "{message}");
+
+        exporter.frame(frame).unwrap();
+        exporter.frame(frame).unwrap();
+        let message = input_error(exporter.frame(frame));
         assert!(message.contains("more than the 2 announced"), "{message}");
         drop(exporter);
 
-        let mut exporter = export::create(&path, &animation.scene()).unwrap();
-        exporter.frame(positions, normals).unwrap();
-        let message = input_error(exporter.finish());
+        let mut exporter = export::create(&path, &animation.scene(), &Options::default()).unwrap();
+        exporter.frame(frame).unwrap();
+        let message = input_error(exporter.finish(&NoProgress));
         assert!(message.contains("after 1 frames of 2"), "{message}");
         assert_eq!(files_in(folder.path()), [""; 0]);
     }
@@ -120,13 +141,13 @@ fn scenes_that_make_no_sense_are_refused() {
         ("coordinate 6, expected one of its 6", |a| a.uvs.as_mut().unwrap().corners.as_mut().unwrap()[1] = 6),
         ("6 texture coordinates for 34", |a| a.uvs.as_mut().unwrap().corners = None),
     ];
-    for extension in ["usda", "glb"] {
+    for extension in EXTENSIONS {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(format!("face.{extension}"));
         for (expected, damage) in &damages {
             let mut animation = animation(UvKind::PerCorner, 2, 3);
             damage(&mut animation);
-            let message = input_error(export::create(&path, &animation.scene()));
+            let message = input_error(export::create(&path, &animation.scene(), &Options::default()));
             assert!(message.contains(expected), "“{message}” lacks “{expected}”");
         }
         assert_eq!(files_in(folder.path()), [""; 0]);
@@ -138,9 +159,10 @@ fn names_that_cannot_be_written_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let animation = animation(UvKind::None, 1, 4);
     for (name, expected) in
-        [("face.fbx", ".usda or .glb"), ("face", ".usda or .glb"), ("no/face.usda", "does not exist")]
+        [("face.fbx", "as .usd, "), ("face", "as .usd, "), ("no/face.usd", "does not exist")]
     {
-        let message = input_error(export::create(&folder.path().join(name), &animation.scene()));
+        let message =
+            input_error(export::create(&folder.path().join(name), &animation.scene(), &Options::default()));
         assert!(message.contains(expected), "{message}");
     }
     animation.export(&folder.path().join("FACE.USDA")).unwrap();

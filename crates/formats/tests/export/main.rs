@@ -1,7 +1,8 @@
-//! The exporters, read back by others' readers: USD's own library, the `gltf` crate and Khronos' validator.
+//! What all exporters promise, and USD read back by its own library. (glTF is read back in `tests/gltf`.)
 //! The programs come from `cargo xtask setup`.
 
 mod animation;
 mod common;
-mod glb;
-mod usda;
+mod usd;
+mod usd_layers;
+mod usd_shapes;

@@ -1,5 +1,5 @@
 use proptest::prelude::*;
-use rhytid_core::{Error, Faces, Mesh, Uvs};
+use rhytid_core::{Error, Faces, Materials, Mesh, Uvs};
 use rhytid_formats::mesh::{Format, check, decode, read, write_obj};
 
 /// Any mesh that passes `check`, in the form in which it is read: corners only where they say something.
@@ -28,13 +28,28 @@ fn meshes() -> impl Strategy<Value = Mesh> {
                 faces.push(&polygon.iter().map(|c| c.0).collect::<Vec<_>>());
             }
             let corners: Vec<u32> = polygons.iter().flatten().map(|c| c.1).collect();
+            // Some faces have no material, some share one.
+            let mut materials = Materials::default();
+            for polygon in &polygons {
+                if polygon.len() == 5 {
+                    materials.of_face.push(Materials::NONE);
+                    continue;
+                }
+                let name = format!("skin {}", polygon[0].1 % 3);
+                let index = materials.names.iter().position(|n| *n == name).unwrap_or_else(|| {
+                    materials.names.push(name);
+                    materials.names.len() - 1
+                });
+                materials.of_face.push(index as u32);
+            }
+            let materials = (!materials.names.is_empty()).then_some(materials);
             let uvs = match kind {
                 0 => None,
                 1 => Some(Uvs { values, corners: None }),
                 _ if values.len() == positions.len() && corners == faces.indices => None,
                 _ => Some(Uvs { values, corners: Some(corners) }),
             };
-            Mesh { positions, faces, uvs }
+            Mesh { positions, faces, uvs, materials }
         })
 }
 
@@ -59,6 +74,7 @@ fn writes_plain_obj() {
         positions: vec![[0.0, 0.1, -2.5], [1e-7, 1.0, 0.0], [3.0, 1.0, 1.0]],
         faces: Faces { counts: vec![3], indices: vec![2, 0, 1] },
         uvs: Some(Uvs { values: vec![[0.25, 0.1]], corners: Some(vec![0, 0, 0]) }),
+        materials: None,
     };
     write_obj(&path, &mesh).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();

@@ -1,3 +1,4 @@
+use super::super::materials::Assigned;
 use super::super::{uvs_from_corners, warn_partial_uvs};
 use super::accessor::Accessors;
 use super::buffers::Buffers;
@@ -17,6 +18,7 @@ pub(super) fn read(root: &Root, buffers: &Buffers, name: &str) -> Result<Mesh> {
         uvs: Vec::new(),
         uv_corners: Vec::new(),
         corners_without_uv: 0,
+        materials: Assigned::default(),
         skipped: 0,
     };
     for (node, transform) in placed_nodes(root, name)? {
@@ -76,6 +78,7 @@ struct Reader<'a> {
     /// As long as every corner so far has one.
     uv_corners: Vec<u32>,
     corners_without_uv: usize,
+    materials: Assigned,
     /// Primitives of points or lines.
     skipped: usize,
 }
@@ -173,6 +176,9 @@ impl Reader<'_> {
                 first_vertex + corner[2],
             ]);
         }
+        let named = |material: ::gltf::json::Index<_>| self.accessors.root.materials.get(material.value());
+        self.materials.choose(primitive.material.and_then(named).and_then(|material| material.name.clone()));
+        self.materials.fill(self.mesh.faces.len());
         Ok(())
     }
 
@@ -239,6 +245,7 @@ impl Reader<'_> {
         } else if self.corners_without_uv < corners {
             warn_partial_uvs(name, self.corners_without_uv, corners);
         }
+        self.mesh.materials = self.materials.finish();
         Ok(self.mesh)
     }
 

@@ -1,3 +1,5 @@
+//! Numbers as text.
+
 /// The shortest text of a finite `x` that reads back as the same bits, -0 included, also where the reader goes
 /// by way of `f64` as USD and most JSON readers do. At most 16 characters.
 pub(super) fn shortest(digits: &mut ryu::Buffer, x: f32) -> &str {
@@ -9,4 +11,25 @@ pub(super) fn shortest(digits: &mut ryu::Buffer, x: f32) -> &str {
         bits if bits == ROUNDED_TWICE | 1 << 31 => "-7.0385307e-26",
         _ => digits.format_finite(x),
     }
+}
+
+/// The shortest text that reads back as the same `f64`; whole numbers without a point.
+pub(super) fn double(x: f64) -> String {
+    if x.is_nan() {
+        return "nan".into();
+    }
+    if x.is_infinite() {
+        return if x > 0.0 { "inf" } else { "-inf" }.into();
+    }
+    let mut digits = ryu::Buffer::new();
+    let text = digits.format_finite(x);
+    text.strip_suffix(".0").unwrap_or(text).to_owned()
+}
+
+/// [`shortest`], also of a number that is not finite.
+pub(super) fn float(x: f32) -> String {
+    if !x.is_finite() {
+        return double(f64::from(x));
+    }
+    shortest(&mut ryu::Buffer::new(), x).to_owned()
 }

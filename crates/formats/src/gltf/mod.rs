@@ -1,0 +1,7 @@
+//! glTF 2.0 out, and what was written back in: animations and shapes as morph targets. (Other people's meshes are read
+//! by [`crate::mesh`].)
+
+mod meshopt;
+mod morphs;
+pub(crate) mod read;
+pub(crate) mod write;

@@ -1,0 +1,99 @@
+//! Which columns to store: a fit's, turned so that rounding the targets does the least harm.
+//!
+//! The errors of rounded targets reach a frame through its weights. With independent errors of the same size in all
+//! targets, their variance in frame f is the squared length of row f of the weights. The D-optimal design, a weight
+//! for each frame, gives the columns (orthonormal under it) for which the largest of these is as small as it can be.
+//! Among those, the principal axes of the targets are stored, which need the fewest levels.
+
+use super::fit::{Fit, follow, outer};
+use super::linear::{eigen, product};
+use faer::Mat;
+use rhytid_core::Result;
+
+/// Steps of the multiplicative algorithm for the design; it gets within a percent of the best.
+const STEPS: usize = 200;
+
+/// `Y ≈ W T`; the first column of W is 1.
+pub struct Basis {
+    /// The orthonormal columns of the fit, F×n.
+    pub q: Mat<f64>,
+    /// n×n: T is this times Qᵀ Y.
+    pub turn: Mat<f64>,
+    /// F×n.
+    pub weights: Mat<f64>,
+    /// Column-major n×3V.
+    pub t: Vec<f32>,
+}
+
+/// Turns a fit.
+///
+/// # Errors
+/// As [`eigen`].
+pub fn turn(fit: Fit) -> Result<Basis> {
+    let Fit { q, mut t } = fit;
+    let n = q.ncols();
+    let l = cholesky(&moment(&q, &design(&q)));
+    // The first column of L stands for the mean; the others are turned among themselves.
+    let tt = product(product(l.transpose(), outer(&t, n).as_ref()).as_ref(), l.as_ref());
+    let axes = eigen(&Mat::from_fn(n - 1, n - 1, |i, j| tt[(i + 1, j + 1)]))?.vectors;
+    let axes = Mat::from_fn(n, n, |i, j| match (i, j) {
+        (0, _) | (_, 0) => f64::from(u8::from(i == j)),
+        _ => axes[(i - 1, j - 1)],
+    });
+    let turn = product(axes.transpose(), l.transpose());
+    let weights = product(solve(&l, &q).as_ref(), axes.as_ref());
+    follow(&mut t, &turn, n);
+    Ok(Basis { q, turn, weights, t })
+}
+
+/// `Qᵀ diag(d) Q`.
+fn moment(q: &Mat<f64>, d: &[f64]) -> Mat<f64> {
+    let scaled = Mat::from_fn(q.nrows(), q.ncols(), |i, j| d[i] * q[(i, j)]);
+    product(q.transpose(), scaled.as_ref())
+}
+
+/// The D-optimal design for the rows of Q: a weight for each frame, 1 in sum.
+fn design(q: &Mat<f64>) -> Vec<f64> {
+    let (f, n) = (q.nrows(), q.ncols());
+    let mut d = vec![1.0 / f as f64; f];
+    for _ in 0..STEPS {
+        let w = solve(&cholesky(&moment(q, &d)), q);
+        for (i, d) in d.iter_mut().enumerate() {
+            let square: f64 = (0..n).map(|j| w[(i, j)] * w[(i, j)]).sum();
+            *d *= square / n as f64;
+        }
+    }
+    d
+}
+
+/// The lower triangle L with `L Lᵀ = h`, for a positive definite h.
+fn cholesky(h: &Mat<f64>) -> Mat<f64> {
+    let n = h.nrows();
+    let mut l = Mat::<f64>::zeros(n, n);
+    for j in 0..n {
+        for i in j..n {
+            let known: f64 = (0..j).map(|k| l[(i, k)] * l[(j, k)]).sum();
+            let rest = h[(i, j)] - known;
+            l[(i, j)] = if i == j { rest.max(1e-14 * h[(j, j)]).sqrt() } else { rest / l[(j, j)] };
+        }
+    }
+    l
+}
+
+/// `Q L⁻ᵀ`.
+fn solve(l: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
+    let n = l.nrows();
+    let mut w = q.clone();
+    for j in 0..n {
+        for k in 0..j {
+            let factor = l[(j, k)];
+            for i in 0..w.nrows() {
+                w[(i, j)] -= factor * w[(i, k)];
+            }
+        }
+        for i in 0..w.nrows() {
+            w[(i, j)] /= l[(j, j)];
+        }
+    }
+    w
+}

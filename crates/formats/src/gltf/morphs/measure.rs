@@ -1,0 +1,84 @@
+//! How far the numbers of the file are from what came in.
+
+use super::frames::{Attribute, Frames, TASK};
+use super::linear::product;
+use super::{Values, Worst};
+use faer::{Mat, MatRef};
+use rayon::prelude::*;
+use rhytid_core::Result;
+
+/// What a reader computes positions from.
+pub struct Stored<'a> {
+    pub scale: f32,
+    pub translation: [f32; 3],
+    pub base: &'a Values,
+    pub targets: &'a [Values],
+    /// Frames × K.
+    pub weights: &'a [f32],
+}
+
+/// The worst error and the root of the mean squared one, over all vertices and frames. To the worst is added what
+/// float32 may add in any order of the sum: `(K + 6) 2⁻²⁴` times the sum of the sizes of its terms.
+///
+/// # Errors
+/// [`rhytid_core::Error::Io`].
+pub fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst, f64)> {
+    let (f, k) = (frames.frames(), stored.targets.len());
+    let scale = f64::from(stored.scale);
+    let weights = Mat::from_fn(f, k, |i, j| f64::from(stored.weights[i * k + j]));
+    let rounding = (k + 6) as f64 * f64::from(f32::EPSILON) / 2.0;
+    let zero = vec![0.0; 3 * frames.vertices()];
+    let mut worst = Worst { error: -1.0, frame: 0, vertex: 0 };
+    let mut sum = 0.0;
+    for first in frames.blocks() {
+        let block = frames.block(Attribute::Positions, first, &zero)?;
+        let parts: Vec<(Worst, f64)> = block
+            .values
+            .par_chunks(3 * TASK * f)
+            .enumerate()
+            .map(|(part, values)| {
+                let columns = values.len() / f;
+                let start = 3 * (first + part * TASK);
+                let t: Vec<f64> = (0..columns)
+                    .flat_map(|c| stored.targets.iter().map(move |target| scale * target.get(start + c)))
+                    .collect();
+                let moved = product(weights.as_ref(), MatRef::from_column_major_slice(&t, k, columns));
+                let mut worst = Worst { error: -1.0, frame: 0, vertex: 0 };
+                let mut sum = 0.0;
+                for v in 0..columns / 3 {
+                    let columns = [3 * v, 3 * v + 1, 3 * v + 2];
+                    let shift = [0, 1, 2].map(|c| f64::from(stored.translation[c]));
+                    let base = columns.map(|c| scale * stored.base.get(start + c));
+                    let size = |c: usize| {
+                        let targets: f64 = t[columns[c] * k..][..k].iter().map(|t| t.abs()).sum();
+                        shift[c].abs() + base[c].abs() + targets
+                    };
+                    let noise = rounding * length([size(0), size(1), size(2)]);
+                    for i in 0..f {
+                        let d = [0, 1, 2].map(|c| {
+                            let column = columns[c];
+                            shift[c] + base[c] + moved[(i, column)] - f64::from(values[column * f + i])
+                        });
+                        let error = length(d);
+                        sum += error * error;
+                        if error + noise > worst.error {
+                            worst = Worst { error: error + noise, frame: i, vertex: start / 3 + v };
+                        }
+                    }
+                }
+                (worst, sum)
+            })
+            .collect();
+        for part in parts {
+            sum += part.1;
+            if part.0.error > worst.error {
+                worst = part.0;
+            }
+        }
+    }
+    Ok((worst, (sum / (f * frames.vertices()) as f64).sqrt()))
+}
+
+fn length(d: [f64; 3]) -> f64 {
+    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+}

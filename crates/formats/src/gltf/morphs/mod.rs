@@ -1,0 +1,187 @@
+//! A vertex animation as a base mesh and few morph targets.
+//!
+//! [`Frames`] takes the frames one at a time and keeps them in a file; [`Frames::compress`] looks for the fewest
+//! targets with which no vertex of any frame is further from its place than a bound, and returns all numbers as
+//! a glTF file holds them:
+//!
+//! `position(frame, v) = translation + scale · (base[v] + Σ_k weights[frame, k] · targets[k].positions[v])`
+//!
+//! where integers stand for their normalised values (`i8 / 127`, `i16 / 32767`).
+//!
+//! Principal components make the mean error small, while the bound is on the worst vertex, which a few percent of
+//! the vertices decide. So the components are only the start: [`fit`] looks for a matrix of low rank within the
+//! bound of every vertex of every frame, by projecting onto both sets in turn (ADMM). [`search`] finds the least
+//! rank for which that succeeds, [`basis`] turns the result so that rounding does least harm, [`rounding`] makes
+//! the numbers of the file, and [`measure`] says how far these are from what came in.
+
+mod basis;
+mod fit;
+mod frames;
+mod linear;
+mod measure;
+mod normals;
+mod rounding;
+mod search;
+#[cfg(test)]
+mod tests;
+
+pub use frames::Frames;
+
+use rhytid_core::{Error, Progress, Result};
+
+/// What to aim at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// The furthest any vertex may be from its place in any frame, in mesh units; positive and finite.
+    pub max_error: f64,
+    /// More targets than this are refused; `usize::MAX` for no limit.
+    pub most_targets: usize,
+    /// Whether positions are stored as small integers (`KHR_mesh_quantization`).
+    pub quantize: bool,
+}
+
+/// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to four
+/// bytes in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Component type 5126.
+    F32(Vec<f32>),
+    /// Component type 5122, normalised: n stands for n / 32767. Never −32768.
+    I16(Vec<i16>),
+    /// Component type 5120, normalised: n stands for n / 127. Never −128.
+    I8(Vec<i8>),
+}
+
+impl Values {
+    /// What number `i` stands for.
+    fn get(&self, i: usize) -> f64 {
+        match self {
+            Self::F32(values) => f64::from(values[i]),
+            Self::I16(values) => f64::from(values[i]) / 32767.0,
+            Self::I8(values) => f64::from(values[i]) / 127.0,
+        }
+    }
+}
+
+/// One morph target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Offsets of the positions, in units of the node's scale.
+    pub positions: Values,
+    /// Offsets of the normals, where the frames had normals.
+    pub normals: Option<Values>,
+}
+
+/// Where the result is furthest from what came in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Worst {
+    /// In mesh units; an upper bound for a reader that computes in float32.
+    pub error: f64,
+    /// Counted from 0.
+    pub frame: usize,
+    /// Counted from 0.
+    pub vertex: usize,
+}
+
+/// A base mesh, targets and weights; the module has the equation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Morphs {
+    /// The node's scale, the same along each axis; 1 without quantisation.
+    pub scale: f32,
+    /// The node's translation; 0 without quantisation.
+    pub translation: [f32; 3],
+    /// Positions of the base mesh; `F32` or `I16`.
+    pub base: Values,
+    /// Unit normals of the base mesh, where the frames had normals; `F32` or `I8`.
+    pub base_normals: Option<Values>,
+    /// K of them, those that move most first; none if nothing moves further than the bound.
+    pub targets: Vec<Target>,
+    /// Frames × K, each within 0 and 1.
+    pub weights: Vec<f32>,
+    /// The largest error of a vertex in a frame.
+    pub worst: Worst,
+    /// The root of the mean squared distance over all vertices and frames, in mesh units.
+    pub rms: f64,
+}
+
+/// Of the bound, what the truncation to few targets may use where integers need the rest.
+const SHARE_OF_TRUNCATION: f64 = 0.7;
+/// The same where only float32's rounding needs some.
+const SHARE_OF_FLOATS: f64 = 0.98;
+
+/// Times the truncation is repeated with a tighter bound because float32's rounding used up more than was left.
+const TRIES: usize = 4;
+
+impl Frames {
+    /// The fewest targets found that meet `settings.max_error`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no frame or no vertex, if more than `settings.most_targets` are needed, or if the
+    /// bound is finer than float32 allows; [`Error::Io`]; [`Error::Cancelled`].
+    pub fn compress(mut self, settings: &Settings, progress: &dyn Progress) -> Result<Morphs> {
+        let path = self.path().display().to_string();
+        if self.vertices() == 0 || self.frames() == 0 {
+            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+        }
+        if !(settings.max_error.is_finite() && settings.max_error > 0.0) {
+            return Err(Error::input(format!(
+                "{path}: the largest error is {}, expected a positive number",
+                settings.max_error
+            )));
+        }
+        let gram = self.gram(progress)?;
+        let start = linear::principal(&gram.matrix)?;
+        let share = if settings.quantize { SHARE_OF_TRUNCATION } else { SHARE_OF_FLOATS };
+        let mut bound = settings.max_error * share;
+        for _ in 0..TRIES {
+            let Some(found) =
+                search::fewest(&mut self, &gram, &start, bound, settings.most_targets, progress)?
+            else {
+                if settings.most_targets < start.vectors.ncols() - 1 {
+                    return Err(too_many(&path, settings));
+                }
+                break;
+            };
+            let basis = basis::turn(found)?;
+            let morphs = rounding::round(&mut self, &gram, &basis, settings, progress)?;
+            if morphs.worst.error <= settings.max_error {
+                return Ok(morphs);
+            }
+            bound -= 1.2 * (morphs.worst.error - settings.max_error);
+            if bound < 0.25 * share * settings.max_error {
+                break;
+            }
+        }
+        // Nothing but rounding is left with all columns.
+        let q = start.vectors;
+        let t = fit::project(&mut self, frames::Attribute::Positions, &gram.center, &q)?;
+        let basis = basis::turn(fit::Fit { q, t })?;
+        let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
+        Err(too_fine(&path, settings, 2.0 * finest))
+    }
+}
+
+fn too_many(path: &str, settings: &Settings) -> Error {
+    let most = settings.most_targets;
+    Error::input(format!(
+        "{path}: more than {most} morph targets are needed to keep every vertex within {:.3e} mesh units, and \
+         {most} is the most allowed: raise the largest error (--max-error), export fewer frames, write USD, or \
+         lift the limit (--force)",
+        settings.max_error
+    ))
+}
+
+fn too_fine(path: &str, settings: &Settings, expected: f64) -> Error {
+    Error::input(format!(
+        "{path}: an error of at most {:.3e} mesh units is finer than the float32 numbers of a morphed mesh of this \
+         size allow; expected {expected:.3e} or more: raise the largest error (--max-error), or write USD, which is \
+         exact",
+        settings.max_error
+    ))
+}
+
+/// Reports, then fails with [`Error::Cancelled`] if the caller asked to stop.
+fn step(progress: &dyn Progress, name: &'static str, done: usize, total: usize) -> Result<()> {
+    progress.report(name, done as u64, total as u64);
+    if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+}

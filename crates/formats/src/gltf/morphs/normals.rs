@@ -1,0 +1,93 @@
+//! Normals for the weights that the positions have: least squares over the frames.
+
+use super::Values;
+use super::basis::Basis;
+use super::fit::{follow, project};
+use super::frames::{Attribute, Frames};
+use super::rounding::{Span, to_i8};
+use rhytid_core::Result;
+
+/// A base normal shorter than this is made longer only by as much, or its vertex's offsets would grow without bound.
+const SHORTEST: f64 = 0.25;
+
+/// Normals as combinations of the basis's columns.
+pub struct Normals {
+    /// Column-major n×3V.
+    t: Vec<f32>,
+    spans: Vec<Span>,
+    /// V×3, not yet of length 1: the sums at weights 0.
+    base: Vec<[f64; 3]>,
+    /// For each target, its largest offset at the full range of its weights.
+    reach: Vec<f64>,
+}
+
+impl Normals {
+    /// Fits the normals of all frames.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Io`].
+    pub fn fit(frames: &mut Frames, basis: &Basis, spans: &[Span]) -> Result<Self> {
+        let n = spans.len() + 1;
+        let zero = vec![0.0; 3 * frames.vertices()];
+        let mut t = project(frames, Attribute::Normals, &zero, &basis.q)?;
+        follow(&mut t, &basis.turn, n);
+        let at_zero = |t: &[f32]| {
+            f64::from(t[0]) + t[1..].iter().zip(spans).map(|(&t, span)| f64::from(t) * span.zero).sum::<f64>()
+        };
+        let base = t
+            .chunks(3 * n)
+            .map(|vertex| {
+                let mut components = vertex.chunks(n).map(at_zero);
+                [0, 1, 2].map(|_| components.next().unwrap_or(0.0))
+            })
+            .collect();
+        let mut normals = Self { t, spans: spans.to_vec(), base, reach: Vec::new() };
+        let largest = |k: usize| normals.components().map(|i| normals.offset(i, k).abs()).fold(0.0, f64::max);
+        normals.reach = (0..spans.len()).map(largest).collect();
+        Ok(normals)
+    }
+
+    fn components(&self) -> std::ops::Range<usize> {
+        0..3 * self.base.len()
+    }
+
+    /// Offset i of target k at the full range of its weights. A vertex's base and offsets are scaled alike, which
+    /// leaves their direction: the base gets length 1.
+    fn offset(&self, i: usize, k: usize) -> f64 {
+        let n = self.spans.len() + 1;
+        let scale = 1.0 / length(self.base[i / 3]).max(SHORTEST);
+        f64::from(self.t[i * n + k + 1]) * self.spans[k].range * scale
+    }
+
+    /// The largest offset of target k at the full range of its weights.
+    pub fn reach(&self, k: usize) -> f64 {
+        self.reach[k]
+    }
+
+    /// The offsets of target k, whose weights end at `top`.
+    pub fn target(&self, k: usize, top: f64, quantize: bool) -> Values {
+        let offsets = self.components().map(|i| self.offset(i, k) / top);
+        if quantize && self.reach(k) <= top {
+            Values::I8(offsets.map(to_i8).collect())
+        } else {
+            Values::F32(offsets.map(|x| x as f32).collect())
+        }
+    }
+
+    /// The unit normals of the base mesh; (0, 0, 1) where there is none.
+    pub fn base(&self, quantize: bool) -> Values {
+        let unit = self.base.iter().flat_map(|&n| {
+            let l = length(n);
+            if l > 1e-6 { n.map(|x| x / l) } else { [0.0, 0.0, 1.0] }
+        });
+        if quantize {
+            Values::I8(unit.map(to_i8).collect())
+        } else {
+            Values::F32(unit.map(|x| x as f32).collect())
+        }
+    }
+}
+
+fn length(n: [f64; 3]) -> f64 {
+    (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt()
+}

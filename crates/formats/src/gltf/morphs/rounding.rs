@@ -1,0 +1,214 @@
+//! From a basis to the numbers of the file: weights within 0 and 1, offsets as float32 or as small integers.
+//!
+//! A target and its weights can be scaled against each other, so an integer target needs no more levels than there
+//! are steps of a size that matters in its motion: its weights then end below 1. All targets get the same step in
+//! the basis (see [`super::basis`]), the largest with which the bound holds. Most then fit into 8 bits, and into few
+//! of these, which is what a file's compression lives on.
+
+use super::basis::Basis;
+use super::frames::{Frames, Gram};
+use super::measure::{Stored, measure};
+use super::normals::Normals;
+use super::{Morphs, Settings, Target, Values, Worst, step};
+use rayon::prelude::*;
+use rhytid_core::{Progress, Result};
+
+/// The first step that is tried, as a part of the bound.
+const FIRST_STEP: f64 = 0.12;
+/// The next step as a part of the one before, and how many are tried.
+const FINER: f64 = 0.85;
+const STEPS: usize = 24;
+/// What the base mesh's rounding may use of the bound as 16-bit integers; otherwise it is float32.
+const SHARE_OF_BASE: f64 = 0.05;
+
+/// A column of the basis's weights as `zero + range · w` with w from 0 to 1. The range is negative where that leaves
+/// the base mesh, at w = 0, closer to the mean.
+#[derive(Clone, Copy)]
+pub struct Span {
+    pub zero: f64,
+    pub range: f64,
+}
+
+/// How the positions of one target are stored.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    F32,
+    I16,
+    I8,
+}
+
+/// Node, base, targets and their weights' largest values.
+struct Positions {
+    scale: f32,
+    translation: [f32; 3],
+    base: Values,
+    targets: Vec<Values>,
+    tops: Vec<f64>,
+}
+
+/// The numbers of the file and their error, which may be beyond the bound: with integers if no step is fine enough.
+///
+/// # Errors
+/// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Cancelled`].
+pub fn round(
+    frames: &mut Frames,
+    gram: &Gram,
+    basis: &Basis,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Morphs> {
+    const NAME: &str = "round and measure";
+    let spans = spans(basis);
+    let normals = if frames.has_normals() { Some(Normals::fit(frames, basis, &spans)?) } else { None };
+    let tries = if settings.quantize { STEPS } else { 1 };
+    let mut size = FIRST_STEP * settings.max_error;
+    let mut done = 0;
+    let (positions, weights, worst, rms) = loop {
+        step(progress, NAME, done, tries)?;
+        let positions = if settings.quantize {
+            integers(gram, basis, &spans, size, settings.max_error, normals.as_ref())
+        } else {
+            floats(gram, basis, &spans)
+        };
+        let weights = weights(basis, &spans, &positions.tops);
+        let Positions { scale, translation, ref base, ref targets, .. } = positions;
+        let stored = Stored { scale, translation, base, targets, weights: &weights };
+        let (worst, rms): (Worst, f64) = measure(frames, &stored)?;
+        done += 1;
+        if worst.error <= settings.max_error || done == tries {
+            break (positions, weights, worst, rms);
+        }
+        size *= FINER;
+    };
+    step(progress, NAME, tries, tries)?;
+    let Positions { scale, translation, base, targets, tops } = positions;
+    let targets = targets.into_iter().enumerate().map(|(k, positions)| Target {
+        positions,
+        normals: normals.as_ref().map(|normals| normals.target(k, tops[k], settings.quantize)),
+    });
+    let targets = targets.collect();
+    let base_normals = normals.as_ref().map(|normals| normals.base(settings.quantize));
+    Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, rms })
+}
+
+fn spans(basis: &Basis) -> Vec<Span> {
+    (1..basis.weights.ncols())
+        .map(|k| {
+            let column = basis.weights.col(k);
+            let low = column.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let (zero, one) = if low.abs() <= high.abs() { (low, high) } else { (high, low) };
+            Span { zero, range: one - zero }
+        })
+        .collect()
+}
+
+/// Frames × K, the weights of column k from 0 to `tops[k]`.
+fn weights(basis: &Basis, spans: &[Span], tops: &[f64]) -> Vec<f32> {
+    (0..basis.weights.nrows())
+        .flat_map(|frame| {
+            spans.iter().zip(tops).enumerate().map(move |(k, (span, top))| {
+                let w = (basis.weights[(frame, k + 1)] - span.zero) / span.range;
+                (w.clamp(0.0, 1.0) * top) as f32
+            })
+        })
+        .collect()
+}
+
+/// Component i of the base mesh, if column k moves component i by `offset(k)` for each unit of its weights.
+fn base(gram: &Gram, basis: &Basis, spans: &[Span], i: usize, offset: impl Fn(usize) -> f64) -> f64 {
+    let n = spans.len() + 1;
+    let zero: f64 = spans.iter().enumerate().map(|(k, span)| span.zero * offset(k)).sum();
+    f64::from(gram.center[i]) + f64::from(basis.t[i * n]) + zero
+}
+
+fn floats(gram: &Gram, basis: &Basis, spans: &[Span]) -> Positions {
+    let n = spans.len() + 1;
+    let components = 0..gram.center.len();
+    let exact = |i: usize, k: usize| f64::from(basis.t[i * n + k + 1]);
+    let target = |(k, span): (usize, &Span)| {
+        Values::F32(components.clone().into_par_iter().map(|i| (exact(i, k) * span.range) as f32).collect())
+    };
+    let targets = spans.iter().enumerate().map(target).collect();
+    let base =
+        components.clone().into_par_iter().map(|i| base(gram, basis, spans, i, |k| exact(i, k)) as f32);
+    let base = Values::F32(base.collect());
+    Positions { scale: 1.0, translation: [0.0; 3], base, targets, tops: vec![1.0; spans.len()] }
+}
+
+/// `size` is the step in mesh units for a unit of a column's weights.
+fn integers(
+    gram: &Gram,
+    basis: &Basis,
+    spans: &[Span],
+    size: f64,
+    max_error: f64,
+    normals: Option<&Normals>,
+) -> Positions {
+    let n = spans.len() + 1;
+    let components = 0..gram.center.len();
+    let exact = |i: usize, k: usize| f64::from(basis.t[i * n + k + 1]);
+    let reach: Vec<f64> = (0..spans.len())
+        .map(|k| {
+            let largest =
+                components.clone().into_par_iter().map(|i| exact(i, k).abs()).reduce(|| 0.0, f64::max);
+            largest * spans[k].range.abs()
+        })
+        .collect();
+    // The box of the base mesh; rounding the targets moves it a little, hence the margin.
+    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    let smooth: Vec<f64> =
+        components.clone().into_par_iter().map(|i| base(gram, basis, spans, i, |k| exact(i, k))).collect();
+    for (i, x) in smooth.into_iter().enumerate() {
+        let [low, high] = &mut bounds[i % 3];
+        (*low, *high) = (low.min(x), high.max(x));
+    }
+    let translation = bounds.map(|[low, high]| low.midpoint(high) as f32);
+    let margin: f64 = spans.iter().map(|span| size * span.zero.abs()).sum();
+    let half = bounds.iter().map(|[low, high]| (high - low) / 2.0).fold(0.0, f64::max) + margin;
+    let extent =
+        (half * 1.001).max(reach.iter().copied().fold(0.0, f64::max)).max(f64::from(f32::MIN_POSITIVE));
+    let scale = extent as f32;
+    let extent = f64::from(scale);
+
+    let mut tops = vec![1.0; spans.len()];
+    let mut kinds = vec![Kind::F32; spans.len()];
+    for (k, span) in spans.iter().enumerate() {
+        // Offsets of normals are not scaled and end at 1, which keeps the weights from being too small.
+        let least = normals.map_or(0.0, |normals| normals.reach(k)).min(1.0);
+        for (kind, levels) in [(Kind::I8, 127.0), (Kind::I16, 32767.0)] {
+            let top = (levels * size * span.range.abs() / extent).min(1.0);
+            if top >= least && reach[k] <= top * extent * (1.0 + 1e-9) {
+                (kinds[k], tops[k]) = (kind, top);
+                break;
+            }
+        }
+    }
+    let stored = |i: usize, k: usize| exact(i, k) * spans[k].range / (tops[k] * extent);
+    let values = |k: usize| match kinds[k] {
+        Kind::F32 => Values::F32(components.clone().into_par_iter().map(|i| stored(i, k) as f32).collect()),
+        Kind::I16 => Values::I16(components.clone().into_par_iter().map(|i| to_i16(stored(i, k))).collect()),
+        Kind::I8 => Values::I8(components.clone().into_par_iter().map(|i| to_i8(stored(i, k))).collect()),
+    };
+    let targets: Vec<Values> = (0..spans.len()).map(values).collect();
+    let rounded = |i: usize, k: usize| targets[k].get(i) * tops[k] * extent / spans[k].range;
+    let base = components
+        .clone()
+        .into_par_iter()
+        .map(|i| (base(gram, basis, spans, i, |k| rounded(i, k)) - f64::from(translation[i % 3])) / extent);
+    let base = if 3.0_f64.sqrt() / 2.0 * extent / 32767.0 <= SHARE_OF_BASE * max_error {
+        Values::I16(base.map(to_i16).collect())
+    } else {
+        Values::F32(base.map(|x| x as f32).collect())
+    };
+    Positions { scale, translation, base, targets, tops }
+}
+
+fn to_i16(x: f64) -> i16 {
+    (x * 32767.0).round().clamp(-32767.0, 32767.0) as i16
+}
+
+/// The normalised 8-bit integer nearest to x.
+pub fn to_i8(x: f64) -> i8 {
+    (x * 127.0).round().clamp(-127.0, 127.0) as i8
+}

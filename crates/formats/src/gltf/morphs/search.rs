@@ -1,0 +1,78 @@
+//! The least number of targets for which a fit is found.
+
+use super::fit::{self, Fit};
+use super::frames::{Frames, Gram};
+use super::linear::Eigen;
+use super::step;
+use rhytid_core::{Progress, Result};
+
+/// The search starts where principal components leave a mean error of this part of the bound: a face's worst vertex
+/// is some ten times worse than the mean, and a fit to the worst ones gains a little on that.
+const FIRST_GUESS: f64 = 0.15;
+
+/// Fits the search is thought to take, for the reports.
+const FITS: usize = 8;
+
+/// Searches from 0 to `most` targets: in growing steps from a first guess to a number that suffices and one that does
+/// not, then by halves. None if `most` do not suffice.
+///
+/// # Errors
+/// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
+pub fn fewest(
+    frames: &mut Frames,
+    gram: &Gram,
+    start: &Eigen,
+    bound: f64,
+    most: usize,
+    progress: &dyn Progress,
+) -> Result<Option<Fit>> {
+    const NAME: &str = "find morph targets";
+    let most = most.min(start.vectors.ncols() - 1);
+    let total = FITS * fit::ROUNDS;
+    let mut fits = 0;
+    let mut attempt = |targets: usize| {
+        let before = fits * fit::ROUNDS;
+        fits += 1;
+        let mut tick = |round: usize| step(progress, NAME, (before + round).min(total - 1), total);
+        let q = start.vectors.as_ref().subcols(0, targets + 1).to_owned();
+        let found = fit::fit(frames, gram, q, bound, &mut tick)?;
+        log::debug!("{targets} morph targets: {}", if found.is_some() { "enough" } else { "too few" });
+        Ok::<_, rhytid_core::Error>(found)
+    };
+    let mut next = guess(gram, start, bound).min(most);
+    let mut stride = (next / 12).max(1);
+    let mut best: Option<(usize, Fit)> = None;
+    // All numbers below this are too few.
+    let mut least = 0;
+    loop {
+        match attempt(next)? {
+            Some(found) => best = Some((next, found)),
+            None => least = next + 1,
+        }
+        let enough = best.as_ref().map(|best| best.0);
+        next = match enough {
+            Some(enough) if enough <= least => break,
+            None if least > most => break,
+            None => most.min(next + stride),
+            Some(enough) if least == 0 => enough.saturating_sub(stride),
+            Some(enough) => least.midpoint(enough),
+        };
+        stride *= 2;
+    }
+    step(progress, NAME, total, total)?;
+    Ok(best.map(|best| best.1))
+}
+
+/// The number of principal components that leave [`FIRST_GUESS`].
+fn guess(gram: &Gram, start: &Eigen, bound: f64) -> usize {
+    let frames = gram.matrix.nrows();
+    let allowed = (FIRST_GUESS * bound).powi(2) * frames as f64 * gram.moving as f64;
+    let mut left = 0.0;
+    for (k, value) in start.values.iter().enumerate().rev() {
+        left += value.max(0.0);
+        if left > allowed {
+            return k + 1;
+        }
+    }
+    0
+}

@@ -1,0 +1,223 @@
+//! What the JSON says: where everything is, and what it stands for.
+
+use super::super::meshopt;
+use crate::export::Origin;
+use ::gltf::json::Root;
+use ::gltf::json::animation::{Interpolation, Property};
+use ::gltf::json::mesh::{Mode, Primitive, Semantic};
+use ::gltf::json::scene::Node;
+use ::gltf::json::validation::Checked::Valid;
+use glam::{DMat4, DQuat, DVec3};
+use rhytid_core::{Error, Result, UpAxis};
+use serde::Deserialize;
+use std::f64::consts::FRAC_PI_2;
+
+/// Where the numbers are (as accessors), and what else a file says.
+pub(super) struct Layout {
+    pub name: String,
+    pub indices: usize,
+    pub ids: usize,
+    /// Positions and normals of the base mesh. Those without positions are refused.
+    pub base: [Option<usize>; 2],
+    /// The same of each target.
+    pub targets: Vec<[Option<usize>; 2]>,
+    /// The mesh's node: from what is stored to metres with Y up.
+    pub node: DMat4,
+    /// From metres with Y up to mesh units along the mesh's axes.
+    pub to_mesh: DMat4,
+    /// The keys' times, if anything is animated.
+    pub times: Option<usize>,
+    pub weights: Option<usize>,
+    /// Rotations and translations of the head.
+    pub head: Option<[usize; 2]>,
+    pub frames: usize,
+    pub rate: f64,
+    pub first_time_code: f64,
+    pub metres_per_unit: f64,
+    pub up_axis: UpAxis,
+    /// In mesh units.
+    pub stated_error: Option<f64>,
+    pub origin: Option<Origin>,
+}
+
+/// The scene's extras.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Extras {
+    frames: usize,
+    frames_per_second: f64,
+    first_time_code: f64,
+    metres_per_unit: f64,
+    up_axis: Axis,
+    #[serde(default)]
+    rhytid: Option<Origin>,
+    #[serde(default)]
+    error: Option<Stated>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Stated {
+    worst_millimetres: f64,
+}
+
+#[derive(Deserialize)]
+enum Axis {
+    Y,
+    Z,
+}
+
+impl Layout {
+    pub fn of(root: &Root, name: &str) -> Result<Self> {
+        let fault = |what: &str| Error::input(format!("{name}: {what}"));
+        let ours = |what: &str| fault(&format!("{what}; expected a file that `rhytid animate` has written"));
+        let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
+        if let Some(unknown) = root.extensions_required.iter().find(|name| !known.contains(&name.as_str())) {
+            return Err(fault(&format!("requires the extension {unknown}, which Rhytid never writes")));
+        }
+        let scene =
+            root.scenes.get(root.scene.map_or(0, |scene| scene.value())).ok_or(ours("has no scene"))?;
+        let extras = scene.extras.as_ref().ok_or(ours("says nothing of its frames"))?;
+        let extras: Extras = serde_json::from_str(extras.get())
+            .map_err(|e| ours(&format!("does not say of its frames what it should ({e})")))?;
+        if extras.frames == 0 {
+            return Err(fault("has 0 frames, expected at least 1"));
+        }
+        for (what, number) in [("rate", extras.frames_per_second), ("unit", extras.metres_per_unit)] {
+            if !(number.is_finite() && number > 0.0) {
+                return Err(fault(&format!("has a {what} of {number}, expected a number above 0")));
+            }
+        }
+        if !extras.first_time_code.is_finite() {
+            return Err(fault("has a first time code that is not finite"));
+        }
+
+        let (head, mesh_node) =
+            nodes(root, scene).ok_or(ours("has other nodes than a head and a mesh on it"))?;
+        let node = root.nodes.get(mesh_node).ok_or(ours("has no node with a mesh"))?;
+        let mesh = node.mesh.and_then(|mesh| root.meshes.get(mesh.value())).ok_or(ours("has no mesh"))?;
+        let [primitive] = &mesh.primitives[..] else {
+            return Err(ours(&format!("has {} parts of a mesh", mesh.primitives.len())));
+        };
+        let attribute = |semantic| primitive.attributes.get(&Valid(semantic)).map(::gltf::json::Index::value);
+        let base = [attribute(Semantic::Positions), attribute(Semantic::Normals)];
+        let (ids, indices) = (attribute(Semantic::Extras("VERTEX_ID".into())), primitive.indices);
+        let (Some(ids), Some(indices), Some(_), Valid(Mode::Triangles)) =
+            (ids, indices, base[0], primitive.mode)
+        else {
+            return Err(ours("has no triangles of vertices with positions and _VERTEX_ID"));
+        };
+        let targets = targets(primitive);
+        let same = |target: &[Option<usize>; 2]| target.map(|t| t.is_some()) == base.map(|b| b.is_some());
+        if let Some(odd) = targets.iter().position(|target| !same(target)) {
+            return Err(ours(&format!("has a target {odd} (from 0) with other attributes than the mesh")));
+        }
+
+        let up_axis = match extras.up_axis {
+            Axis::Y => UpAxis::Y,
+            Axis::Z => UpAxis::Z,
+        };
+        let mut layout = Self {
+            name: mesh.name.clone().unwrap_or_default(),
+            indices: indices.value(),
+            ids,
+            base,
+            targets,
+            node: local(node),
+            to_mesh: to_mesh(extras.metres_per_unit, up_axis),
+            times: None,
+            weights: None,
+            head: None,
+            frames: extras.frames,
+            rate: extras.frames_per_second,
+            first_time_code: extras.first_time_code,
+            metres_per_unit: extras.metres_per_unit,
+            up_axis,
+            stated_error: extras.error.map(|e| e.worst_millimetres / 1000.0 / extras.metres_per_unit),
+            origin: extras.rhytid,
+        };
+        layout.find_channels(root, mesh_node, head).ok_or(ours("animates something else than a face"))?;
+        if !(layout.to_mesh * layout.node).is_finite() {
+            return Err(fault("has a node whose numbers are not finite; the file is damaged"));
+        }
+        if layout.weights.is_some() == layout.targets.is_empty() || layout.head.is_some() != head.is_some() {
+            return Err(ours("has targets or a head that nothing moves, or the other way round"));
+        }
+        Ok(layout)
+    }
+
+    /// Finds what is animated, on the nodes `mesh` and `head`; `None` if there is anything else.
+    fn find_channels(&mut self, root: &Root, mesh: usize, head: Option<usize>) -> Option<()> {
+        let [mut rotations, mut translations] = [None, None];
+        for animation in &root.animations {
+            for channel in &animation.channels {
+                let sampler = animation.samplers.get(channel.sampler.value())?;
+                let input = sampler.input.value();
+                if *self.times.get_or_insert(input) != input
+                    || sampler.interpolation != Valid(Interpolation::Linear)
+                {
+                    return None;
+                }
+                let node = channel.target.node.value();
+                let place = match channel.target.path {
+                    Valid(Property::MorphTargetWeights) if node == mesh => &mut self.weights,
+                    Valid(Property::Rotation) if Some(node) == head => &mut rotations,
+                    Valid(Property::Translation) if Some(node) == head => &mut translations,
+                    _ => return None,
+                };
+                if place.replace(sampler.output.value()).is_some() {
+                    return None;
+                }
+            }
+        }
+        self.head = match (rotations, translations) {
+            (Some(rotations), Some(translations)) => Some([rotations, translations]),
+            (None, None) => None,
+            _ => return None,
+        };
+        Some(())
+    }
+}
+
+/// The head's node, if there is one, and the mesh's; `None` if there are others.
+fn nodes(root: &Root, scene: &::gltf::json::Scene) -> Option<(Option<usize>, usize)> {
+    let [top] = &scene.nodes[..] else { return None };
+    let node = root.nodes.get(top.value())?;
+    match (node.children.as_deref(), node.mesh) {
+        (None, Some(_)) => Some((None, top.value())),
+        (Some([child]), None) => {
+            let child_node = root.nodes.get(child.value())?;
+            child_node.children.is_none().then_some((Some(top.value()), child.value()))
+        }
+        _ => None,
+    }
+}
+
+fn targets(primitive: &Primitive) -> Vec<[Option<usize>; 2]> {
+    let value = |index: &Option<::gltf::json::Index<_>>| index.map(|index| index.value());
+    let targets = primitive.targets.iter().flatten();
+    targets.map(|target| [value(&target.positions), value(&target.normals)]).collect()
+}
+
+fn local(node: &Node) -> DMat4 {
+    if let Some(matrix) = node.matrix {
+        return DMat4::from_cols_array(&matrix.map(f64::from));
+    }
+    let vector = |v: Option<[f32; 3]>, default| v.map_or(default, |v| DVec3::from_array(v.map(f64::from)));
+    // As a quaternion of 32-bit floats is a unit one only to their precision.
+    let rotation =
+        node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
+    DMat4::from_scale_rotation_translation(
+        vector(node.scale, DVec3::ONE),
+        rotation,
+        vector(node.translation, DVec3::ZERO),
+    )
+}
+
+fn to_mesh(metres_per_unit: f64, up_axis: UpAxis) -> DMat4 {
+    let turn = match up_axis {
+        UpAxis::Y => DMat4::IDENTITY,
+        UpAxis::Z => DMat4::from_rotation_x(FRAC_PI_2),
+    };
+    turn * DMat4::from_scale(DVec3::splat(metres_per_unit.recip()))
+}

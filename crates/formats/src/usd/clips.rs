@@ -1,0 +1,211 @@
+//! Value clips: a layer whose samples are in other files, each active for a range of time codes. USD calls the layers
+//! with the samples clips, and the layer that lists what has samples their manifest. The manifest is a file of its own:
+//! a layer that named itself would lose it when it is renamed, and USD would then play the first clip only, silently.
+
+use super::build::{attribute, prim};
+use super::layer::{Attribute, Fields, Layer, Prim, Property, Reference, Specifier, Value};
+use super::read::{Parts, default_prim, dictionary, field, open};
+use super::surface::custom_data;
+use super::writer::{Encoding, LayerWriter};
+use crate::export::Format;
+use crate::recording::{Recording, Summary};
+use rhytid_core::{Error, Result};
+use std::ffi::OsStr;
+use std::path::{Component, Path, PathBuf};
+
+/// What [`stitch`] wrote.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stitched {
+    /// Bytes of the file, without the parts and the manifest.
+    pub bytes: u64,
+    /// The manifest, which is beside the file.
+    pub manifest: PathBuf,
+    /// The number of parts.
+    pub parts: usize,
+    /// The frames of all parts together.
+    pub frames: usize,
+    /// The time codes of the first and the last frame.
+    pub time_codes: [f64; 2],
+}
+
+/// Writes a USD file that plays `parts`, which stay where they are, one after the other, and its manifest
+/// `NAME.manifest.usda` beside it. The parts may come in any order; the file may be renamed.
+///
+/// # Errors
+/// [`Error::Input`] if a part is no USD file of `rhytid animate`, two are not of the same rig and settings, there is a
+/// gap or an overlap between them, or `output` cannot be written or is one of them; [`Error::Io`].
+pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
+    let encoding = match Format::of(output) {
+        Ok(Format::Usdc) => Encoding::Crate,
+        Ok(Format::Usda) => Encoding::Text,
+        _ => {
+            return Err(Error::input(format!(
+                "{}: parts are stitched into .usd, .usdc or .usda; choose one of these",
+                output.display()
+            )));
+        }
+    };
+    let folder = folder_of(output)?;
+    let manifest = output.with_extension("manifest.usda");
+    let opened = Parts::open(parts)?;
+    let mut assets = Vec::new();
+    for part in opened.parts() {
+        let part_folder = folder_of(&part.path)?;
+        for written in [output, &manifest] {
+            if part_folder == folder && part.path.file_name() == written.file_name() {
+                return Err(Error::input(format!(
+                    "{}: is one of the parts and would be overwritten; choose another name for the output",
+                    written.display()
+                )));
+            }
+        }
+        assets.push(asset(&part.path, &part_folder, &folder)?);
+    }
+    let first_time_codes: Vec<f64> = opened.parts().iter().map(|part| part.first_time_code).collect();
+    let summary = opened.summary();
+    let first = open(&opened.parts()[0].path)?.layer;
+    let animated = animated(&first)?;
+    let declared = Layer { metadata: Fields::new(), prims: declarations(animated).into_iter().collect() };
+    let manifest_asset = asset(&manifest, &folder, &folder)?;
+    let whole = layer(&first, animated, summary, manifest_asset, assets, &first_time_codes);
+
+    let whole = LayerWriter::create(output, encoding, &whole)?;
+    let is_new = !manifest.exists();
+    LayerWriter::create(&manifest, Encoding::Text, &declared)?.finish()?;
+    let bytes = whole.finish().inspect_err(|_| {
+        if is_new {
+            // That it stays behind as well would be the lesser fault.
+            let _ = std::fs::remove_file(&manifest);
+        }
+    })?;
+    let time_codes = [summary.first_time_code, summary.time_code(summary.frames - 1)];
+    Ok(Stitched { bytes, manifest, parts: opened.parts().len(), frames: summary.frames, time_codes })
+}
+
+/// The files that a layer takes its samples from, relative to its own.
+pub(super) struct Clips<'a> {
+    /// In the order of their time codes.
+    pub(super) assets: &'a [String],
+    /// What has samples in them.
+    pub(super) manifest: &'a str,
+}
+
+/// The clips of the layer's default prim; `None` if it has none.
+pub(super) fn clips(layer: &Layer) -> Option<Clips<'_>> {
+    let set = dictionary(dictionary(&default_prim(layer)?.metadata, "clips")?, "default")?;
+    match (field(set, "assetPaths")?, field(set, "manifestAssetPath")?) {
+        (Value::Assets(assets), Value::Asset(manifest)) => Some(Clips { assets, manifest }),
+        _ => None,
+    }
+}
+
+/// The path of something that has samples in the clip `clip` and is not in `manifest`, so that USD plays none of
+/// them; `None` if all is there.
+pub(super) fn undeclared(clip: &Layer, manifest: &Layer) -> Option<String> {
+    fn within(wanted: &Prim, among: &[Prim]) -> Option<String> {
+        let name = &wanted.name;
+        let Some(found) = among.iter().find(|prim| prim.name == *name) else { return Some(format!("/{name}")) };
+        let lacks = |wanted: &&Property| found.properties.iter().all(|found| found.name() != wanted.name());
+        match wanted.properties.iter().find(lacks) {
+            Some(property) => Some(format!("/{name}.{}", property.name())),
+            None => {
+                let below = wanted.children.iter().find_map(|child| within(child, &found.children));
+                below.map(|path| format!("/{name}{path}"))
+            }
+        }
+    }
+    within(&declarations(default_prim(clip)?)?, &manifest.prims)
+}
+
+/// The prim that a part animates.
+fn animated(part: &Layer) -> Result<&Prim> {
+    default_prim(part).ok_or_else(|| Error::Internal("a part has lost its default prim".into()))
+}
+
+/// The layer that plays the clips `assets` from their `first_time_codes` on. `first` is the first one, and `animated`
+/// its default prim.
+fn layer(
+    first: &Layer,
+    animated: &Prim,
+    summary: &Summary,
+    manifest: String,
+    assets: Vec<String>,
+    first_time_codes: &[f64],
+) -> Layer {
+    let path = format!("/{}", animated.name);
+    let [start, end] = [summary.first_time_code, summary.time_code(summary.frames - 1)];
+    // What does not move comes from the first part. References are weaker than clips; a value in this layer would be
+    // stronger, so that it has none.
+    let still = Reference { asset: assets[0].clone(), prim: path.clone() };
+    let active = first_time_codes.iter().enumerate().map(|(i, &time)| [time, i as f64]).collect();
+    let set = vec![
+        ("active".into(), Value::Double2s(active)),
+        ("assetPaths".into(), Value::Assets(assets)),
+        ("manifestAssetPath".into(), Value::Asset(manifest)),
+        ("primPath".into(), Value::String(path)),
+        // Time codes of the whole are those of the parts.
+        ("times".into(), Value::Double2s(vec![[start, start], [end, end]])),
+    ];
+    let clips = Value::Dictionary(vec![("default".into(), Value::Dictionary(set))]);
+
+    let mut root = prim(&animated.type_name, &animated.name);
+    root.metadata.extend(summary.origin.as_ref().map(|origin| ("customData".into(), custom_data(origin))));
+    root.metadata.push(("references".into(), Value::PrependedReferences(vec![still])));
+    root.metadata.push(("clips".into(), clips));
+
+    let of_whole = |(name, value): &(String, Value)| {
+        let value = match name.as_str() {
+            "startTimeCode" => Value::Double(start),
+            "endTimeCode" => Value::Double(end),
+            _ => value.clone(),
+        };
+        (name.clone(), value)
+    };
+    let metadata: Fields = first.metadata.iter().map(of_whole).collect();
+    Layer { metadata, prims: vec![root] }
+}
+
+/// What has samples in `animated` and below, by name and type alone; `None` if nothing has.
+fn declarations(animated: &Prim) -> Option<Prim> {
+    let declare = |property: &Property| match property {
+        Property::Attribute(Attribute { name, type_name, samples: Some(_), .. }) => {
+            Some(Property::Attribute(attribute(type_name, name, None)))
+        }
+        _ => None,
+    };
+    let properties: Vec<Property> = animated.properties.iter().filter_map(declare).collect();
+    let children: Vec<Prim> = animated.children.iter().filter_map(declarations).collect();
+    let some = !properties.is_empty() || !children.is_empty();
+    some.then(|| Prim { specifier: Specifier::Over, properties, children, ..prim("", &animated.name) })
+}
+
+/// The folder that `path` is in, without links.
+fn folder_of(path: &Path) -> Result<PathBuf> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    folder.canonicalize().map_err(Error::io(folder))
+}
+
+/// `path`, which is in `folder`, as a layer in the folder `from` refers to it: relative where that is possible.
+fn asset(path: &Path, folder: &Path, from: &Path) -> Result<String> {
+    let [to, from] = [folder, from].map(|path| path.components().collect::<Vec<_>>());
+    let common = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
+    let down = &to[common..];
+    let name = path.file_name().unwrap_or(OsStr::new(""));
+    let mut elements: Vec<&OsStr> = down.iter().map(|element| element.as_os_str()).collect();
+    elements.push(name);
+    let texts: Option<Vec<&str>> = elements.into_iter().map(OsStr::to_str).collect();
+    let text = texts.filter(|texts| texts.iter().all(|text| !text.contains(['@', '<', '>'])));
+    let text = text.ok_or_else(|| {
+        Error::input(format!(
+            "{}: its name cannot stand in a USD file; rename it without “@”",
+            path.display()
+        ))
+    })?;
+    // Another drive, as some systems have them, cannot be reached from here.
+    if down.iter().any(|element| matches!(element, Component::Prefix(_))) {
+        return Ok(folder.join(name).display().to_string().replace('\\', "/"));
+    }
+    let up = from.len() - common;
+    let begin = if up == 0 { "./".to_owned() } else { "../".repeat(up) };
+    Ok(begin + &text.join("/"))
+}

@@ -1,0 +1,201 @@
+use super::lookup::{attribute, below, default_prim, field, origin};
+use super::{Opened, Samples};
+use crate::recording::{Recording, Summary};
+use crate::usd::layer::{Layer, Prim, Value};
+use rhytid_core::{Error, Faces, Result, UpAxis};
+
+/// An animation that one layer holds.
+pub(crate) struct Animation {
+    /// The file's name.
+    name: String,
+    summary: Summary,
+    samples: Box<dyn Samples>,
+    numbers: Numbers,
+}
+
+/// Under which numbers the samples are.
+struct Numbers {
+    points: usize,
+    normals: Option<usize>,
+    velocities: Option<usize>,
+    head: Option<usize>,
+}
+
+impl Animation {
+    /// Finds the animation in a layer; `name` is the file's.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the layer does not have one mesh below its default prim, with points that have a sample at
+    /// each of consecutive time codes.
+    pub(crate) fn new(opened: Opened, name: String) -> Result<Self> {
+        let Opened { layer, mut samples } = opened;
+        let found = find(&layer, samples.as_mut()).map_err(|fault| match fault {
+            Fault::Found(what) => Error::input(format!("{name}: {what}")),
+            Fault::Unread(error) => error,
+        });
+        found.map(|(summary, numbers)| Self { name, summary, samples, numbers })
+    }
+
+    /// The V vectors of a sample.
+    fn vectors(&mut self, what: &str, number: Option<usize>, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        out.clear();
+        let Some(number) = number else { return Ok(()) };
+        let vertices = self.summary.vertices;
+        match self.samples.read(number, frame)? {
+            Value::Float3s(vectors) if vectors.len() == vertices => *out = vectors.into_flattened(),
+            Value::Float3s(vectors) => {
+                return Err(self.damaged(
+                    what,
+                    frame,
+                    &format!("{} vectors, expected {vertices}", vectors.len()),
+                ));
+            }
+            _ => return Err(self.damaged(what, frame, "another type, expected float3[]")),
+        }
+        Ok(())
+    }
+
+    fn damaged(&self, what: &str, frame: usize, found: &str) -> Error {
+        let (name, time) = (&self.name, self.summary.time_code(frame));
+        Error::input(format!("{name}: its {what} at time code {time} have {found}; export it again"))
+    }
+}
+
+impl Recording for Animation {
+    fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
+    fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        self.vectors("points", Some(self.numbers.points), frame, out)
+    }
+
+    fn normals(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        self.vectors("normals", self.numbers.normals, frame, out)
+    }
+
+    fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        self.vectors("velocities", self.numbers.velocities, frame, out)
+    }
+
+    fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
+        let Some(number) = self.numbers.head else { return Ok(None) };
+        match self.samples.read(number, frame)? {
+            // USD's vectors are rows.
+            Value::Matrix4d(rows) => Ok(Some(std::array::from_fn(|i| std::array::from_fn(|j| rows[j][i])))),
+            _ => Err(self.damaged("head's transforms", frame, "another type, expected matrix4d")),
+        }
+    }
+}
+
+/// Why there is no animation.
+enum Fault {
+    /// What is wrong with the layer.
+    Found(String),
+    /// A sample could not be read.
+    Unread(Error),
+}
+
+impl From<String> for Fault {
+    fn from(what: String) -> Self {
+        Self::Found(what)
+    }
+}
+
+fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), Fault> {
+    let root = default_prim(layer).ok_or_else(|| {
+        "has no default prim, expected that of an exported animation; export it again".to_owned()
+    })?;
+    let meshes = below(root, "Mesh");
+    let [mesh] = meshes[..] else {
+        return Err(Fault::Found(format!(
+            "has {} meshes below its default prim {}, expected the one of an exported animation",
+            meshes.len(),
+            root.name
+        )));
+    };
+    let sampled = |prim: &Prim, name: &str| attribute(prim, name).and_then(|attribute| attribute.samples);
+    let points = sampled(mesh, "points").ok_or_else(|| {
+        format!("its mesh {} has no time samples of points, expected an exported animation", mesh.name)
+    })?;
+    let numbers = Numbers {
+        points,
+        normals: sampled(mesh, "normals"),
+        velocities: sampled(mesh, "velocities"),
+        head: sampled(root, "xformOp:transform"),
+    };
+    let (first_time_code, frames) = check_times(&numbers, samples)?;
+    let vertices = match attribute(mesh, "points").and_then(|points| points.default.as_ref()) {
+        Some(Value::Float3s(rest)) => rest.len(),
+        _ => match samples.read(points, 0).map_err(Fault::Unread)? {
+            Value::Float3s(points) => points.len(),
+            _ => 0,
+        },
+    };
+    // What a layer does not say is what USD takes then.
+    let number = |name: &str, fallback: f64| match field(&layer.metadata, name) {
+        Some(Value::Double(x)) => *x,
+        _ => fallback,
+    };
+    let up_axis = match field(&layer.metadata, "upAxis") {
+        Some(Value::Token(axis)) if axis == "Z" => UpAxis::Z,
+        _ => UpAxis::Y,
+    };
+    let summary = Summary {
+        name: mesh.name.clone(),
+        vertices,
+        faces: faces(mesh, vertices)?,
+        frames,
+        first_time_code,
+        rate: number("timeCodesPerSecond", 24.0),
+        metres_per_unit: number("metersPerUnit", 0.01),
+        up_axis,
+        normals: numbers.normals.is_some(),
+        velocities: numbers.velocities.is_some(),
+        head: numbers.head.is_some(),
+        origin: origin(root),
+        stated_error: None,
+    };
+    Ok((summary, numbers))
+}
+
+/// The first time code and the number of frames, which all that is sampled has.
+fn check_times(numbers: &Numbers, samples: &dyn Samples) -> Result<(f64, usize), String> {
+    let times = samples.times(numbers.points);
+    let Some(&first) = times.first() else {
+        return Err("its points have no time samples, expected one for each frame; export it again".into());
+    };
+    if times.iter().enumerate().any(|(i, &time)| time != first + i as f64) {
+        return Err(format!(
+            "its points do not have a sample at each time code from {first} on, expected that of an exported animation"
+        ));
+    }
+    let others = [("normals", numbers.normals), ("velocities", numbers.velocities), ("head", numbers.head)];
+    for (what, number) in others {
+        if number.is_some_and(|number| samples.times(number) != times) {
+            return Err(format!(
+                "its points and its {what} have samples at other time codes; export it again"
+            ));
+        }
+    }
+    Ok((first, times.len()))
+}
+
+/// The polygons of the mesh.
+fn faces(mesh: &Prim, vertices: usize) -> Result<Faces, String> {
+    let numbers = |name: &str| {
+        let Some(Value::Ints(numbers)) =
+            attribute(mesh, name).and_then(|attribute| attribute.default.as_ref())
+        else {
+            return Err(format!("its mesh {} has no {name}; export it again", mesh.name));
+        };
+        let positive: Result<Vec<u32>, _> = numbers.iter().map(|&x| u32::try_from(x)).collect();
+        positive
+            .map_err(|_| format!("its mesh {} has negative numbers in {name}; export it again", mesh.name))
+    };
+    let faces = Faces { counts: numbers("faceVertexCounts")?, indices: numbers("faceVertexIndices")? };
+    match faces.fault(vertices) {
+        None => Ok(faces),
+        Some(fault) => Err(format!("its mesh {} {fault}; export it again", mesh.name)),
+    }
+}

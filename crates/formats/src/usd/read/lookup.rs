@@ -1,0 +1,67 @@
+//! Finds things in a layer that was read.
+
+use crate::export::Origin;
+use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Value};
+
+/// The field called `name`.
+pub(crate) fn field<'a>(fields: &'a Fields, name: &str) -> Option<&'a Value> {
+    fields.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+}
+
+/// The dictionary called `name`.
+pub(crate) fn dictionary<'a>(fields: &'a Fields, name: &str) -> Option<&'a Fields> {
+    match field(fields, name)? {
+        Value::Dictionary(entries) => Some(entries),
+        _ => None,
+    }
+}
+
+/// The prim that stands for the whole layer.
+pub(crate) fn default_prim(layer: &Layer) -> Option<&Prim> {
+    let Some(Value::Token(name)) = field(&layer.metadata, "defaultPrim") else { return None };
+    layer.prims.iter().find(|prim| prim.name == *name)
+}
+
+/// The attribute of `prim` called `name`.
+pub(crate) fn attribute<'a>(prim: &'a Prim, name: &str) -> Option<&'a Attribute> {
+    prim.properties.iter().find_map(|property| match property {
+        Property::Attribute(attribute) if attribute.name == name => Some(attribute),
+        _ => None,
+    })
+}
+
+/// All prims of the type `type_name` below `prim`.
+pub(super) fn below<'a>(prim: &'a Prim, type_name: &str) -> Vec<&'a Prim> {
+    let mut found = Vec::new();
+    for child in &prim.children {
+        found.extend((child.type_name == type_name).then_some(child));
+        found.extend(below(child, type_name));
+    }
+    found
+}
+
+/// How the animation below the default prim `root` was made, if it says so.
+pub(super) fn origin(root: &Prim) -> Option<Origin> {
+    let fields = dictionary(dictionary(&root.metadata, "customData")?, "rhytid")?;
+    let text = |name: &str| match field(fields, name)? {
+        Value::String(text) => Some(text.clone()),
+        _ => None,
+    };
+    let number = |name: &str| match field(fields, name)? {
+        Value::Int(x) => Some(f64::from(*x)),
+        Value::Double(x) => Some(*x),
+        _ => None,
+    };
+    // Beyond this, doubles have no odd numbers.
+    let frame =
+        |name: &str| number(name).filter(|x| x.fract() == 0.0 && (0.0..=9e15).contains(x)).map(|x| x as u64);
+    Some(Origin {
+        version: text("version")?,
+        rig: text("rig")?,
+        stage: text("stage")?,
+        first_frame: frame("first_frame")?,
+        end_frame: frame("end_frame")?,
+        fps: number("fps")?,
+        missing: text("missing")?,
+    })
+}

@@ -1,0 +1,181 @@
+//! An animation in parts, one file each: what `rhytid stitch` puts together.
+
+use super::animation::Animation;
+use super::open;
+use crate::export::Origin;
+use crate::recording::{Recording, Summary};
+use crate::usd::clips;
+use rhytid_core::{Error, Result};
+use std::path::{Path, PathBuf};
+
+/// One file of the animation.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Part {
+    pub(crate) path: PathBuf,
+    /// Its first frame in the whole.
+    pub(crate) begin: usize,
+    pub(crate) first_time_code: f64,
+    frames: usize,
+    origin: Origin,
+}
+
+/// Parts that follow one another, played as one animation. One file is open at a time.
+pub(crate) struct Parts {
+    parts: Vec<Part>,
+    summary: Summary,
+    /// The part that is open, by its place among all.
+    open: Option<(usize, Animation)>,
+}
+
+impl Parts {
+    /// Opens each file once, and puts them in the order of their time codes.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is none, one cannot be read, two are not of the same rig and settings, or there is a
+    /// gap or an overlap; [`Error::Io`].
+    pub(crate) fn open(paths: &[PathBuf]) -> Result<Self> {
+        let mut whole: Option<(&Path, Summary)> = None;
+        let mut parts = Vec::new();
+        for path in paths {
+            let summary = open_part(path)?.summary().clone();
+            let origin = known_origin(path, &summary)?.clone();
+            match &whole {
+                None => whole = Some((path, summary.clone())),
+                Some((first, expected)) => {
+                    if let Some(difference) = difference(expected, &summary) {
+                        let (path, first) = (path.display(), first.display());
+                        return Err(Error::input(format!(
+                            "{path} and {first} are no parts of one animation: {difference}; export both anew with the \
+                             same rig and settings"
+                        )));
+                    }
+                }
+            }
+            let Summary { frames, first_time_code, .. } = summary;
+            parts.push(Part { path: path.clone(), begin: 0, first_time_code, frames, origin });
+        }
+        let Some((_, mut summary)) = whole else {
+            return Err(Error::input("there are no parts to put together, expected at least one file"));
+        };
+        parts.sort_by(|a, b| a.first_time_code.total_cmp(&b.first_time_code));
+        for i in 1..parts.len() {
+            check_follows(&parts[i - 1], &parts[i])?;
+            parts[i].begin = parts[i - 1].begin + parts[i - 1].frames;
+        }
+        let (first, last) = (&parts[0], &parts[parts.len() - 1]);
+        summary.first_time_code = first.first_time_code;
+        summary.frames = last.begin + last.frames;
+        let [first_frame, end_frame] = [first.origin.first_frame, last.origin.end_frame];
+        summary.origin = Some(Origin { first_frame, end_frame, ..first.origin.clone() });
+        Ok(Self { parts, summary, open: None })
+    }
+
+    /// The files in the order of their time codes; at least one.
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// Opens the part that a frame is in, and says which of its frames it is.
+    fn at(&mut self, frame: usize) -> Result<(&mut Animation, usize)> {
+        let part = self.parts.partition_point(|part| part.begin <= frame) - 1;
+        let Part { path, begin, .. } = &self.parts[part];
+        let animation = match self.open.take() {
+            Some((open, animation)) if open == part => animation,
+            _ => open_part(path)?,
+        };
+        let (_, animation) = self.open.insert((part, animation));
+        Ok((animation, frame - begin))
+    }
+}
+
+impl Recording for Parts {
+    fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
+    fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        let (animation, frame) = self.at(frame)?;
+        animation.positions(frame, out)
+    }
+
+    fn normals(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        let (animation, frame) = self.at(frame)?;
+        animation.normals(frame, out)
+    }
+
+    fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        let (animation, frame) = self.at(frame)?;
+        animation.velocities(frame, out)
+    }
+
+    fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
+        let (animation, frame) = self.at(frame)?;
+        animation.head(frame)
+    }
+}
+
+fn open_part(path: &Path) -> Result<Animation> {
+    let opened = open(path)?;
+    if clips::clips(&opened.layer).is_some() {
+        return Err(Error::input(format!(
+            "{}: is stitched from parts itself; name its parts instead",
+            path.display()
+        )));
+    }
+    Animation::new(opened, path.display().to_string())
+}
+
+fn known_origin<'a>(path: &Path, summary: &'a Summary) -> Result<&'a Origin> {
+    summary.origin.as_ref().ok_or_else(|| {
+        Error::input(format!(
+            "{}: does not say which rig and settings it was made with, expected a file of `rhytid animate`",
+            path.display()
+        ))
+    })
+}
+
+/// In what two parts differ that should not, as a phrase; `None` if in nothing.
+fn difference(a: &Summary, b: &Summary) -> Option<String> {
+    let (x, y) = (a.origin.as_ref()?, b.origin.as_ref()?);
+    let has = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
+    let pairs = [
+        ("the rig's hash", y.rig.clone(), x.rig.clone()),
+        ("the stage", y.stage.clone(), x.stage.clone()),
+        ("--fps", y.fps.to_string(), x.fps.to_string()),
+        ("--missing", y.missing.clone(), x.missing.clone()),
+        ("frames per second", b.rate.to_string(), a.rate.to_string()),
+        ("metres per unit", b.metres_per_unit.to_string(), a.metres_per_unit.to_string()),
+        ("the up axis", format!("{:?}", b.up_axis), format!("{:?}", a.up_axis)),
+        ("the mesh", b.name.clone(), a.name.clone()),
+        ("the number of vertices", b.vertices.to_string(), a.vertices.to_string()),
+        ("with normals", has(b.normals), has(a.normals)),
+        ("with velocities", has(b.velocities), has(a.velocities)),
+        ("with head motion", has(b.head), has(a.head)),
+    ];
+    let differs = pairs.into_iter().find(|(_, b, a)| a != b);
+    match differs {
+        Some((what, b, a)) => Some(format!("{what}: {b} and {a}")),
+        None => (a.faces != b.faces).then(|| "their faces are others".to_owned()),
+    }
+}
+
+fn check_follows(before: &Part, after: &Part) -> Result<()> {
+    let expected = before.first_time_code + before.frames as f64;
+    let found = after.first_time_code;
+    if found == expected {
+        return Ok(());
+    }
+    let (last, before, after) = (expected - 1.0, before.path.display(), after.path.display());
+    Err(Error::input(if found > expected {
+        format!(
+            "the frames {expected} to {} are in no part: {before} ends with {last} and {after} begins with {found}; \
+             export them or leave out what does not follow",
+            found - 1.0
+        )
+    } else {
+        format!(
+            "{before} and {after} overlap: the first ends with frame {last} and the second begins with {found}, \
+             expected {expected}; export one of them anew"
+        )
+    }))
+}

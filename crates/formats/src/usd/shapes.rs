@@ -1,0 +1,81 @@
+//! Shapes with sliders as USD: a mesh with blend shapes, and an animation with their weights, all 0, on a skeleton of
+//! one joint that does not move the mesh.
+use super::build::{prim, token};
+use super::layer::{Layer, Prim, Value};
+use super::names::identifiers;
+use super::surface::{Surface, integer};
+use super::writer::{Encoding, LayerWriter};
+use crate::export::{Shape, Shapes};
+use rhytid_core::Result;
+use std::path::Path;
+
+/// Writes shapes to a file, and returns its size in bytes.
+///
+/// # Errors
+/// As [`LayerWriter::create`].
+pub(crate) fn write_shapes(path: &Path, encoding: Encoding, shapes: &Shapes<'_>) -> Result<u64> {
+    LayerWriter::create(path, encoding, &layer(shapes)?)?.finish()
+}
+
+fn layer(shapes: &Shapes<'_>) -> Result<Layer> {
+    let mut surface = Surface::new(&shapes.rest_scene(), "SkelRoot")?;
+    let names = identifiers(shapes.shapes.iter().map(|shape| shape.name.as_str()));
+    let root = format!("/{}", surface.root.name);
+    let skeleton = format!("{root}/skeleton");
+    let mesh = &mut surface.mesh;
+    let mesh_path = format!("{root}/{}", mesh.name);
+    mesh.apply("SkelBindingAPI");
+    mesh.set_uniform("token[]", "skel:blendShapes", Value::Tokens(names.clone()));
+    let targets = names.iter().map(|name| format!("{mesh_path}/{name}")).collect();
+    mesh.relate("skel:blendShapeTargets", targets);
+    mesh.relate("skel:skeleton", vec![skeleton.clone()]);
+    for (name, shape) in names.iter().zip(shapes.shapes) {
+        mesh.children.push(blend_shape(name, shape)?);
+    }
+    Ok(surface.into_layer(vec![skeleton_prim(names, &skeleton)]))
+}
+
+/// With the vertices that it moves alone, if a quarter or more stand still.
+fn blend_shape(name: &str, shape: &Shape) -> Result<Prim> {
+    let normals = shape.normal_offsets.as_deref();
+    let moves =
+        |&v: &usize| shape.offsets[v] != [0.0; 3] || normals.is_some_and(|normals| normals[v] != [0.0; 3]);
+    let vertices = shape.offsets.len();
+    let moving: Vec<usize> = (0..vertices).filter(moves).collect();
+    let sparse = moving.len() <= vertices / 4 * 3;
+    let pick = |offsets: &[[f32; 3]]| {
+        Value::Float3s(if sparse { moving.iter().map(|&v| offsets[v]).collect() } else { offsets.to_vec() })
+    };
+    let mut blend_shape = prim("BlendShape", name);
+    let data = vec![("name".into(), Value::String(shape.name.clone()))];
+    blend_shape.metadata.push(("customData".into(), Value::Dictionary(data)));
+    blend_shape.set_uniform("vector3f[]", "offsets", pick(&shape.offsets));
+    if let Some(normals) = normals {
+        blend_shape.set_uniform("vector3f[]", "normalOffsets", pick(normals));
+    }
+    if sparse {
+        let indices = moving.iter().map(|&v| integer(v)).collect::<Result<_>>()?;
+        blend_shape.set_uniform("int[]", "pointIndices", Value::Ints(indices));
+    }
+    Ok(blend_shape)
+}
+
+/// The skeleton at the path `path`, with the weights below it.
+fn skeleton_prim(names: Vec<String>, path: &str) -> Prim {
+    const IDENTITY: [[f64; 4]; 4] =
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+    let mut skeleton = prim("Skeleton", "skeleton");
+    skeleton.apply("SkelBindingAPI");
+    skeleton.set_uniform("token[]", "joints", Value::Tokens(vec!["root".into()]));
+    skeleton.set_uniform("matrix4d[]", "bindTransforms", Value::Matrix4ds(vec![IDENTITY]));
+    skeleton.set_uniform("matrix4d[]", "restTransforms", Value::Matrix4ds(vec![IDENTITY]));
+    // It is nothing to look at.
+    skeleton.set_uniform("token", "purpose", token("guide"));
+    skeleton.relate("skel:animationSource", vec![format!("{path}/weights")]);
+    let mut weights = prim("SkelAnimation", "weights");
+    let zeros = vec![0.0; names.len()];
+    weights.set_uniform("token[]", "blendShapes", Value::Tokens(names));
+    weights.set("float[]", "blendShapeWeights", Value::Floats(zeros));
+    skeleton.children.push(weights);
+    skeleton
+}

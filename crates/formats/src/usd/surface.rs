@@ -1,0 +1,125 @@
+//! What an animation and shapes have in common: the layer's metadata, the default prim, and the mesh at rest.
+use super::build::{attribute, prim, token};
+use super::layer::{Attribute, Fields, Layer, Prim, Value};
+use super::materials;
+use super::names::identifier;
+use crate::export::{Origin, Scene};
+use rhytid_core::{Error, Faces, Result, UpAxis, Uvs};
+
+/// A layer in the making.
+pub(super) struct Surface {
+    pub(super) metadata: Fields,
+    /// The default prim, without children.
+    pub(super) root: Prim,
+    /// The mesh, to be its first child.
+    pub(super) mesh: Prim,
+    /// The materials, to be its last child.
+    pub(super) looks: Option<Prim>,
+}
+
+impl Surface {
+    /// The scene at rest, under a prim of the type `root`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it has more vertices than USD counts.
+    pub(super) fn new(scene: &Scene<'_>, root: &str) -> Result<Self> {
+        let name = identifier(scene.name);
+        let mut root = prim(root, &name);
+        root.metadata.push(("kind".into(), token("component")));
+        root.metadata.push(("customData".into(), custom_data(scene.origin)));
+        let mut mesh = mesh(scene, &format!("{name}_mesh"))?;
+        let scope = format!("/{name}/Looks");
+        let looks = scene.materials.map(|named| materials::bind(&mut mesh, named, &scope)).transpose()?;
+        Ok(Self { metadata: metadata(scene, &name), root, mesh, looks })
+    }
+
+    /// The layer, with these prims between the mesh and the materials.
+    pub(super) fn into_layer(self, between: Vec<Prim>) -> Layer {
+        let mut root = self.root;
+        root.children = std::iter::once(self.mesh).chain(between).chain(self.looks).collect();
+        Layer { metadata: self.metadata, prims: vec![root] }
+    }
+}
+
+fn metadata(scene: &Scene<'_>, name: &str) -> Fields {
+    let up_axis = match scene.up_axis {
+        UpAxis::Y => "Y",
+        UpAxis::Z => "Z",
+    };
+    vec![
+        ("defaultPrim".into(), token(name)),
+        ("metersPerUnit".into(), Value::Double(scene.metres_per_unit)),
+        ("upAxis".into(), token(up_axis)),
+    ]
+}
+
+/// The origin, under the names of its fields.
+pub(super) fn custom_data(origin: &Origin) -> Value {
+    let text = |text: &str| Value::String(text.into());
+    // Frame numbers are small; the largest are kept as well as a double can.
+    let frame = |n: u64| i32::try_from(n).map_or(Value::Double(n as f64), Value::Int);
+    let fields = vec![
+        ("version".into(), text(&origin.version)),
+        ("rig".into(), text(&origin.rig)),
+        ("stage".into(), text(&origin.stage)),
+        ("first_frame".into(), frame(origin.first_frame)),
+        ("end_frame".into(), frame(origin.end_frame)),
+        ("fps".into(), Value::Double(origin.fps)),
+        ("missing".into(), text(&origin.missing)),
+    ];
+    Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])
+}
+
+fn mesh(scene: &Scene<'_>, name: &str) -> Result<Prim> {
+    let mut mesh = prim("Mesh", name);
+    mesh.set_uniform("bool", "doubleSided", Value::Bool(true));
+    mesh.set_uniform("token", "subdivisionScheme", token("none"));
+    let Faces { counts, indices } = scene.faces;
+    mesh.set("int[]", "faceVertexCounts", integers(counts)?);
+    mesh.set("int[]", "faceVertexIndices", integers(indices)?);
+    if let Some(Uvs { values, corners }) = scene.uvs {
+        let interpolation = if corners.is_some() { "faceVarying" } else { "vertex" };
+        mesh.push(Attribute {
+            metadata: vec![("interpolation".into(), token(interpolation))],
+            ..attribute("texCoord2f[]", "primvars:st", Some(Value::Float2s(values.clone())))
+        });
+        if let Some(corners) = corners {
+            mesh.set("int[]", "primvars:st:indices", integers(corners)?);
+        }
+    }
+    mesh.set("point3f[]", "points", Value::Float3s(scene.rest.to_vec()));
+    if let Some(normals) = scene.rest_normals {
+        mesh.push(Attribute {
+            metadata: vec![("interpolation".into(), token("vertex"))],
+            ..attribute("normal3f[]", "normals", Some(Value::Float3s(normals.to_vec())))
+        });
+    }
+    mesh.set("float3[]", "extent", Value::Float3s(extent(scene.rest).to_vec()));
+    Ok(mesh)
+}
+
+/// Smallest and largest coordinates.
+pub(super) fn extent(positions: &[[f32; 3]]) -> [[f32; 3]; 2] {
+    let mut extent = [[f32::MAX; 3], [f32::MIN; 3]];
+    for position in positions {
+        for (axis, &x) in position.iter().enumerate() {
+            extent[0][axis] = extent[0][axis].min(x);
+            extent[1][axis] = extent[1][axis].max(x);
+        }
+    }
+    extent
+}
+
+fn integers(numbers: &[u32]) -> Result<Value> {
+    numbers.iter().map(|&x| integer(x as usize)).collect::<Result<_>>().map(Value::Ints)
+}
+
+/// USD's integers have a sign.
+pub(super) fn integer(x: usize) -> Result<i32> {
+    i32::try_from(x).map_err(|_| {
+        Error::input(format!(
+            "the mesh has the number {x} in its faces, expected at most {} in USD",
+            i32::MAX
+        ))
+    })
+}

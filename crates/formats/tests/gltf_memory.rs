@@ -1,0 +1,65 @@
+//! Memory does not grow with the frames. (A process of its own: what is measured is the most that it ever had.)
+#![cfg(target_os = "linux")]
+
+use rhytid_core::{Faces, NoProgress, UpAxis};
+use rhytid_formats::export::{self, Frame, Options, Origin, Scene};
+use std::path::Path;
+
+const VERTICES: usize = 50_000;
+
+/// The most memory that this process has had, in bytes.
+fn peak() -> usize {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();
+    line.split_whitespace().nth(1).unwrap().parse::<usize>().unwrap() * 1024
+}
+
+fn export(path: &Path, frames: usize, options: &Options) {
+    let rest = vec![[0.5; 3]; VERTICES];
+    let mut faces = Faces::default();
+    faces.push(&[0, 1, 2]);
+    let scene = Scene {
+        name: "face",
+        rest: &rest,
+        rest_normals: Some(&rest),
+        velocities: false,
+        faces: &faces,
+        triangle_corners: &[[0, 1, 2]],
+        uvs: None,
+        materials: None,
+        head: None,
+        metres_per_unit: 0.001,
+        up_axis: UpAxis::Y,
+        frames,
+        rate: 30.0,
+        first_time_code: 0.0,
+        origin: &Origin::default(),
+    };
+    let mut exporter = export::create(path, &scene, options).unwrap();
+    let mut positions = vec![0.0; 3 * VERTICES];
+    let normals = vec![0.5; 3 * VERTICES];
+    for k in 0..frames {
+        positions.iter_mut().enumerate().for_each(|(i, x)| *x = ((i * (k + 1)) as f32 * 0.1).sin());
+        exporter.frame(Frame { positions: &positions, normals: Some(&normals), velocities: None }).unwrap();
+    }
+    exporter.finish(&NoProgress).unwrap();
+}
+
+#[test]
+fn memory_does_not_grow_with_the_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("face.glb");
+    for (quantize, meshopt) in [(false, false), (false, true), (true, true)] {
+        let options = Options { quantize, meshopt, ..Options::default() };
+        export(&path, 4, &options);
+        let before = peak();
+        export(&path, 60, &options);
+        // 56 more frames: 67 MB of numbers as they come in.
+        let more = peak() - before;
+        assert!(more < 8 << 20, "{options:?}: {more} bytes more for 56 more frames");
+        // And what is read.
+        let mut recording = rhytid_formats::recording::open(&path).unwrap();
+        let mut out = Vec::new();
+        (0..60).for_each(|k| recording.positions(k, &mut out).unwrap());
+    }
+}

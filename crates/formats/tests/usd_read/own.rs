@@ -1,0 +1,51 @@
+//! Our own files, read back bit for bit.
+use crate::animation::{Animation, UvKind, animation, with_everything};
+use rhytid_formats::recording;
+use std::path::Path;
+
+fn check(animation: &Animation, path: &Path) {
+    animation.export(path).unwrap();
+    let mut recording = recording::open(path).unwrap();
+    let summary = recording.summary().clone();
+    assert_eq!(summary.vertices, animation.rest.len());
+    assert_eq!(summary.faces, animation.faces);
+    assert_eq!(summary.frames, animation.frames.len());
+    assert_eq!(summary.first_time_code, animation.first_time_code);
+    assert_eq!(summary.rate, animation.rate);
+    assert_eq!(summary.metres_per_unit, animation.metres_per_unit);
+    assert_eq!(summary.up_axis, animation.up_axis);
+    assert_eq!(summary.origin.as_ref(), Some(&animation.origin));
+    assert_eq!(summary.normals, animation.with_normals);
+    assert_eq!(summary.velocities, animation.velocities.is_some());
+    assert_eq!(summary.head, animation.head.is_some());
+    let bits = |numbers: &[f32]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let mut out = Vec::new();
+    // Backwards, so that no order is relied on.
+    for i in (0..animation.frames.len()).rev() {
+        let frame = animation.frame(i);
+        recording.positions(i, &mut out).unwrap();
+        assert_eq!(bits(&out), bits(frame.positions), "{}: positions of frame {i}", path.display());
+        recording.normals(i, &mut out).unwrap();
+        assert_eq!(bits(&out), bits(frame.normals.unwrap_or_default()), "{}: normals", path.display());
+        recording.velocities(i, &mut out).unwrap();
+        assert_eq!(bits(&out), bits(frame.velocities.unwrap_or_default()), "{}: velocities", path.display());
+        let head = animation.head.as_ref().map(|head| head[i].matrix());
+        assert_eq!(recording.head(i).unwrap(), head, "{}: head of frame {i}", path.display());
+    }
+}
+
+#[test]
+fn what_is_exported_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for extension in ["usd", "usdc", "usda", "usdz"] {
+        let path = folder.path().join(format!("face.{extension}"));
+        for uvs in [UvKind::None, UvKind::PerVertex, UvKind::PerCorner] {
+            check(&animation(uvs, 3, 1), &path);
+        }
+        let mut all = with_everything(UvKind::PerCorner, 6, 2);
+        all.first_time_code = -3.0;
+        all.frames[2][0][..4].copy_from_slice(&[-0.0, f32::MAX, 1e-45, crate::animation::ROUNDED_TWICE]);
+        check(&all, &path);
+        check(&Animation { with_normals: false, ..with_everything(UvKind::None, 1, 3) }, &path);
+    }
+}

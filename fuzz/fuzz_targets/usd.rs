@@ -1,0 +1,50 @@
+//! Any bytes as a USD file (binary, text or a package) give a layer and its samples, and perhaps an animation, or an
+//! error.
+#![no_main]
+use libfuzzer_sys::fuzz_target;
+use rhytid_core::Error;
+use rhytid_formats::usd::layer::{Prim, Property};
+use rhytid_formats::usd::read::{Opened, decode, decode_recording};
+
+fuzz_target!(|bytes: &[u8]| {
+    match decode(bytes.to_vec(), "fuzz") {
+        Ok(Opened { layer, mut samples }) => {
+            let mut numbers = Vec::new();
+            layer.prims.iter().for_each(|prim| sampled(prim, &mut numbers));
+            for n in numbers {
+                let times = samples.times(n);
+                assert!(times.is_sorted());
+                for i in 0..times.len().min(20) {
+                    check(samples.read(n, i).err());
+                }
+            }
+        }
+        error => check(error.err()),
+    }
+    match decode_recording(bytes.to_vec(), "fuzz") {
+        Ok(mut recording) => {
+            let summary = recording.summary().clone();
+            assert!(summary.frames > 0 && summary.faces.fault(summary.vertices).is_none());
+            let mut out = Vec::new();
+            match recording.positions(summary.frames - 1, &mut out) {
+                Ok(()) => assert_eq!(out.len(), summary.vertices * 3),
+                error => check(error.err()),
+            }
+        }
+        error => check(error.err()),
+    }
+});
+
+fn sampled(prim: &Prim, numbers: &mut Vec<usize>) {
+    for property in &prim.properties {
+        if let Property::Attribute(attribute) = property {
+            numbers.extend(attribute.samples);
+        }
+    }
+    prim.children.iter().for_each(|child| sampled(child, numbers));
+}
+
+/// A fault of the input is the only one that there may be.
+fn check(error: Option<Error>) {
+    assert!(matches!(error, None | Some(Error::Input(_))), "{error:?}");
+}
