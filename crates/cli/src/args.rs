@@ -22,7 +22,7 @@ Examples:
   rhytid demo
   rhytid doctor FACE.toml
   rhytid solve FACE.toml -o FACE.safetensors
-  rhytid animate FACE.safetensors TAKE.csv -o FACE.usda
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usd
 
 Exit codes:
   0  done
@@ -56,11 +56,43 @@ Examples:
     /// Play a take on a rig and write the animated mesh.
     #[command(after_help = "\
 Examples:
-  rhytid animate FACE.safetensors TAKE.csv -o FACE.usda
-  rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --frames 100..200
-  rhytid animate FACE.safetensors TAKE.csv -o FACE.usda --fps 24 --missing hold
-  rhytid animate FACE.safetensors TAKE.csv -o coarse.usda --stage large-scale --device cpu:0")]
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usd
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --velocities --frames 100..200
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usdz --fps 24 --missing hold
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --compressed --quantize --meshopt
+  rhytid animate FACE.safetensors TAKE.csv -o coarse.usd --stage large-scale --device cpu:0
+
+docs/export.md says which format and which options suit which program.")]
     Animate(Animate),
+
+    /// Put parts of a take, which `animate --frames` wrote, together as one USD file.
+    ///
+    /// OUT refers to the parts by value clips and holds no frames itself: keep it where it finds them.
+    #[command(after_help = "\
+Examples:
+  rhytid stitch part1.usd part2.usd -o FACE.usd
+
+The parts come from, on one machine or on several:
+  rhytid animate FACE.safetensors TAKE.csv -o part1.usd --frames 0..2000
+  rhytid animate FACE.safetensors TAKE.csv -o part2.usd --frames 2000..4000")]
+    Stitch(Stitch),
+
+    /// Write a rig's examples as named shapes, for sliders.
+    #[command(after_help = "\
+Examples:
+  rhytid export-shapes FACE.safetensors -o shapes.glb
+  rhytid export-shapes FACE.safetensors -o shapes.usd --handles
+  rhytid export-shapes FACE.safetensors -o shapes.glb --handles --force")]
+    ExportShapes(ExportShapes),
+
+    /// Read an animation back and compare it with a fresh evaluation.
+    ///
+    /// Exits with 0 if every vertex is where the file promises and with 1 if one is not.
+    #[command(after_help = "\
+Examples:
+  rhytid verify FACE.usd --rig FACE.safetensors --take TAKE.csv
+  rhytid verify FACE.glb --rig FACE.safetensors --take TAKE.csv --json")]
+    Verify(Verify),
 
     /// Say what is in a mesh, rig, take, handle table or project file.
     #[command(after_help = "\
@@ -142,8 +174,8 @@ pub struct Animate {
     /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space.
     pub take: PathBuf,
 
-    /// The file to write; its ending is the format: .usda or .glb.
-    #[arg(short, long, value_name = "OUT.usda|OUT.glb")]
+    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
+    #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
     /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
@@ -165,6 +197,98 @@ pub struct Animate {
     /// What to do where a marker is missing from a frame.
     #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
     pub missing: MissingChoice,
+
+    /// Leave the normals out: the file is half as large, and the program that opens it makes its own.
+    #[arg(long)]
+    pub no_normals: bool,
+
+    /// USD: write velocities, for motion blur.
+    #[arg(long)]
+    pub velocities: bool,
+
+    /// glTF: as few morph targets as --max-error allows, instead of one for each frame.
+    #[arg(long)]
+    pub compressed: bool,
+
+    /// glTF: how far a vertex may be from its place in any frame, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres)]
+    pub max_error: f64,
+
+    /// glTF: numbers of 8 and 16 bits (KHR_mesh_quantization).
+    #[arg(long)]
+    pub quantize: bool,
+
+    /// glTF: compressed buffers (EXT_meshopt_compression); three.js and Babylon.js read them, Blender does not.
+    #[arg(long)]
+    pub meshopt: bool,
+
+    /// glTF: also more than 256 morph targets or 1 GiB.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// `rhytid stitch`
+#[derive(Debug, clap::Args)]
+pub struct Stitch {
+    /// The parts, in any order: USD files of one rig and take that follow one another without a gap.
+    #[arg(required = true)]
+    pub parts: Vec<PathBuf>,
+
+    /// The file to write: .usd, .usdc or .usda.
+    #[arg(short, long, value_name = "OUT.usd")]
+    pub output: PathBuf,
+}
+
+/// `rhytid export-shapes`
+#[derive(Debug, clap::Args)]
+pub struct ExportShapes {
+    /// The rig file that `solve` wrote.
+    pub rig: PathBuf,
+
+    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// Also write three shapes for each handle, which move it by one mesh unit along x, y and z: together they
+    /// give every large-scale motion exactly.
+    #[arg(long)]
+    pub handles: bool,
+
+    /// Leave the normals out.
+    #[arg(long)]
+    pub no_normals: bool,
+
+    /// glTF: also more than 256 shapes or 1 GiB.
+    #[arg(long)]
+    pub force: bool,
+
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
+    #[arg(long, default_value = "auto")]
+    pub device: String,
+}
+
+/// `rhytid verify`
+#[derive(Debug, clap::Args)]
+pub struct Verify {
+    /// The file that `animate` or `stitch` wrote.
+    #[arg(value_name = "OUT")]
+    pub file: PathBuf,
+
+    /// The rig that it was made with.
+    #[arg(long)]
+    pub rig: PathBuf,
+
+    /// The take that it was made from.
+    #[arg(long)]
+    pub take: PathBuf,
+
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
+    #[arg(long, default_value = "auto")]
+    pub device: String,
+
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `rhytid info`
@@ -251,6 +375,14 @@ pub enum StageChoice {
 }
 
 impl StageChoice {
+    /// As it is typed, and as it stands in exported files.
+    pub fn name(self) -> &'static str {
+        match self {
+            StageChoice::LargeScale => "large-scale",
+            StageChoice::Full => "full",
+        }
+    }
+
     /// The stages to read: positions, normals.
     pub fn stages(self) -> [Stage; 2] {
         match self {
@@ -267,6 +399,16 @@ pub enum MissingChoice {
     Hold,
     /// Stop and name frame and marker.
     Error,
+}
+
+impl MissingChoice {
+    /// As it is typed, and as it stands in exported files.
+    pub fn name(self) -> &'static str {
+        match self {
+            MissingChoice::Hold => "hold",
+            MissingChoice::Error => "error",
+        }
+    }
 }
 
 impl From<MissingChoice> for rhytid_formats::take::Missing {
@@ -311,6 +453,13 @@ fn parse_fps(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(fps) if (0.01..=10_000.0).contains(&fps) => Ok(fps),
         _ => Err("expected frames per second, from 0.01 to 10000".to_owned()),
+    }
+}
+
+fn parse_millimetres(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(error) if (1e-6..=1e6).contains(&error) => Ok(error),
+        _ => Err("expected millimetres, from 0.000001 to 1000000".to_owned()),
     }
 }
 

@@ -34,16 +34,16 @@ impl<'a> Evaluator<'a> {
         &self.current.0
     }
 
-    /// Evaluates a batch of frames × H handle positions and reads `stages` of it into `results`. A device that fails on
+    /// Evaluates a batch of frames × H handle positions and reads `stages` of it into `results`, one each. A device that fails on
     /// the way is left for the next one, which evaluates the whole batch again: `results` is of one device.
     ///
     /// # Errors
     /// As [`Animator::evaluate`], when there is no device to fall back on.
-    pub fn evaluate<const N: usize>(
+    pub fn evaluate(
         &mut self,
         handle_positions: &[f32],
-        stages: [Stage; N],
-        results: &mut [Vec<f32>; N],
+        stages: &[Stage],
+        results: &mut [Vec<f32>],
     ) -> Result<()> {
         while let Err(error) = evaluate_on(&mut self.current.1, handle_positions, stages, results) {
             if !is_of_the_device(&error) {
@@ -55,14 +55,14 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-fn evaluate_on<const N: usize>(
+fn evaluate_on(
     animator: &mut Animator<Box<dyn Session>>,
     handle_positions: &[f32],
-    stages: [Stage; N],
-    results: &mut [Vec<f32>; N],
+    stages: &[Stage],
+    results: &mut [Vec<f32>],
 ) -> Result<()> {
     animator.evaluate(handle_positions)?;
-    stages.into_iter().zip(results).try_for_each(|(stage, out)| animator.read(stage, out))
+    stages.iter().zip(results).try_for_each(|(stage, out)| animator.read(*stage, out))
 }
 
 /// Another device may do better: this one was lost, is full or otherwise at fault.
@@ -196,7 +196,7 @@ mod tests {
         let mut all = [Vec::new(), Vec::new()];
         let mut results = [Vec::new(), Vec::new()];
         for batch in handles.chunks(5 * 3 * rig.handles.len()) {
-            if let Err(error) = evaluator.evaluate(batch, STAGES, &mut results) {
+            if let Err(error) = evaluator.evaluate(batch, &STAGES, &mut results) {
                 return (Err(error), evaluator.device().name.clone());
             }
             all.iter_mut().zip(&results).for_each(|(all, results)| all.extend_from_slice(results));
@@ -237,7 +237,7 @@ mod tests {
         let devices = [info("sound"), info("sound")];
         let mut evaluator =
             Evaluator::new(&rig, UploadOptions::frames(1), &devices, &Device::open::<Flaky>).unwrap();
-        let error = evaluator.evaluate(&[0.0; 4], STAGES, &mut Default::default()).unwrap_err();
+        let error = evaluator.evaluate(&[0.0; 4], &STAGES, &mut [Vec::new(), Vec::new()]).unwrap_err();
         assert!(matches!(error, Error::Input(_)), "{error}");
         assert_eq!(evaluator.next.len(), 1);
     }

@@ -11,23 +11,25 @@ const STEP_TOLERANCE: f64 = 0.01;
 /// Evenly spaced frames, ready to be animated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
-    /// The frames.
+    /// The frames that were asked for, and where that is wanted up to one more at each end.
     pub take: Take,
+    /// Those of `take` that were asked for.
+    pub inner: Range<usize>,
     /// Frames per second.
     pub rate: f64,
-    /// Number of the first frame, counted from 0 at the take's start at `rate`.
+    /// Number of the first inner frame, counted from 0 at the take's start at `rate`.
     pub first: usize,
 }
 
-/// The frames `range` of `take`, resampled if `fps` says so or if their times are uneven.
+/// The frames `range` of `take`, which [`within`] has checked, resampled if `fps` says so or if their times are uneven.
+/// With `neighbours` also the frames before and after them, as far as the take has any at that rate.
 ///
 /// Resampling keeps the clock: the whole take is resampled from its start, then the frames within the range's
 /// time are kept, so that frame numbers at the new rate are whole and stay in step with sound.
 ///
 /// # Errors
-/// [`Error::Input`] if the range is not within the take, or holds no frame at the new rate.
-pub fn select(take: Take, range: FrameRange, fps: Option<f64>) -> Result<Selection> {
-    let range = within(range, take.frames())?;
+/// [`Error::Input`] if the range holds no frame at the new rate.
+pub fn select(take: Take, range: Range<usize>, fps: Option<f64>, neighbours: bool) -> Result<Selection> {
     let own_rate = take.rate();
     let chosen = take.slice(range.clone());
     let uneven = uneven_step(&chosen, own_rate).map(|(frame, step)| (range.start + frame, step));
@@ -41,7 +43,23 @@ pub fn select(take: Take, range: FrameRange, fps: Option<f64>) -> Result<Selecti
     }
     let rate = fps.unwrap_or(own_rate);
     if uneven.is_none() && rate == own_rate {
-        return Ok(Selection { take: chosen, rate, first: range.start });
+        // After a gap, a frame's number is not its row's.
+        let first = match uneven_step(&take, own_rate) {
+            None => range.start,
+            Some(_) => ((take.times[range.start] - take.times[0]) * rate).round() as usize,
+        };
+        let is_step =
+            |frame: usize| neighbours && uneven_step(&take.slice(frame..frame + 2), own_rate).is_none();
+        let before = range.start > 0 && is_step(range.start - 1);
+        let after = range.end < take.frames() && is_step(range.end - 1);
+        let (before, after) = (usize::from(before), usize::from(after));
+        let inner = before..before + range.len();
+        return Ok(Selection {
+            take: take.slice(range.start - before..range.end + after),
+            inner,
+            rate,
+            first,
+        });
     }
     // Files have rounded times: ties are meant where they are this close.
     let slack = STEP_TOLERANCE / rate;
@@ -58,10 +76,17 @@ pub fn select(take: Take, range: FrameRange, fps: Option<f64>) -> Result<Selecti
             human::number(rate)
         )));
     }
-    Ok(Selection { take: resampled.slice(first..end), rate, first })
+    let before = usize::from(neighbours && first > 0);
+    let after = usize::from(neighbours && end < resampled.frames());
+    let inner = before..before + (end - first);
+    Ok(Selection { take: resampled.slice(first - before..end + after), inner, rate, first })
 }
 
-fn within(range: FrameRange, frames: usize) -> Result<Range<usize>> {
+/// `range` with both ends.
+///
+/// # Errors
+/// [`Error::Input`] if it is not within the take's `frames`.
+pub fn within(range: FrameRange, frames: usize) -> Result<Range<usize>> {
     let start = range.start.unwrap_or(0);
     let end = range.end.unwrap_or(frames);
     if end > frames || start >= end {
@@ -91,28 +116,31 @@ mod tests {
     /// One marker that moves 1 unit along x a second.
     fn take(times: &[f64]) -> Take {
         let positions = times.iter().map(|&t| [t, 0.0, 0.0]).collect();
-        Take { labels: vec!["a".into()], times: times.to_vec(), positions }
+        Take { labels: vec!["a".into()], times: times.to_vec(), positions, head: None }
     }
 
     fn even(frames: usize, rate: f64) -> Take {
         take(&(0..frames).map(|i| i as f64 / rate).collect::<Vec<_>>())
     }
 
-    fn range(start: usize, end: usize) -> FrameRange {
-        FrameRange { start: Some(start), end: Some(end) }
+    /// Without neighbours.
+    fn plain(take: Take, range: Range<usize>, fps: Option<f64>) -> Selection {
+        let selection = select(take, range, fps, false).unwrap();
+        assert_eq!(selection.inner, 0..selection.take.frames());
+        selection
     }
 
     /// Whatever is selected, frame number over rate is the time, and x is the time.
     fn check_clock(selection: &Selection) {
         for (i, p) in selection.take.positions.iter().enumerate() {
-            let time = (selection.first + i) as f64 / selection.rate;
+            let time = (selection.first as f64 + i as f64 - selection.inner.start as f64) / selection.rate;
             assert!((p[0] - time).abs() < 1e-9, "frame {i}: x = {}, expected {time}", p[0]);
         }
     }
 
     #[test]
     fn an_even_take_is_only_sliced() {
-        let s = select(even(100, 30.0), range(10, 20), None).unwrap();
+        let s = plain(even(100, 30.0), 10..20, None);
         assert_eq!((s.take.frames(), s.first, s.rate), (10, 10, 30.0));
         check_clock(&s);
     }
@@ -120,7 +148,7 @@ mod tests {
     #[test]
     fn resampling_keeps_the_clock() {
         for (fps, first, frames) in [(60.0, 20, 20), (24.0, 8, 8), (15.0, 5, 5), (25.0, 9, 8)] {
-            let s = select(even(100, 30.0), range(10, 20), Some(fps)).unwrap();
+            let s = plain(even(100, 30.0), 10..20, Some(fps));
             assert_eq!((s.first, s.take.frames()), (first, frames), "{fps}");
             check_clock(&s);
         }
@@ -128,45 +156,70 @@ mod tests {
 
     #[test]
     fn the_own_rate_changes_nothing() {
-        let own = select(even(50, 30.0), FrameRange::default(), None).unwrap();
-        let asked = select(even(50, 30.0), FrameRange::default(), Some(30.0)).unwrap();
+        let own = plain(even(50, 30.0), 0..50, None);
+        let asked = plain(even(50, 30.0), 0..50, Some(30.0));
         assert_eq!(own, asked);
     }
 
     #[test]
     fn an_uneven_take_is_resampled() {
         let times: Vec<f64> = (0..100).filter(|&i| i != 40).map(|i| f64::from(i) / 30.0).collect();
-        let s = select(take(&times), FrameRange::default(), None).unwrap();
+        let s = plain(take(&times), 0..99, None);
         assert_eq!((s.take.frames(), s.rate), (100, 30.0));
         check_clock(&s);
-        // Where the range itself is even, nothing is resampled.
-        let s = select(take(&times), range(41, 50), None).unwrap();
-        assert_eq!((s.first, s.take.frames(), s.take.times[0]), (41, 9, times[41]));
+        // Where the range itself is even, nothing is resampled; its frames are numbered after the gap all the same.
+        let s = plain(take(&times), 41..50, None);
+        assert_eq!((s.first, s.take.frames(), s.take.times[0]), (42, 9, times[41]));
+        check_clock(&s);
         // The range counts the take's own frames: its row 39 is at time 39/30, its row 50 at 51/30.
-        let s = select(take(&times), range(39, 50), None).unwrap();
+        let s = plain(take(&times), 39..50, None);
         assert_eq!((s.first, s.take.frames()), (39, 12));
         check_clock(&s);
     }
 
     #[test]
+    fn neighbours_are_taken_where_there_are_any() {
+        for (range, fps, inner, frames) in [
+            (10..20, None, 1..11, 12),
+            (0..20, None, 0..20, 21),
+            (10..100, None, 1..91, 91),
+            (0..100, None, 0..100, 100),
+            (10..20, Some(15.0), 1..6, 7),
+            (0..100, Some(15.0), 0..50, 50),
+        ] {
+            let s = select(even(100, 30.0), range, fps, true).unwrap();
+            assert_eq!((s.inner.clone(), s.take.frames()), (inner, frames));
+            check_clock(&s);
+        }
+        // Across a gap there is no neighbour.
+        let times: Vec<f64> = (0..100).filter(|&i| i != 40).map(|i| f64::from(i) / 30.0).collect();
+        let s = select(take(&times), 30..40, None, true).unwrap();
+        assert_eq!((s.inner, s.take.frames()), (1..11, 11));
+        let s = select(take(&times), 40..50, None, true).unwrap();
+        assert_eq!((s.inner, s.take.frames()), (0..10, 11));
+    }
+
+    #[test]
     fn ranges_outside_the_take() {
-        for bad in [range(0, 101), range(100, 101), FrameRange { start: Some(100), end: None }] {
-            let error = select(even(100, 30.0), bad, None).unwrap_err().to_string();
+        let range = |start, end| FrameRange { start, end };
+        for bad in [range(Some(0), Some(101)), range(Some(100), Some(101)), range(Some(100), None)] {
+            let error = within(bad, 100).unwrap_err().to_string();
             assert!(error.contains("100 frames"), "{error}");
         }
-        let error = select(even(100, 30.0), range(1, 2), Some(5.0)).unwrap_err().to_string();
+        assert_eq!(within(FrameRange::default(), 100).unwrap(), 0..100);
+        let error = select(even(100, 30.0), 1..2, Some(5.0), false).unwrap_err().to_string();
         assert!(error.contains("none falls into it"), "{error}");
     }
 
     #[test]
     fn a_gap_of_years() {
-        let error = select(take(&[0.0, 0.1, 0.2, 1e9]), FrameRange::default(), None).unwrap_err().to_string();
+        let error = select(take(&[0.0, 0.1, 0.2, 1e9]), 0..4, None, false).unwrap_err().to_string();
         assert!(error.contains("10000000001 frames") && error.contains("check its times"), "{error}");
     }
 
     #[test]
     fn one_frame() {
-        let s = select(even(1, 30.0), FrameRange::default(), None).unwrap();
+        let s = plain(even(1, 30.0), 0..1, None);
         assert_eq!((s.take.frames(), s.first), (1, 0));
     }
 }

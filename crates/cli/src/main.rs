@@ -11,7 +11,9 @@ mod human;
 mod interrupt;
 mod memory;
 mod output;
+mod player;
 mod progress;
+mod velocities;
 
 use clap::Parser;
 use std::process::ExitCode;

@@ -34,7 +34,7 @@ fn assert_documented(value: &Value, what: &str) {
 fn demo() {
     let f = Fixture::new();
     let printed = f.done("demo demo --vertices 3000");
-    for word in ["solve", "animate on ", "face.usda", "face.glb", "Blender"] {
+    for word in ["solve", "animate on ", "face.usd", "face.glb", "Blender"] {
         assert!(printed.contains(word), "{word}: {printed}");
     }
     let files = list(&f.path("demo"));
@@ -42,7 +42,7 @@ fn demo() {
         "face.glb",
         "face.safetensors",
         "face.toml",
-        "face.usda",
+        "face.usd",
         "markers.csv",
         "neutral.obj",
         "performance.csv",
@@ -66,9 +66,13 @@ fn demo() {
     assert_eq!(rig["handles"], json(&f, "info demo/face.toml --json")["handles"]);
     assert_eq!(json(&f, "doctor demo/face.toml --json")["solvable"], true);
 
-    let usda = f.read_text("demo/face.usda");
-    assert!(usda.starts_with("#usda 1.0"));
-    assert!(usda.contains(&format!("endTimeCode = {}", frames - 1)));
+    for file in ["face.usd", "face.glb"] {
+        let args =
+            format!("verify demo/{file} --rig demo/face.safetensors --take demo/performance.csv --json");
+        let verified = json(&f, &args);
+        assert_eq!((&verified["passed"], &verified["frames"]), (&true.into(), &frames.into()), "{file}");
+    }
+    assert!(f.read("demo/face.usd").starts_with(b"PXR-USDC"));
     let glb = f.read("demo/face.glb");
     assert_eq!(&glb[..4], b"glTF");
     assert_eq!(u32::from_le_bytes(glb[8..12].try_into().unwrap()) as usize, glb.len());
@@ -86,13 +90,18 @@ fn the_same_input_gives_the_same_bytes() {
     let f = Fixture::new();
     for (args, ending) in [
         ("solve face.toml", "safetensors"),
+        ("animate out/a.safetensors take.csv", "usd"),
         ("animate out/a.safetensors take.csv", "usda"),
+        ("animate out/a.safetensors take.csv", "usdz"),
         ("animate out/a.safetensors take.csv", "glb"),
+        ("animate out/a.safetensors take.csv --compressed --quantize --meshopt", "glb"),
+        ("export-shapes out/a.safetensors", "usd"),
+        ("export-shapes out/a.safetensors", "glb"),
     ] {
         for name in ["a", "b"] {
             f.done(&format!("{args} -o out/{name}.{ending}"));
         }
-        assert!(f.read(&format!("out/a.{ending}")) == f.read(&format!("out/b.{ending}")), "{ending}");
+        assert!(f.read(&format!("out/a.{ending}")) == f.read(&format!("out/b.{ending}")), "{args} {ending}");
         assert!(!f.read(&format!("out/a.{ending}")).is_empty());
     }
 }
@@ -287,7 +296,20 @@ fn progress_is_plain_lines_where_there_is_no_terminal() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    let commands = ["solve", "animate", "info", "devices", "conform", "doctor", "demo", "completions", "man"];
+    let commands = [
+        "solve",
+        "animate",
+        "stitch",
+        "export-shapes",
+        "verify",
+        "info",
+        "devices",
+        "conform",
+        "doctor",
+        "demo",
+        "completions",
+        "man",
+    ];
     let overview = rhytid("--help").output().unwrap();
     let overview = String::from_utf8(overview.stdout).unwrap();
     for command in commands {
@@ -306,7 +328,7 @@ fn man_pages_and_completions() {
     let dir = TempDir::new().unwrap();
     rhytid("man pages").current_dir(dir.path()).assert().success();
     let pages = list(&dir.path().join("pages"));
-    assert_eq!(pages.len(), 10, "{pages:?}");
+    assert_eq!(pages.len(), 13, "{pages:?}");
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
     let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");

@@ -15,9 +15,14 @@ fn solved() -> Fixture {
 }
 
 /// Every command that writes one file, up to the file's name without its ending, and its endings.
-const WRITERS: [(&str, &[&str]); 2] = [
+const WRITERS: [(&str, &[&str]); 4] = [
     ("solve face.toml -o", &["safetensors"]),
-    ("animate face.safetensors take.csv --device cpu:0 -o", &["usda", "glb"]),
+    ("animate face.safetensors take.csv --device cpu:0 -o", &["usd", "usda", "usdz", "glb", "gltf"]),
+    (
+        "animate face.safetensors take.csv --device cpu:0 --compressed --max-error 0.00001 -o",
+        &["glb", "gltf"],
+    ),
+    ("export-shapes face.safetensors --device cpu:0 -o", &["usd", "usda", "usdz", "glb", "gltf"]),
 ];
 
 fn writers() -> impl Iterator<Item = (&'static str, &'static str)> {
@@ -38,7 +43,7 @@ fn a_folder_under_the_files_name() {
     let f = solved();
     for (command, ending) in writers() {
         let name = format!("folder.{ending}");
-        std::fs::create_dir(f.path(&name)).unwrap();
+        std::fs::create_dir_all(f.path(&name)).unwrap();
         f.refused(&format!("{command} {name}"), &[&name, "is a folder"]);
         assert_eq!(list(&f.path(&name)), Vec::<String>::new());
     }
@@ -160,10 +165,9 @@ fn long_work() -> Fixture {
 #[cfg(unix)]
 fn ctrl_c_stops_and_leaves_nothing() {
     let f = long_work();
-    for ending in ["usda", "glb"] {
-        let args = format!(
-            "animate face.safetensors take.csv --device cpu:0 -o out/face.{ending} --frames 0..15000"
-        );
+    for out in ["usd", "usda", "usdz", "glb --force", "gltf --force", "glb --compressed"] {
+        let args =
+            format!("animate face.safetensors take.csv --device cpu:0 --frames 0..15000 -o out/face.{out}");
         let output = interrupted(&f, &args, "animate", &["-INT"]);
         assert_refused(&output, &["stopped", "nothing was written"]);
         assert!(stderr(&output).contains("stopping…"));

@@ -1,10 +1,12 @@
 //! `rhytid animate`
 
-use crate::evaluator::Evaluator;
+use crate::player::{Player, Wanted};
 use crate::progress::Ui;
-use crate::{args, device_choice, frames, human, memory, output};
-use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions, WriteBeside, rig_file};
-use rhytid_formats::{export, take};
+use crate::{args, device_choice, frames, human, output};
+use rhytid_core::{DeviceInfo, Error, Faces, Progress, Result, WriteBeside, rig_file};
+use rhytid_formats::export::{self, Format, Written};
+use rhytid_formats::take;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// What an animation came to.
@@ -13,12 +15,14 @@ pub struct Animated {
     pub frames: usize,
     /// Frames per second of the animation.
     pub rate: f64,
+    /// Metres in one mesh unit.
+    pub metres_per_unit: f64,
     /// The device that evaluated them.
     pub device: DeviceInfo,
     /// Time from the upload of the rig to the finished file.
     pub time: Duration,
-    /// Size of the file.
-    pub bytes: u64,
+    /// The file.
+    pub written: Written,
 }
 
 /// Animates and says what was done.
@@ -31,7 +35,7 @@ pub fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
         return Ok(());
     }
     output::say(&format!(
-        "{}: {} at {} frames per second, evaluated on {} ({}) in {}, {} frames/s, {}",
+        "{}: {} at {} frames per second, evaluated on {} ({}) in {}, {} frames/s, {}{}",
         args.output.display(),
         human::counted(done.frames, "frame"),
         human::number(done.rate),
@@ -39,8 +43,24 @@ pub fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
         done.device.name,
         human::duration(done.time),
         human::number((done.frames as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
-        human::bytes(done.bytes)
+        human::bytes(done.written.bytes),
+        morphs(&done.written, done.metres_per_unit)
     ))
+}
+
+/// What is to be said of morph targets and their error, as far as there are any.
+fn morphs(written: &Written, metres_per_unit: f64) -> String {
+    let targets = written.targets.map(|n| format!(", {}", human::counted(n, "morph target")));
+    let error = written.error.map(|error| {
+        let millimetres = |length: f64| human::number(length * metres_per_unit * 1e3);
+        let (frame, vertex) = error.at;
+        format!(
+            "; at most {} mm off (frame {frame}, vertex {vertex}), RMS {} mm",
+            millimetres(error.worst),
+            millimetres(error.rms)
+        )
+    });
+    targets.unwrap_or_default() + &error.unwrap_or_default()
 }
 
 /// From a rig file and a take to an animated file.
@@ -49,84 +69,89 @@ pub fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
 pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
-    export::Format::of(&args.output)?;
+    check_options(args, Format::of(&args.output)?)?;
     drop(WriteBeside::create(&args.output)?);
-    let named = device_choice::named(&args.device)?;
+    let device = device_choice::named(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let hash = rig_file::hash(&args.rig)?;
     let take =
         ui.timed("read the take", || take::read(&args.take, Some(&rig.labels), args.missing.into())).0?;
-    let selection = frames::select(take, args.frames, args.fps)?;
-    let handles = selection.take.handle_positions(&rig.labels)?;
-    let frames = selection.take.frames();
+    let asked = frames::within(args.frames, take.frames())?;
+    let selection = frames::select(take, asked.clone(), args.fps, args.velocities)?;
+    let frames = selection.inner.len();
 
-    let devices = match named {
-        Some(device) => vec![device],
-        None => device_choice::auto(ui)?,
+    let origin = export::Origin {
+        version: env!("CARGO_PKG_VERSION").into(),
+        rig: hash,
+        stage: args.stage.name().into(),
+        first_frame: asked.start as u64,
+        end_frame: asked.end as u64,
+        fps: args.fps.unwrap_or(0.0),
+        missing: args.missing.name().into(),
     };
+    let options = export::Options {
+        max_error: args.compressed.then_some(args.max_error * 1e-3 / rig.metres_per_unit),
+        quantize: args.quantize,
+        meshopt: args.meshopt,
+        force: args.force,
+    };
+    let wanted = Wanted { stage: args.stage, normals: !args.no_normals, velocities: args.velocities };
+
+    let mut player = Player::new(&rig, device, selection.take.frames(), ui)?;
     let start = Instant::now();
-    let batch = memory::batch_frames(&rig).min(frames);
-    let options = UploadOptions::frames(batch);
-    let mut evaluator = Evaluator::new(&rig, options, &devices, &rhytid_backends::open)?;
-    let triangle_corners = rig.faces.triangle_corners(&rig.triangles);
-    let triangle_corners = triangle_corners
-        .ok_or_else(|| Error::Internal("a checked rig has other triangles than faces".into()))?;
+    let rest_normals = wanted.normals.then(|| player.rest_normals()).transpose()?;
+    let corners = triangle_corners(&rig.faces, &rig.triangles)?;
     let scene = export::Scene {
-        name: &rig.name,
-        rest: &rig.rest,
-        rest_normals: &rest_normals(&rig, &mut evaluator)?,
-        faces: &rig.faces,
-        triangle_corners: &triangle_corners,
-        uvs: rig.uvs.as_ref(),
-        metres_per_unit: rig.metres_per_unit,
-        up_axis: rig.up_axis,
+        rest_normals: rest_normals.as_deref(),
+        velocities: wanted.velocities,
+        head: selection.take.head.as_ref().map(|head| &head[selection.inner.clone()]),
         frames,
         rate: selection.rate,
         first_time_code: selection.first as f64,
+        ..export::Scene::of(&rig, &corners, &origin)
     };
-    let mut exporter = export::create(&args.output, &scene)?;
-    let handles = handles.chunks(batch * rig.handles.len() * 3);
-    play(handles, &mut evaluator, args.stage.stages(), rig.vertices(), frames, exporter.as_mut(), ui)?;
-    exporter.finish()?;
-    let time = start.elapsed();
-    let device = evaluator.device().clone();
-    let bytes = std::fs::metadata(&args.output).map_err(Error::io(&args.output))?.len();
-    Ok(Animated { frames, rate: selection.rate, device, time, bytes })
-}
-
-/// The normals of the rest mesh: those of the large scale where no handle moves.
-fn rest_normals(rig: &Rig, evaluator: &mut Evaluator<'_>) -> Result<Vec<[f32; 3]>> {
-    let handles: Vec<f32> = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]).collect();
-    let mut results = [Vec::new()];
-    evaluator.evaluate(&handles, [Stage::LargeScaleNormals], &mut results)?;
-    let [normals] = results;
-    Ok(normals.as_chunks().0.to_vec())
-}
-
-/// Evaluates `batches` of handle positions one after the other and hands every frame to the exporter.
-fn play<'a>(
-    batches: impl Iterator<Item = &'a [f32]>,
-    evaluator: &mut Evaluator<'_>,
-    stages: [Stage; 2],
-    vertices: usize,
-    frames: usize,
-    exporter: &mut dyn export::Exporter,
-    ui: &Ui,
-) -> Result<()> {
-    let mut results = [Vec::new(), Vec::new()];
+    let mut exporter = export::create(&args.output, &scene, &options)?;
     let mut done = 0;
     ui.report("animate", 0, frames as u64);
-    for handles in batches {
-        evaluator.evaluate(handles, stages, &mut results)?;
-        let [positions, normals] = &results;
-        let frame = vertices * 3;
-        for (positions, normals) in positions.chunks_exact(frame).zip(normals.chunks_exact(frame)) {
-            if ui.cancelled() {
-                return Err(Error::Cancelled);
-            }
-            exporter.frame(positions, normals)?;
-            done += 1;
-            ui.report("animate", done, frames as u64);
+    player.play(&selection, wanted, ui, |frame| {
+        exporter.frame(frame)?;
+        done += 1;
+        ui.report("animate", done, frames as u64);
+        Ok(())
+    })?;
+    let written = exporter.finish(ui)?;
+    let (device, metres_per_unit) = (player.device().clone(), rig.metres_per_unit);
+    Ok(Animated { frames, rate: selection.rate, metres_per_unit, device, time: start.elapsed(), written })
+}
+
+/// Each triangle's corners, for the formats that have triangles alone.
+///
+/// # Errors
+/// [`Error::Internal`] if the triangles are not made from the faces, which a rig that was read has passed.
+pub fn triangle_corners(faces: &Faces, triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>> {
+    let wrong = || Error::Internal("a checked rig has other triangles than faces".into());
+    faces.triangle_corners(triangles).ok_or_else(wrong)
+}
+
+/// An option that the format would ignore is a mistake.
+fn check_options(args: &args::Animate, format: Format) -> Result<()> {
+    let for_gltf = [
+        (args.compressed, "--compressed"),
+        (args.quantize, "--quantize"),
+        (args.meshopt, "--meshopt"),
+        (args.force, "--force"),
+    ];
+    let (of_the_other, other) = match format {
+        Format::Usdc | Format::Usda | Format::Usdz => (&for_gltf[..], "glTF (.glb or .gltf)"),
+        Format::Glb | Format::Gltf => {
+            (&[(args.velocities, "--velocities")][..], "USD (.usd, .usda or .usdz)")
         }
+    };
+    match of_the_other.iter().find(|(given, _)| *given) {
+        Some((_, option)) => Err(Error::input(format!(
+            "{}: {option} is for {other}; leave it out, or choose such a file",
+            Path::new(&args.output).display()
+        ))),
+        None => Ok(()),
     }
-    if ui.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
 }

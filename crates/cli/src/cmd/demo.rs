@@ -16,8 +16,9 @@ use std::time::Duration;
 /// No animated file is to become larger than about this: longer ones are cut to a range of frames.
 const MAX_FILE_BYTES: usize = 1_000_000_000;
 
-/// The animated files, and about how many bytes each takes per vertex and frame.
-const ANIMATIONS: [(&str, usize); 2] = [("face.usda", 80), ("face.glb", 25)];
+/// The animated files, about how many bytes each needs per vertex and frame while it is written, and whether it is
+/// compressed: a web page can hold no target for each frame.
+const ANIMATIONS: [(&str, usize, bool); 2] = [("face.usd", 24, false), ("face.glb", 24, true)];
 
 /// What was done, for the table at the end.
 #[derive(Default)]
@@ -70,7 +71,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     let (written, time) = human::timed(|| write_inputs(dir, &face, &take, ui));
     steps.add("write the input", written?, time);
 
-    let ranges = ANIMATIONS.map(|(file, bytes)| (file, range(&face, &take, bytes)));
+    let ranges = ANIMATIONS.map(|(file, bytes, compressed)| (file, range(&face, &take, bytes), compressed));
     let frames = take.frames();
     drop((face, take));
 
@@ -89,7 +90,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     steps.add("write the rig", format!("face.safetensors, {}", human::bytes(solved.bytes)), solved.writing);
     drop(solved);
 
-    for (file, range) in ranges {
+    for (file, range, compressed) in ranges {
         let whole = range == FrameRange::default();
         let job = args::Animate {
             rig: rig.clone(),
@@ -100,10 +101,17 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             stage: StageChoice::Full,
             fps: None,
             missing: MissingChoice::Error,
+            no_normals: false,
+            velocities: false,
+            compressed,
+            max_error: 0.1,
+            quantize: false,
+            meshopt: false,
+            force: false,
         };
         let done = animate::animate(&job, ui)?;
         let mut made =
-            format!("{file}, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.bytes));
+            format!("{file}, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.written.bytes));
         if !whole {
             let first = range.start.unwrap_or(0);
             made += &format!(
@@ -199,9 +207,9 @@ fn next_steps(dir: &Path) -> String {
     let rhytid = std::env::args().next().unwrap_or_else(|| "rhytid".to_owned());
     format!(
         "\nNext:
-  open {dir}/face.usda or {dir}/face.glb in Blender (File > Import) and press play
+  open {dir}/face.usd or {dir}/face.glb in Blender (File > Import) and press play
   {rhytid} info {dir}/face.safetensors
-  {rhytid} animate {dir}/face.safetensors {dir}/performance.csv -o coarse.usda --stage large-scale
+  {rhytid} animate {dir}/face.safetensors {dir}/performance.csv -o coarse.usd --stage large-scale
   with your own scans: edit {dir}/face.toml, then {rhytid} doctor, solve and animate; see docs/getting-started.md"
     )
 }

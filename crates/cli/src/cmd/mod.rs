@@ -6,9 +6,12 @@ mod conform;
 mod demo;
 mod devices;
 mod doctor;
+mod export_shapes;
 mod info;
 mod man;
 mod solve;
+mod stitch;
+mod verify;
 
 use crate::args::{Args, Command};
 use crate::progress::Ui;
@@ -23,6 +26,9 @@ pub fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
     match &args.command {
         Command::Solve(args) => solve::run(args, ui)?,
         Command::Animate(args) => animate::run(args, ui)?,
+        Command::Stitch(args) => stitch::run(args, ui)?,
+        Command::ExportShapes(args) => export_shapes::run(args, ui)?,
+        Command::Verify(args) => return verify::run(args, ui),
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,
         Command::Conform(args) => return conform::run(args, ui),

@@ -1,0 +1,28 @@
+//! `rhytid stitch`
+
+use crate::progress::Ui;
+use crate::{args, human, output};
+use rhytid_core::Result;
+use rhytid_formats::usd::clips;
+
+/// Writes the file that plays the parts one after the other, and says what they came to.
+///
+/// # Errors
+/// As [`clips::stitch`].
+pub fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
+    let (stitched, time) = human::timed(|| clips::stitch(&args.parts, &args.output));
+    let stitched = stitched?;
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    let [start, end] = stitched.time_codes;
+    output::say(&format!(
+        "{}: {} in {}, time codes {start} to {end}, {}, stitched in {}; the parts and {} have to stay where they are",
+        args.output.display(),
+        human::counted(stitched.frames, "frame"),
+        human::counted(stitched.parts, "part"),
+        human::bytes(stitched.bytes),
+        human::duration(time),
+        stitched.manifest.display()
+    ))
+}

@@ -1,0 +1,275 @@
+//! `rhytid verify`
+
+use crate::args::{FrameRange, MissingChoice, StageChoice};
+use crate::player::{Player, Wanted};
+use crate::progress::Ui;
+use crate::{args, device_choice, exit, frames, human, output};
+use clap::ValueEnum;
+use rhytid_core::{Error, Progress, Result, Rig, RigidMotion, rig_file};
+use rhytid_formats::export::{Frame, Origin};
+use rhytid_formats::recording::{self, Recording};
+use rhytid_formats::take;
+use serde::Serialize;
+use std::process::ExitCode;
+
+/// Two devices that conform differ by their rounding: at most by this part of the face's diagonal.
+const DEVICES_DIFFER: f64 = 1e-5;
+
+/// Compares and reports; the exit code says whether every vertex is where the file promises.
+///
+/// # Errors
+/// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take; as reading and
+/// evaluating.
+pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
+    let device = device_choice::named(&args.device)?;
+    let file = args.file.display();
+    let mut recording = recording::open(&args.file)?;
+    let fail = |what: String| Err(Error::input(format!("{file}: {what}")));
+    let Some(origin) = recording.summary().origin.clone() else {
+        return fail("does not say how it was made; export it again with this program".into());
+    };
+    let asked = Asked::of(&origin).map_err(|what| Error::input(format!("{file}: {what}")))?;
+    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    if rig_file::hash(&args.rig)? != origin.rig {
+        return fail(format!(
+            "was made from another rig than {}; give the rig that it was made from, or export it again",
+            args.rig.display()
+        ));
+    }
+    let take =
+        ui.timed("read the take", || take::read(&args.take, Some(&rig.labels), asked.missing.into())).0?;
+    let summary = recording.summary().clone();
+    let range = frames::within(asked.frames, take.frames())?;
+    let selection = frames::select(take, range, asked.fps, summary.velocities)?;
+    for (what, found, expected) in [
+        ("frames", summary.frames as f64, selection.inner.len() as f64),
+        ("as the first time code", summary.first_time_code, selection.first as f64),
+        ("frames per second", summary.rate, selection.rate),
+        ("vertices", summary.vertices as f64, rig.vertices() as f64),
+    ] {
+        // Formats round the rate to 32 bits at most.
+        if (found - expected).abs() > 1e-6 * expected.abs() {
+            return fail(format!(
+                "has {found} {what}, expected {expected} from {}; give the take that it was made from",
+                args.take.display()
+            ));
+        }
+    }
+
+    let mut player = Player::new(&rig, device, selection.take.frames(), ui)?;
+    let wanted = Wanted { stage: asked.stage, normals: summary.normals, velocities: summary.velocities };
+    let mut compared = Compared::default();
+    let mut buffer = Vec::new();
+    let total = summary.frames as u64;
+    ui.report("verify", 0, total);
+    let head = selection.take.head.as_ref().map(|head| &head[selection.inner.clone()]);
+    player.play(&selection, wanted, ui, |fresh| {
+        let motion = head.map(|head| head[compared.frames]);
+        compared.frame(recording.as_mut(), fresh, motion, &mut buffer)?;
+        ui.report("verify", compared.frames as u64, total);
+        Ok(())
+    })?;
+    ui.clear();
+    let report = Report::new(compared, &rig, &summary);
+    if args.json {
+        output::json(&report)?;
+    } else if !ui.is_quiet() || !report.passed {
+        output::say(&report.text(&file.to_string(), &player.device().id()))?;
+    }
+    Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(exit::OURS) })
+}
+
+/// What `animate` was asked for.
+struct Asked {
+    stage: StageChoice,
+    missing: MissingChoice,
+    frames: FrameRange,
+    fps: Option<f64>,
+}
+
+impl Asked {
+    fn of(origin: &Origin) -> std::result::Result<Self, String> {
+        let unknown = |what: &str, found: &str| {
+            format!("was made with the {what} “{found}”, which this program does not know; export it again")
+        };
+        let index = |frame: u64| usize::try_from(frame).map_err(|_| unknown("frame", &frame.to_string()));
+        if !(origin.fps == 0.0 || (0.01..=10_000.0).contains(&origin.fps)) {
+            return Err(unknown("rate", &origin.fps.to_string()));
+        }
+        Ok(Self {
+            stage: StageChoice::from_str(&origin.stage, false)
+                .map_err(|_| unknown("stage", &origin.stage))?,
+            missing: MissingChoice::from_str(&origin.missing, false)
+                .map_err(|_| unknown("way with missing markers", &origin.missing))?,
+            frames: FrameRange {
+                start: Some(index(origin.first_frame)?),
+                end: Some(index(origin.end_frame)?),
+            },
+            fps: (origin.fps != 0.0).then_some(origin.fps),
+        })
+    }
+}
+
+/// The largest and the mean square distance of two fields of vectors.
+#[derive(Default)]
+struct Distances {
+    worst: f64,
+    at: (usize, usize),
+    squares: f64,
+    count: usize,
+}
+
+impl Distances {
+    fn add(&mut self, frame: usize, found: &[f32], expected: &[f32]) {
+        let pairs = found.as_chunks::<3>().0.iter().zip(expected.as_chunks::<3>().0);
+        for (vertex, (found, expected)) in pairs.enumerate() {
+            let square: f64 =
+                found.iter().zip(expected).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
+            self.squares += square;
+            let distance = square.sqrt();
+            // Also if it is no number, which stays the worst.
+            if distance > self.worst || distance.is_nan() {
+                (self.worst, self.at) = (distance, (frame, vertex));
+            }
+        }
+        self.count += expected.len() / 3;
+    }
+
+    fn rms(&self) -> f64 {
+        (self.squares / self.count.max(1) as f64).sqrt()
+    }
+}
+
+/// What the frames so far have come to.
+#[derive(Default)]
+struct Compared {
+    frames: usize,
+    positions: Distances,
+    normals: Distances,
+    velocities: Distances,
+    head: f64,
+}
+
+impl Compared {
+    fn frame(
+        &mut self,
+        recording: &mut dyn Recording,
+        fresh: Frame<'_>,
+        head: Option<RigidMotion>,
+        buffer: &mut Vec<f32>,
+    ) -> Result<()> {
+        let frame = self.frames;
+        recording.positions(frame, buffer)?;
+        self.positions.add(frame, buffer, fresh.positions);
+        if let Some(normals) = fresh.normals {
+            recording.normals(frame, buffer)?;
+            self.normals.add(frame, buffer, normals);
+        }
+        if let Some(velocities) = fresh.velocities {
+            recording.velocities(frame, buffer)?;
+            self.velocities.add(frame, buffer, velocities);
+        }
+        // A head that never moves need not be in the file.
+        let expected = head.unwrap_or(RigidMotion::IDENTITY).matrix();
+        let found = recording.head(frame)?.unwrap_or(RigidMotion::IDENTITY.matrix());
+        for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+            let difference = (found - expected).abs() / expected.abs().max(1.0);
+            if difference > self.head || difference.is_nan() {
+                self.head = difference;
+            }
+        }
+        self.frames += 1;
+        Ok(())
+    }
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Report {
+    passed: bool,
+    frames: usize,
+    vertices: usize,
+    worst_mm: f64,
+    rms_mm: f64,
+    /// Of the worst position, counted from 0 in the file.
+    frame: usize,
+    vertex: usize,
+    /// What the file states and what two devices may differ by.
+    allowed_mm: f64,
+    stated_mm: Option<f64>,
+    /// The longest difference of two normals of length 1.
+    normals_worst: Option<f64>,
+    velocities_worst_mm_per_s: Option<f64>,
+    /// The largest difference of two elements of the head's matrix, relative to those above 1; the translation is in
+    /// mesh units.
+    head_worst: Option<f64>,
+}
+
+impl Report {
+    fn new(compared: Compared, rig: &Rig, summary: &recording::Summary) -> Self {
+        let millimetres = 1e3 * rig.metres_per_unit;
+        let diagonal = diagonal(rig);
+        let allowed = summary.stated_error.unwrap_or(0.0) + DEVICES_DIFFER * diagonal;
+        let head = (summary.head || compared.head > 0.0).then_some(compared.head);
+        Self {
+            // A velocity is the difference of two positions. glTF has a head's motion in 32 bits.
+            passed: compared.positions.worst <= allowed
+                && compared.velocities.worst <= 2.0 * allowed * summary.rate
+                && compared.head <= 1e-6,
+            frames: compared.frames,
+            vertices: summary.vertices,
+            worst_mm: compared.positions.worst * millimetres,
+            rms_mm: compared.positions.rms() * millimetres,
+            frame: compared.positions.at.0,
+            vertex: compared.positions.at.1,
+            allowed_mm: allowed * millimetres,
+            stated_mm: summary.stated_error.map(|error| error * millimetres),
+            normals_worst: summary.normals.then_some(compared.normals.worst),
+            velocities_worst_mm_per_s: summary.velocities.then_some(compared.velocities.worst * millimetres),
+            head_worst: head,
+        }
+    }
+
+    fn text(&self, file: &str, device: &str) -> String {
+        let row = |name: &str, value: String| [name.to_owned(), value];
+        let stated = match self.stated_mm {
+            Some(stated) => format!("at most {stated:.6} mm"),
+            None => "every bit".into(),
+        };
+        let mut rows = vec![
+            row(
+                "compared",
+                format!(
+                    "{} of {} vertices",
+                    human::counted(self.frames, "frame"),
+                    human::count(self.vertices)
+                ),
+            ),
+            row("with", format!("a fresh evaluation on {device}")),
+            row("worst", format!("{:.6} mm, frame {}, vertex {}", self.worst_mm, self.frame, self.vertex)),
+            row("RMS", format!("{:.6} mm", self.rms_mm)),
+            row("stated", stated),
+            row("allowed", format!("{:.6} mm, since devices round differently", self.allowed_mm)),
+        ];
+        let further = [
+            (
+                "normals",
+                self.normals_worst.map(|worst| format!("off by {worst:.6} of their length at worst")),
+            ),
+            ("velocities", self.velocities_worst_mm_per_s.map(|worst| format!("{worst:.6} mm/s at worst"))),
+            ("head", self.head_worst.map(|worst| format!("its matrix off by {worst:.2e} at worst"))),
+        ];
+        rows.extend(further.into_iter().filter_map(|(name, text)| Some(row(name, text?))));
+        let verdict = if self.passed { "sound" } else { "FAILS: it is not what the rig and the take give" };
+        format!("{file}: {verdict}\n{}", output::table(&rows))
+    }
+}
+
+/// Of the rest pose's bounding box, in mesh units.
+fn diagonal(rig: &Rig) -> f64 {
+    let extent = |c: usize| {
+        let along = || rig.rest.iter().map(|p| f64::from(p[c]));
+        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
+    };
+    (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+}
