@@ -4,6 +4,7 @@
 mod debian;
 mod fuzz;
 mod kernels;
+mod python;
 mod run;
 mod setup;
 mod test;
@@ -15,7 +16,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 enum Chore {
-    /// Install what the tests need: software GPU drivers, Python packages, a glTF validator.
+    /// Install what the tests need: software GPU drivers, USD, Blender, a browser, a glTF validator.
     Setup,
     /// Set up, then check formatting, kernels, lints, tests and documentation.
     Test,

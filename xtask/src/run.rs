@@ -1,4 +1,5 @@
-//! Running programs: every chore's failure is one sentence.
+//! Running programs, and what else the chores share: every failure is one sentence.
+use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -58,4 +59,14 @@ pub fn cannot_run(shown: &str, error: &std::io::Error) -> String {
         ErrorKind::NotFound => format!("`{shown}`: the program is not installed or not in the PATH"),
         _ => format!("`{shown}` could not be run: {error}"),
     }
+}
+
+/// Whether both files are there and have the same content.
+pub fn same_text(a: &Path, b: &Path) -> bool {
+    matches!((fs::read(a), fs::read(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Copies a file, over what was there.
+pub fn copy(from: &Path, to: &Path) -> Result {
+    fs::copy(from, to).map(drop).map_err(|e| format!("{} to {}: {e}", from.display(), to.display()))
 }

@@ -1,7 +1,7 @@
 //! `cargo xtask setup`: what the tests need beyond Rust. It installs only what is missing, so that a second
 //! run takes a moment.
-use crate::debian;
-use crate::run::{Result, command, output, root, run, succeeds};
+use crate::run::{Result, command, copy, output, root, run, same_text, succeeds};
+use crate::{debian, python};
 use std::fs;
 use std::path::Path;
 
@@ -11,12 +11,12 @@ const OLDEST_NODE: u32 = 18;
 /// Rust's name for WebAssembly in browsers.
 pub const WASM: &str = "wasm32-unknown-unknown";
 
-/// Installs system packages, then the SwiftShader driver into `target/swiftshader`, the Python packages into
-/// `target/venv`, the npm packages into `target/node`, and Rust's target for browsers.
+/// Installs system packages, then the Python packages into environments under `target/`, the npm packages into
+/// `target/node`, and Rust's target for browsers.
 pub fn setup() -> Result {
     system_packages()?;
     debian::swiftshader()?;
-    python_packages()?;
+    python::python_packages()?;
     node_packages()?;
     wasm_target()
 }
@@ -32,7 +32,7 @@ fn system_packages() -> Result {
     if !succeeds(command("npm", &["--version"])) {
         missing.push("npm");
     }
-    missing.extend(debian::missing_gpu_packages());
+    missing.extend(debian::missing_packages());
     if !missing.is_empty() {
         debian::install(&missing)?;
     }
@@ -61,25 +61,6 @@ fn wasm_target() -> Result {
     run(command("rustup", &["target", "add", WASM]))
 }
 
-fn python_packages() -> Result {
-    let venv = root().join("target/venv");
-    let python = venv.join("bin/python");
-    let wanted = root().join("xtask/requirements.txt");
-    let installed = venv.join("requirements.txt");
-    if same_text(&wanted, &installed) && succeeds(command(&python, &["-c", "import pxr.Usd"])) {
-        return Ok(());
-    }
-    // A folder left by another Python, or by a run that was stopped, is of no use.
-    let mut make_venv = command("python3", &["-m", "venv", "--clear"]);
-    make_venv.arg(&venv);
-    run(make_venv)?;
-    let mut install = command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-    install.arg("--requirement").arg(&wanted);
-    run(install)
-        .map_err(|e| format!("{e}: the Python packages of xtask/requirements.txt could not be installed"))?;
-    copy(&wanted, &installed)
-}
-
 fn node_packages() -> Result {
     let folder = root().join("target/node");
     let wanted = root().join("xtask/node");
@@ -97,12 +78,4 @@ fn node_packages() -> Result {
     run(install)
         .map_err(|e| format!("{e}: the packages of xtask/node/package.json could not be installed"))?;
     copy(&wanted.join("package-lock.json"), &installed)
-}
-
-fn same_text(a: &Path, b: &Path) -> bool {
-    matches!((fs::read(a), fs::read(b)), (Ok(a), Ok(b)) if a == b)
-}
-
-fn copy(from: &Path, to: &Path) -> Result {
-    fs::copy(from, to).map(drop).map_err(|e| format!("{} to {}: {e}", from.display(), to.display()))
 }

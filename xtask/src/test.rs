@@ -37,7 +37,7 @@ pub fn test() -> Result {
         step("tests", &mut || {
             let mut tests = cargo(&["test", "--workspace", "--features", FEATURES, "--no-fail-fast"]);
             // A second Vulkan driver, beside those that the loader finds by itself.
-            tests.env("VK_ADD_DRIVER_FILES", debian::swiftshader_icd());
+            tests.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD);
             let found = run_tests(tests)?;
             let failed = found.failed;
             counts = Some(found);
@@ -47,7 +47,7 @@ pub fn test() -> Result {
         step("validation", &mut || {
             let test = ["test", "--workspace", "--features", FEATURES, "--test", "devices"];
             let mut tests = cargo(&[&test[..], &["--", "--quiet", "[vulkan/"]].concat());
-            tests.env("VK_ADD_DRIVER_FILES", debian::swiftshader_icd()).env("RHYTID_VULKAN_VALIDATION", "1");
+            tests.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD).env("RHYTID_VULKAN_VALIDATION", "1");
             run_tests(tests).and_then(|found| match found.failed {
                 0 => Ok(()),
                 failed => Err(format!("{failed} tests failed under Vulkan's validation layer")),

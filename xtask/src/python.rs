@@ -1,0 +1,71 @@
+//! The Python environments of the tests, each with the packages of a file in `xtask/`.
+use crate::run::{Result, command, copy, output, root, run, same_text, succeeds};
+
+/// The only Python that both Blender's module and the oldest USD are made for.
+const PYTHON: &str = "3.11";
+
+/// An environment under `target/`. There are several since each package brings a USD of its own.
+struct Environment {
+    folder: &'static str,
+    /// The file in `xtask/` that names the packages and their versions.
+    requirements: &'static str,
+    /// What can be imported once they are there.
+    module: &'static str,
+}
+
+const ENVIRONMENTS: [Environment; 3] = [
+    Environment { folder: "venv", requirements: "requirements.txt", module: "pxr.Usd" },
+    Environment { folder: "venv-usd-24.3", requirements: "requirements-usd-24.3.txt", module: "pxr.Usd" },
+    Environment { folder: "venv-blender", requirements: "requirements-blender.txt", module: "bpy" },
+];
+
+/// Makes each environment that is missing or has other packages than its file names.
+pub fn python_packages() -> Result {
+    ENVIRONMENTS.iter().try_for_each(Environment::make)
+}
+
+impl Environment {
+    fn make(&self) -> Result {
+        let venv = root().join("target").join(self.folder);
+        let python = venv.join("bin/python");
+        let wanted = root().join("xtask").join(self.requirements);
+        // Written last, so that it stands for a finished installation.
+        let installed = venv.join("requirements.txt");
+        let import = format!("import {}", self.module);
+        if same_text(&wanted, &installed) && succeeds(command(&python, &["-c", &import])) {
+            return Ok(());
+        }
+        // A folder left by another Python, or by a run that was stopped, is of no use.
+        let mut make_venv = command(interpreter()?, &["-m", "venv", "--clear"]);
+        make_venv.arg(&venv);
+        run(make_venv)?;
+        let mut install =
+            command(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+        install.arg("--requirement").arg(&wanted);
+        run(install).map_err(|e| {
+            format!("{e}: the packages of xtask/{} could not be installed", self.requirements)
+        })?;
+        run(command(&python, &["-c", &import])).map_err(|e| {
+            format!("{e}: what xtask/{} names is installed and does not start", self.requirements)
+        })?;
+        copy(&wanted, &installed)
+    }
+}
+
+/// The command that starts Python of the version that the packages are made for.
+fn interpreter() -> Result<&'static str> {
+    let version = |program: &str| {
+        let print = "import sys, venv, ensurepip; print('%d.%d' % sys.version_info[:2])";
+        output(command(program, &["-c", print]))
+    };
+    if let Some(program) =
+        ["python3.11", "python3"].into_iter().find(|p| version(p).as_deref() == Some(PYTHON))
+    {
+        return Ok(program);
+    }
+    let found = version("python3").map_or("no python3".into(), |version| format!("Python {version}"));
+    Err(format!(
+        "the tests need Python {PYTHON}, the only one that Blender's module bpy 5.0.1 is made for, and there is \
+         {found}: install it, with venv, so that `python{PYTHON}` is in the PATH, then try again"
+    ))
+}
