@@ -249,7 +249,7 @@ impl Report {
             row("worst", format!("{:.6} mm, frame {}, vertex {}", self.worst_mm, self.frame, self.vertex)),
             row("RMS", format!("{:.6} mm", self.rms_mm)),
             row("stated", stated),
-            row("allowed", format!("{:.6} mm, since devices round differently", self.allowed_mm)),
+            row("allowed", format!("{:.6} mm: that, and what two devices may differ by", self.allowed_mm)),
         ];
         let further = [
             (

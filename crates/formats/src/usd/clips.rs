@@ -104,7 +104,9 @@ pub(super) fn clips(layer: &Layer) -> Option<Clips<'_>> {
 pub(super) fn undeclared(clip: &Layer, manifest: &Layer) -> Option<String> {
     fn within(wanted: &Prim, among: &[Prim]) -> Option<String> {
         let name = &wanted.name;
-        let Some(found) = among.iter().find(|prim| prim.name == *name) else { return Some(format!("/{name}")) };
+        let Some(found) = among.iter().find(|prim| prim.name == *name) else {
+            return Some(format!("/{name}"));
+        };
         let lacks = |wanted: &&Property| found.properties.iter().all(|found| found.name() != wanted.name());
         match wanted.properties.iter().find(lacks) {
             Some(property) => Some(format!("/{name}.{}", property.name())),

@@ -18,6 +18,6 @@ mod text_value;
 mod writer;
 
 pub(crate) use face::Face;
-pub(crate) use shapes::write_shapes;
 pub use sample::Sample;
+pub(crate) use shapes::write_shapes;
 pub use writer::{Encoding, LayerWriter};

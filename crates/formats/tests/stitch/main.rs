@@ -144,7 +144,10 @@ fn a_manifest_that_is_missing_or_of_other_parts_is_noticed() {
     clips::stitch(&export_parts(&whole, &others, "usd"), &stitched).unwrap();
     assert!(recording::open(&stitched).is_ok());
     let message = sentence(recording::open(&renamed));
-    assert!(message.contains("stitched.manifest.usda: does not declare /face/face_mesh.normals"), "{message}");
+    assert!(
+        message.contains("stitched.manifest.usda: does not declare /face/face_mesh.normals"),
+        "{message}"
+    );
 
     std::fs::write(&manifest, "#usda 1.0\n").unwrap();
     let message = sentence(recording::open(&renamed));
