@@ -40,7 +40,8 @@ pub struct Frame<'a> {
     pub velocities: Option<&'a [f32]>,
 }
 
-/// One animation file being written. Memory does not grow with the frames' data.
+/// One animation file being written. Memory does not grow with the frames' data, or by a gigabyte where they are
+/// compressed.
 pub trait Exporter: Send {
     /// Adds the next frame.
     ///
