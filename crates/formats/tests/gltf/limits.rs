@@ -25,7 +25,7 @@ fn more_than_256_targets_need_force() {
     for extension in ["glb", "gltf"] {
         create(folder.path(), [40, 256], extension, Options::default()).unwrap();
         let message = input_error(create(folder.path(), [40, 257], extension, Options::default()));
-        for advice in ["257 frames", "256", ".usd", "--frames", "--max-error", "--force"] {
+        for advice in ["257 frames", "256", ".usd", "--frames", "--compressed", "--force"] {
             assert!(message.contains(advice), "“{message}” lacks “{advice}”");
         }
         create(folder.path(), [40, 257], extension, force()).unwrap();

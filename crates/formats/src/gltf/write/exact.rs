@@ -97,7 +97,7 @@ pub(super) fn check_frames(path: &Path, format: Format, scene: &Scene<'_>, optio
     if frames > MOST_TARGETS && !options.force {
         return Err(Error::input(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_TARGETS} that viewers promise to \
-             show: write .usd, choose fewer frames with --frames, have fewer targets made with --max-error, or insist \
+             show: write .usd, choose fewer frames with --frames, have fewer targets made with --compressed, or insist \
              with --force",
             path.display()
         )));
@@ -105,7 +105,7 @@ pub(super) fn check_frames(path: &Path, format: Format, scene: &Scene<'_>, optio
     if frames > MOST_FRAMES {
         return Err(Error::input(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_FRAMES} that a glTF file holds: write \
-             .usd, choose fewer frames with --frames, or have fewer targets made with --max-error",
+             .usd, choose fewer frames with --frames, or have fewer targets made with --compressed",
             path.display()
         )));
     }

@@ -84,12 +84,12 @@ fn limit(format: Format, options: &Options) -> Limit {
         (false, _) => Limit {
             bytes: 1 << 30,
             sentence: "1 GiB, more than viewers are made for: write .usd, choose fewer frames with --frames, make it \
-                       smaller with --max-error, --quantize or --meshopt, or insist with --force",
+                       smaller with --compressed, --quantize or --meshopt, or insist with --force",
         },
         (true, Format::Glb) => Limit {
             bytes: u64::from(u32::MAX),
             sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, choose fewer frames with --frames, or make \
-                       it smaller with --max-error, --quantize or --meshopt",
+                       it smaller with --compressed, --quantize or --meshopt",
         },
         (true, Format::Gltf) => Limit { bytes: u64::MAX, sentence: "any disk" },
     }
