@@ -3,5 +3,8 @@
 
 mod meshopt;
 mod morphs;
+mod node;
 pub(crate) mod read;
 pub(crate) mod write;
+
+pub(crate) use node::local_transform;

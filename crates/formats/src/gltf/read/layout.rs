@@ -1,13 +1,13 @@
 //! What the JSON says: where everything is, and what it stands for.
 
 use super::super::meshopt;
+use super::super::node::local_transform;
 use crate::export::Origin;
 use ::gltf::json::Root;
 use ::gltf::json::animation::{Interpolation, Property};
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
-use ::gltf::json::scene::Node;
 use ::gltf::json::validation::Checked::Valid;
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DVec3};
 use rhytid_core::{Error, Result, UpAxis};
 use serde::Deserialize;
 use std::f64::consts::FRAC_PI_2;
@@ -123,7 +123,7 @@ impl Layout {
             ids,
             base,
             targets,
-            node: local(node),
+            node: local_transform(node),
             to_mesh: to_mesh(extras.metres_per_unit, up_axis),
             times: None,
             weights: None,
@@ -197,21 +197,6 @@ fn targets(primitive: &Primitive) -> Vec<[Option<usize>; 2]> {
     let value = |index: &Option<::gltf::json::Index<_>>| index.map(|index| index.value());
     let targets = primitive.targets.iter().flatten();
     targets.map(|target| [value(&target.positions), value(&target.normals)]).collect()
-}
-
-fn local(node: &Node) -> DMat4 {
-    if let Some(matrix) = node.matrix {
-        return DMat4::from_cols_array(&matrix.map(f64::from));
-    }
-    let vector = |v: Option<[f32; 3]>, default| v.map_or(default, |v| DVec3::from_array(v.map(f64::from)));
-    // As a quaternion of 32-bit floats is a unit one only to their precision.
-    let rotation =
-        node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
-    DMat4::from_scale_rotation_translation(
-        vector(node.scale, DVec3::ONE),
-        rotation,
-        vector(node.translation, DVec3::ZERO),
-    )
 }
 
 fn to_mesh(metres_per_unit: f64, up_axis: UpAxis) -> DMat4 {

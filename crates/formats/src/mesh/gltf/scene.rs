@@ -2,11 +2,12 @@ use super::super::materials::Assigned;
 use super::super::{uvs_from_corners, warn_partial_uvs};
 use super::accessor::Accessors;
 use super::buffers::Buffers;
+use crate::gltf::local_transform;
 use ::gltf::json::Root;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::scene::Node;
 use ::gltf::json::validation::Checked;
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DVec3};
 use rhytid_core::{Error, Mesh, Result};
 use std::collections::HashMap;
 
@@ -54,21 +55,6 @@ fn placed_nodes<'a>(root: &'a Root, name: &str) -> Result<Vec<(&'a Node, DMat4)>
         placed.push((node, transform));
     }
     Ok(placed)
-}
-
-fn local_transform(node: &Node) -> DMat4 {
-    if let Some(matrix) = node.matrix {
-        return DMat4::from_cols_array(&matrix.map(f64::from));
-    }
-    let vector = |v: Option<[f32; 3]>, default| v.map_or(default, |v| DVec3::from_array(v.map(f64::from)));
-    // As a quaternion of 32-bit floats is a unit one only to their precision.
-    let rotation =
-        node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
-    DMat4::from_scale_rotation_translation(
-        vector(node.scale, DVec3::ONE),
-        rotation,
-        vector(node.translation, DVec3::ZERO),
-    )
 }
 
 struct Reader<'a> {
