@@ -10,7 +10,6 @@ for the picture, and eyeballs and a dark inside of the head are added.
 """
 
 import argparse
-import tempfile
 from pathlib import Path
 
 import bpy
@@ -64,10 +63,7 @@ def shoot(face, degrees):
     across = positions(face) @ np.array(turn.col[0])
     target = turn.col[0] * float(across.min() + across.max()) / 2 + Vector((0, -2.6, -2))
     render.aim(bpy.context.scene.camera, target + turn @ Vector((0, 1.0, 56)), target)
-    with tempfile.TemporaryDirectory() as folder:
-        bpy.context.scene.render.filepath = f"{folder}/panel.png"
-        bpy.ops.render.render(write_still=True)
-        return Image.open(f"{folder}/panel.png").convert("RGB").resize(PANEL, Image.LANCZOS)
+    return render.panel(PANEL)
 
 
 def main():

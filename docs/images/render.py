@@ -207,16 +207,21 @@ def set_up(samples):
     scene.camera = add("camera", camera, None)
 
 
+def panel(size):
+    """What the scene's camera sees, as a picture of that size."""
+    with tempfile.TemporaryDirectory() as folder:
+        bpy.context.scene.render.filepath = f"{folder}/panel.png"
+        bpy.ops.render.render(write_still=True)
+        return Image.open(f"{folder}/panel.png").convert("RGB").resize(size, Image.LANCZOS)
+
+
 def shoot(face, positions, degrees, target, distance):
     face.data.vertices.foreach_set("co", positions.astype(np.float32).ravel())
     face.data.update()
     angle = math.radians(degrees)
     target = Vector(target)
     aim(bpy.context.scene.camera, target + Vector((math.sin(angle), 0.03, math.cos(angle))) * distance, target)
-    with tempfile.TemporaryDirectory() as folder:
-        bpy.context.scene.render.filepath = f"{folder}/panel.png"
-        bpy.ops.render.render(write_still=True)
-        return Image.open(f"{folder}/panel.png").convert("RGB").resize(PANEL, Image.LANCZOS)
+    return panel(PANEL)
 
 
 def main():
