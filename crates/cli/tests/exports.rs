@@ -3,6 +3,9 @@
 mod common;
 
 use common::{Fixture, stderr};
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{Animator, Backend, Stage, UploadOptions, rig_file};
+use rhytid_formats::mesh;
 use serde_json::Value;
 
 fn solved() -> Fixture {
@@ -188,4 +191,61 @@ fn shapes_are_named_after_examples_and_handles() {
     assert_eq!(names[..4], ["pinch", "left_x", "left_y", "left_z"]);
     f.done("export-shapes face.safetensors -o shapes.usda --device cpu:0 --handles");
     assert!(f.read_text("shapes.usda").contains("def BlendShape \"left_y\""));
+}
+
+/// The first `count` vectors of a GLB's accessor of floats.
+fn glb_vectors(bytes: &[u8], accessor: &Value, count: usize) -> Vec<[f32; 3]> {
+    let json = glb_json(bytes);
+    let accessor = &json["accessors"][accessor.as_u64().unwrap() as usize];
+    assert_eq!((&accessor["componentType"], &accessor["type"]), (&5126.into(), &"VEC3".into()));
+    let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+    let number = |value: &Value| value.as_u64().unwrap_or(0) as usize;
+    let stride = view["byteStride"].as_u64().unwrap_or(12) as usize;
+    // The header, the JSON and what stands before the binary part.
+    let begin = 28 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let begin = begin + number(&view["byteOffset"]) + number(&accessor["byteOffset"]);
+    let coordinate = |v: usize, c: usize| bytes[begin + v * stride + 4 * c..][..4].try_into().unwrap();
+    (0..count).map(|v| std::array::from_fn(|c| f32::from_le_bytes(coordinate(v, c)))).collect()
+}
+
+/// An example's slider at 1 shows the scan; the handles' sliders together show what the backend computes.
+#[test]
+fn shapes_are_the_examples_and_the_large_scale() {
+    let f = solved();
+    let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
+    f.done("export-shapes face.safetensors -o shapes.glb --device cpu:0 --handles");
+    let glb = f.read("shapes.glb");
+    let primitive = &glb_json(&glb)["meshes"][0]["primitives"][0];
+    let base = glb_vectors(&glb, &primitive["attributes"]["POSITION"], rig.vertices());
+    let targets = primitive["targets"].as_array().unwrap();
+    let shape = |k: usize| glb_vectors(&glb, &targets[k]["POSITION"], rig.vertices());
+    let close = |found: [f32; 3], expected: [f64; 3], allowed: f64| {
+        found.iter().zip(expected).all(|(a, b)| (f64::from(*a) - b).abs() < allowed)
+    };
+
+    let pinch = mesh::read(&f.path("poses/pinch.obj")).unwrap();
+    let offsets = shape(0);
+    for (v, expected) in pinch.positions.iter().enumerate() {
+        let found = std::array::from_fn(|c| base[v][c] + offsets[v][c]);
+        assert!(close(found, *expected, 1e-4), "vertex {v}: {found:?}, expected {expected:?}");
+    }
+
+    let slider = |k: usize| ((k * 7) % 11) as f32 * 0.1 - 0.5;
+    let mut found = base.clone();
+    for k in 0..3 * rig.handles.len() {
+        for (position, offset) in found.iter_mut().zip(shape(1 + k)) {
+            (0..3).for_each(|c| position[c] += slider(k) * offset[c]);
+        }
+    }
+    let handles = rig.handles.iter().enumerate();
+    let handles = handles.flat_map(|(h, &v)| (0..3).map(move |c| (h, v as usize, c)));
+    let handles: Vec<f32> = handles.map(|(h, v, c)| rig.rest[v][c] + slider(3 * h + c)).collect();
+    let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
+    let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(1)).unwrap();
+    animator.evaluate(&handles).unwrap();
+    let mut expected = Vec::new();
+    animator.read(Stage::LargeScale, &mut expected).unwrap();
+    for (v, (found, expected)) in found.iter().zip(expected.as_chunks::<3>().0).enumerate() {
+        assert!(close(*found, expected.map(f64::from), 1e-5), "vertex {v}: {found:?}, expected {expected:?}");
+    }
 }

@@ -1,6 +1,6 @@
 use crate::support::{corner_uvs, decode_with_warnings, message, polygons, refused};
 use base64::Engine;
-use rhytid_core::Mesh;
+use rhytid_core::{Materials, Mesh};
 use rhytid_formats::mesh::{Format, decode, read};
 use serde_json::{Value, json};
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -87,6 +87,25 @@ fn reads_what_trimesh_wrote() {
     assert_eq!(polygons(&mesh), [vec![0, 1, 2], vec![0, 2, 3], vec![4, 6, 5]]);
     let uv = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.75], [0.0, 1.0]];
     assert_eq!(corner_uvs(&mesh), [0, 1, 2, 0, 2, 3, 0, 2, 1].map(|i| uv[i]));
+}
+
+#[test]
+fn primitives_name_the_materials_of_their_faces() {
+    let mut document = square();
+    assert_eq!(load(&document).materials, None);
+    document["materials"] = json!([{"name": "unused"}, {"name": "lips"}, {}, {"name": "skin"}]);
+    let primitive = |material: Value| {
+        let mut primitive = json!({"attributes": {"POSITION": 0}, "indices": 3});
+        primitive["material"] = material;
+        primitive
+    };
+    let mut unnamed = primitive(json!(0));
+    unnamed.as_object_mut().unwrap().remove("material");
+    document["meshes"][0]["primitives"] =
+        json!([primitive(json!(3)), primitive(json!(1)), unnamed, primitive(json!(2)), primitive(json!(3))]);
+    let materials = load(&document).materials.unwrap();
+    assert_eq!(materials.names, ["skin", "lips"]);
+    assert_eq!(materials.of_face, [0, 1, Materials::NONE, Materials::NONE, 0]);
 }
 
 #[test]
