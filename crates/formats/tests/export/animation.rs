@@ -79,6 +79,8 @@ pub enum UvKind {
     None,
     PerVertex,
     PerCorner,
+    /// Per corner, and beyond 0 to 1.
+    Tiled,
 }
 
 /// A sheet of 5 × 4 quads with a triangle and a pentagon at its rim and one vertex of no face, moving at random.
@@ -105,11 +107,14 @@ pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
         UvKind::PerVertex => {
             Some(Uvs { values: (0..vertices).map(|_| random.uv()).collect(), corners: None })
         }
-        UvKind::PerCorner => {
+        UvKind::PerCorner | UvKind::Tiled => {
             // Few values for many corners: some vertices get one, others several, some twice the same value
             // under two indices.
             let mut values: Vec<[f32; 2]> = (0..5).map(|_| random.uv()).collect();
             values.push(values[0]);
+            if uvs == UvKind::Tiled {
+                values[3] = [2.5, -1.25];
+            }
             let corners = faces.indices.iter().map(|_| random.below(values.len() as u64) as u32).collect();
             Some(Uvs { values, corners: Some(corners) })
         }
@@ -196,7 +201,7 @@ impl Random {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
-    fn vector(&mut self, size: f32) -> [f32; 3] {
+    pub fn vector(&mut self, size: f32) -> [f32; 3] {
         std::array::from_fn(|_| (self.unit() - 0.5) * size)
     }
 

@@ -1,6 +1,7 @@
 //! Files that are cut, swapped or changed.
 
-use crate::animation::{Random, UvKind, animation, cases, head};
+use crate::animation::{Random, UvKind};
+use crate::cases::{animation, cases, head};
 use crate::tools::input_error;
 use rhytid_core::Error;
 use rhytid_formats::export::Options;
@@ -24,9 +25,9 @@ fn cut_and_swapped_files_give_clear_errors() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let plain = Options::default();
-    animation(UvKind::None, 3, 50).export(&at("a.glb"), &plain).unwrap();
-    animation(UvKind::None, 3, 51).export(&at("a.gltf"), &plain).unwrap();
-    animation(UvKind::PerCorner, 2, 52).export(&at("b.gltf"), &plain).unwrap();
+    animation(UvKind::None, 3, 50).export_with(&at("a.glb"), &plain).unwrap();
+    animation(UvKind::None, 3, 51).export_with(&at("a.gltf"), &plain).unwrap();
+    animation(UvKind::PerCorner, 2, 52).export_with(&at("b.gltf"), &plain).unwrap();
     let bytes = std::fs::read(at("a.glb")).unwrap();
     let refused = |name: &str, expected: &str| {
         let message = input_error(read(&at(name)));
@@ -67,7 +68,7 @@ fn files_that_say_something_else_are_refused() {
     let path = folder.path().join("face.gltf");
     let mut animation = animation(UvKind::PerCorner, 3, 53);
     animation.head = Some(head(3));
-    animation.export(&path, &Options { quantize: true, ..Options::default() }).unwrap();
+    animation.export_with(&path, &Options { quantize: true, ..Options::default() }).unwrap();
     let json = std::fs::read_to_string(&path).unwrap();
     read(&path).unwrap();
     for (from, to, expected) in [
@@ -99,7 +100,7 @@ fn files_that_say_something_else_are_refused() {
 fn copies_that_part_from_their_vertex_are_noticed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.glb");
-    animation(UvKind::PerCorner, 2, 54).export(&path, &Options::default()).unwrap();
+    animation(UvKind::PerCorner, 2, 54).export_with(&path, &Options::default()).unwrap();
     let viewer = crate::viewer::Viewer::open(&path);
     let mut bytes = std::fs::read(&path).unwrap();
     // The last position of the last target is that of a copy.

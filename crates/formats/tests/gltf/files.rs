@@ -1,6 +1,7 @@
 //! The files as such.
 
-use crate::animation::{UvKind, animation, cases};
+use crate::animation::UvKind;
+use crate::cases::{animation, cases};
 use crate::tools::{input_error, unfold};
 use rhytid_core::{NoProgress, Progress};
 use rhytid_formats::export::{self, Options};
@@ -81,7 +82,7 @@ fn a_gltf_that_cannot_be_finished_leaves_no_bin() {
 
     std::fs::remove_dir(&path).unwrap();
     std::fs::create_dir(folder.path().join("face.bin")).unwrap();
-    let message = input_error(animation.export(&path, &Options::default()));
+    let message = input_error(animation.export_with(&path, &Options::default()));
     assert!(message.contains("face.bin: is a folder"), "{message}");
     assert_eq!(files_in(folder.path()), ["face.bin"]);
 }
@@ -91,7 +92,7 @@ fn a_gltf_finds_its_bin_whatever_it_is_called() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["face.gltf", "Zoë's 1st scan? 100% #2.v2.GLTF"] {
         let path = folder.path().join(name);
-        let written = animation(UvKind::None, 2, 3).export(&path, &Options::default()).unwrap();
+        let written = animation(UvKind::None, 2, 3).export_with(&path, &Options::default()).unwrap();
         let bin = path.with_extension("bin");
         let bytes = std::fs::metadata(&path).unwrap().len() + std::fs::metadata(&bin).unwrap().len();
         assert_eq!(written.bytes, bytes);
@@ -126,7 +127,7 @@ fn the_same_input_gives_the_same_bytes_and_compression_keeps_all() {
             // The views are the same without compression, in the same order, and so is the binary part.
             let plain = Options { meshopt: false, ..case.options.clone() };
             let path = again.path().join("plain.glb");
-            case.animation.export(&path, &plain).unwrap();
+            case.animation.export_with(&path, &plain).unwrap();
             let bin = |path: &Path| crate::viewer::Viewer::open(path).bin;
             assert!(bin(&path) == bin(unfolded), "{label}");
         }
@@ -139,7 +140,7 @@ fn compression_makes_files_smaller() {
     let animation = animation(UvKind::None, 20, 4);
     let size = |quantize, meshopt| {
         let options = Options { quantize, meshopt, ..Options::default() };
-        animation.export(&folder.path().join("face.gltf"), &options).unwrap();
+        animation.export_with(&folder.path().join("face.gltf"), &options).unwrap();
         std::fs::metadata(folder.path().join("face.bin")).unwrap().len()
     };
     assert!(size(true, false) * 18 < size(false, false) * 10);

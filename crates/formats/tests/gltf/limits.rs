@@ -1,6 +1,7 @@
 //! What is refused, and what the message advises.
 
-use crate::animation::{Animation, UvKind, animation};
+use crate::animation::{Animation, UvKind};
+use crate::cases::animation;
 use crate::tools::input_error;
 use rhytid_formats::export::{self, Exporter, Options, Scene};
 use std::path::Path;
@@ -14,7 +15,7 @@ fn create(
 ) -> rhytid_core::Result<Box<dyn Exporter>> {
     let mut big: Animation = animation(UvKind::None, 1, 29);
     big.rest.resize(vertices, [0.0; 3]);
-    big.rest_normals.as_mut().unwrap().resize(vertices, [0.0; 3]);
+    big.rest_normals.resize(vertices, [0.0; 3]);
     export::create(&folder.join("face").with_extension(extension), &Scene { frames, ..big.scene() }, &options)
 }
 
@@ -83,9 +84,9 @@ fn offsets_that_overflow_are_refused() {
     let mut animation = animation(UvKind::None, 2, 31);
     animation.frames[0][0][16] = -3e38;
     animation.frames[1][0][16] = 3e38;
-    let message = input_error(animation.export(&path, &Options::default()));
+    let message = input_error(animation.export_with(&path, &Options::default()));
     assert!(message.contains("frame 1 (from 0), vertex 5"), "{message}");
     let quantize = Options { quantize: true, ..Options::default() };
-    let message = input_error(animation.export(&path, &quantize));
+    let message = input_error(animation.export_with(&path, &quantize));
     assert!(message.contains("without --quantize"), "{message}");
 }

@@ -2,7 +2,10 @@
 //! themselves, the `gltf` crate and plain arithmetic in `f64`. And in again, by the reader that `rhytid verify` uses.
 //! The programs come from `cargo xtask setup`.
 
+#[path = "../export/animation.rs"]
+#[allow(dead_code, reason = "the exporters' tests use all of it")]
 mod animation;
+mod cases;
 mod damaged;
 mod files;
 mod limits;

@@ -1,6 +1,7 @@
 //! What moves: positions, normals, the head.
 
-use crate::animation::{Animation, Case, UvKind, animation, cases, head};
+use crate::animation::{Animation, UvKind};
+use crate::cases::{Case, animation, cases, head};
 use crate::tools::unfold;
 use crate::viewer::{Matrix, Vector, Viewer, transform};
 use rhytid_core::{RigidMotion, UpAxis};
@@ -107,7 +108,7 @@ fn exact_files_begin_with_the_first_frame_and_show_one_target_at_a_time() {
 fn normals_are_there_when_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     for (Case { animation, options, label, .. }, _, viewer) in written(folder.path()) {
-        let asked = animation.rest_normals.is_some();
+        let asked = animation.with_normals;
         assert_eq!(viewer.normals.is_some(), asked, "{label}");
         assert!(viewer.targets.iter().all(|(_, normals)| normals.is_some() == asked), "{label}");
         if !asked || options.max_error.is_some() {
@@ -150,7 +151,7 @@ fn normals_that_turn_little_are_within_a_degree_when_quantised() {
             *n = [cos * x - sin * y, sin * x + cos * y, z];
         }
     }
-    animation.export(&path, &Options { quantize: true, ..Options::default() }).unwrap();
+    animation.export_with(&path, &Options { quantize: true, ..Options::default() }).unwrap();
     let viewer = Viewer::open(&path);
     for (k, [_, normals]) in animation.frames.iter().enumerate() {
         for (v, (shown, given)) in
@@ -209,7 +210,7 @@ fn what_does_not_move_is_a_plain_mesh() {
                 let path = folder.path().join("face.glb");
                 let still = Animation { head: with_head.then(|| head(4)), ..still.clone() };
                 let options = Options { max_error, quantize, ..Options::default() };
-                let written = still.export(&path, &options).unwrap();
+                let written = still.export_with(&path, &options).unwrap();
                 let viewer = Viewer::open(&path);
                 assert_eq!(written.targets, Some(if max_error.is_some() { 0 } else { 4 }));
                 assert_eq!(viewer.times.is_empty(), max_error.is_some() && !with_head);

@@ -1,6 +1,6 @@
 //! Our own reader gives back what was written.
 
-use crate::animation::{Case, cases};
+use crate::cases::{Case, cases};
 use rhytid_formats::recording;
 
 #[test]
@@ -19,7 +19,7 @@ fn what_was_written_is_read() {
             (summary.metres_per_unit, summary.up_axis),
             (animation.metres_per_unit, animation.up_axis)
         );
-        assert_eq!(summary.normals, animation.rest_normals.is_some());
+        assert_eq!(summary.normals, animation.with_normals);
         assert_eq!(summary.head, animation.head.is_some());
         assert_eq!(summary.origin.as_ref(), Some(&animation.origin));
         let corners = animation.triangle_corners.as_flattened();

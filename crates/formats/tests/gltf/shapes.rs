@@ -1,6 +1,7 @@
 //! Named shapes.
 
-use crate::animation::{Random, UvKind, animation};
+use crate::animation::{Random, UvKind};
+use crate::cases::animation;
 use crate::tools::{input_error, unfold};
 use crate::validator::assert_valid;
 use crate::viewer::Viewer;
@@ -25,7 +26,7 @@ fn each_shape_is_a_named_target_that_nothing_moves() {
         let scene = Shapes {
             name: "face",
             rest: &base.rest,
-            rest_normals: normals.then_some(base.rest_normals.as_deref().unwrap()),
+            rest_normals: normals.then_some(base.rest_normals.as_slice()),
             faces: &base.faces,
             triangle_corners: &base.triangle_corners,
             uvs: base.uvs.as_ref(),

@@ -1,6 +1,7 @@
 //! Triangles, texture coordinates, units and names.
 
-use crate::animation::{Animation, Case, UvKind, animation, cases};
+use crate::animation::{Animation, UvKind};
+use crate::cases::{Case, animation, cases};
 use crate::tools::unfold;
 use crate::viewer::Viewer;
 use rhytid_core::{Materials, UpAxis};
@@ -63,7 +64,7 @@ fn it_opens_upright_and_at_true_size() {
     let base = animation(UvKind::None, 2, 26);
     let name = "1st scan \"Zoë\"\n\\ 100 %";
     let z_up = Animation { up_axis: UpAxis::Z, name: name.into(), ..base.clone() };
-    z_up.export(&path, &Options::default()).unwrap();
+    z_up.export_with(&path, &Options::default()).unwrap();
     let viewer = Viewer::open(&path);
     let node = viewer.document.default_scene().unwrap().nodes().next().unwrap();
     assert_eq!(node.name(), Some(name));
@@ -75,7 +76,7 @@ fn it_opens_upright_and_at_true_size() {
         }
     }
 
-    Animation { metres_per_unit: 1.0, ..base }.export(&path, &Options::default()).unwrap();
+    Animation { metres_per_unit: 1.0, ..base }.export_with(&path, &Options::default()).unwrap();
     let identity = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));
     assert_eq!(Viewer::open(&path).node, identity);
 }
@@ -89,7 +90,7 @@ fn names_and_extras_say_what_it_is() {
     animation.metres_per_unit = 0.001;
     let faces = animation.faces.len();
     animation.materials = Some(Materials { names: vec!["epidermis".into()], of_face: vec![0; faces] });
-    animation.export(&path, &Options::default()).unwrap();
+    animation.export_with(&path, &Options::default()).unwrap();
     let viewer = Viewer::open(&path);
     let mesh = viewer.document.meshes().next().unwrap();
     let names: serde_json::Value = serde_json::from_str(mesh.extras().as_ref().unwrap().get()).unwrap();

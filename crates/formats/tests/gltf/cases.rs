@@ -1,0 +1,95 @@
+//! What is written as glTF, and every way to write it.
+
+use crate::animation::{self, Animation, Random, UvKind};
+use rhytid_core::{RigidMotion, UpAxis};
+use rhytid_formats::export::{Options, Written};
+use std::path::Path;
+
+/// The sheet of [`animation::animation`], with a wave that runs over it while it shakes a little: what few targets can
+/// show.
+pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
+    let mut animation = animation::animation(uvs, frames, seed);
+    let mut random = Random(!seed);
+    for (k, [positions, _]) in animation.frames.iter_mut().enumerate() {
+        for (position, rest) in positions.as_chunks_mut::<3>().0.iter_mut().zip(&animation.rest) {
+            let wave = (rest[0] + k as f32 * 0.7).sin();
+            let shake = random.vector(0.01);
+            *position = [rest[0] + shake[0], rest[1] + wave + shake[1], rest[2] + 0.3 * wave + shake[2]];
+        }
+    }
+    animation
+}
+
+/// A head that turns and nods more than once around, given with quaternions of either sign.
+pub fn head(frames: usize) -> Vec<RigidMotion> {
+    (0..frames)
+        .map(|k| {
+            let half = 0.9 * k as f64;
+            let sign = if k % 3 == 1 { -1.0 } else { 1.0 };
+            let axis = [0.36, 0.48, 0.8];
+            let [x, y, z] = axis.map(|a| sign * a * half.sin());
+            RigidMotion {
+                rotation: [x, y, z, sign * half.cos()],
+                translation: [k as f64, 2.5, -0.5 * k as f64],
+            }
+        })
+        .collect()
+}
+
+/// One way to write one animation.
+pub struct Case {
+    pub animation: Animation,
+    pub options: Options,
+    /// `glb` or `gltf`.
+    pub extension: &'static str,
+    /// A word for each choice.
+    pub label: String,
+}
+
+impl Case {
+    /// Writes it to `folder` under a name of its own.
+    pub fn export(&self, folder: &Path) -> (std::path::PathBuf, Written) {
+        let path = folder.join(format!("{}.{}", self.label.replace(' ', "-"), self.extension));
+        let written = self
+            .animation
+            .export_with(&path, &self.options)
+            .unwrap_or_else(|e| panic!("{}: {e}", self.label));
+        (path, written)
+    }
+}
+
+/// Every choice with every other.
+pub fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for bits in 0..1 << 6 {
+        let [compressed, quantize, meshopt, normals, with_head, z_up] =
+            std::array::from_fn(|bit| bits >> bit & 1 == 1);
+        for (u, uvs) in
+            [UvKind::None, UvKind::PerVertex, UvKind::PerCorner, UvKind::Tiled].into_iter().enumerate()
+        {
+            // Both kinds of file turn up with everything, and a take of one frame now and then.
+            let extension = if (bits + u) % 2 == 0 { "glb" } else { "gltf" };
+            let frames = if (bits * 4 + u) % 11 == 10 { 1 } else { 5 };
+            let mut animation = animation(uvs, frames, 100 + bits as u64);
+            animation.with_normals = normals;
+            animation.head = with_head.then(|| head(frames));
+            animation.up_axis = if z_up { UpAxis::Z } else { UpAxis::Y };
+            animation.metres_per_unit = [0.001, 0.0254, 1.0][bits % 3];
+            animation.rate = [30.0, 30.0 / 1.001, 120.0][(bits / 3) % 3];
+            let max_error = compressed.then_some(0.05);
+            let word = |is, word| if is { word } else { "" };
+            let label = [
+                word(compressed, "compressed "),
+                word(quantize, "quantize "),
+                word(meshopt, "meshopt "),
+                word(normals, "normals "),
+                word(with_head, "head "),
+                word(z_up, "z-up "),
+                &format!("{uvs:?} {frames} frames"),
+            ];
+            let options = Options { max_error, quantize, meshopt, force: false };
+            cases.push(Case { animation, options, extension, label: label.concat() });
+        }
+    }
+    cases
+}
