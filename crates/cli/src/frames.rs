@@ -116,7 +116,7 @@ mod tests {
     /// One marker that moves 1 unit along x a second.
     fn take(times: &[f64]) -> Take {
         let positions = times.iter().map(|&t| [t, 0.0, 0.0]).collect();
-        Take { labels: vec!["a".into()], times: times.to_vec(), positions, head: None }
+        Take { labels: vec!["a".into()], times: times.to_vec(), positions, ..Take::default() }
     }
 
     fn even(frames: usize, rate: f64) -> Take {

@@ -11,6 +11,8 @@ pub struct Take {
     pub positions: Vec<[f64; 3]>,
     /// How the head stands in the world in each frame; `None` where it is not known.
     pub head: Option<Vec<RigidMotion>>,
+    /// frames × M: how far each position is to be trusted, from 0 (a guess) to 1 (measured); `None` where all are 1.
+    pub confidence: Option<Vec<f32>>,
 }
 
 impl Take {
@@ -42,17 +44,18 @@ impl Take {
 
     /// The frames `range`, as a take of their own with unchanged times.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Take {
-        let m = self.labels.len();
+        let samples = range.start * self.labels.len()..range.end * self.labels.len();
         Take {
             labels: self.labels.clone(),
             times: self.times[range.clone()].to_vec(),
-            positions: self.positions[range.start * m..range.end * m].to_vec(),
+            positions: self.positions[samples.clone()].to_vec(),
             head: self.head.as_ref().map(|head| head[range].to_vec()),
+            confidence: self.confidence.as_ref().map(|confidence| confidence[samples].to_vec()),
         }
     }
 
     /// Sampled at `fps` frames per second from its first time to its last, linearly between frames; the head turns
-    /// evenly between them.
+    /// evenly between them, and confidence is linear too.
     ///
     /// # Errors
     /// [`Error::Input`] if `fps` is not finite and positive, or more than [`Take::MAX_RESAMPLED`] frames would
@@ -75,7 +78,8 @@ impl Take {
             )));
         }
         let head = self.head.as_ref().map(|_| Vec::with_capacity(count));
-        let mut out = Take { labels: self.labels.clone(), head, ..Take::default() };
+        let confidence = self.confidence.as_ref().map(|_| Vec::with_capacity(count * m));
+        let mut out = Take { labels: self.labels.clone(), head, confidence, ..Take::default() };
         let mut k = 0;
         for i in 0..count {
             let time = (start + i as f64 / fps).min(end);
@@ -88,6 +92,13 @@ impl Take {
             out.times.push(start + i as f64 / fps);
             if let (Some(head), Some(out)) = (&self.head, &mut out.head) {
                 out.push(head[k].between(&head[next], s));
+            }
+            if let (Some(confidence), Some(out)) = (&self.confidence, &mut out.confidence) {
+                let between = |j: usize| {
+                    let (a, b) = (f64::from(confidence[k * m + j]), f64::from(confidence[next * m + j]));
+                    (a + s * (b - a)) as f32
+                };
+                out.extend((0..m).map(between));
             }
             for j in 0..m {
                 let (a, b) = (self.positions[k * m + j], self.positions[next * m + j]);
@@ -142,7 +153,7 @@ mod tests {
             labels: vec!["a".into()],
             times: times.to_vec(),
             positions: times.iter().map(|t| [*t, 2.0 * t, 1.0]).collect(),
-            head: None,
+            ..Take::default()
         }
     }
 
@@ -183,7 +194,7 @@ mod tests {
             labels: ["a", "b", "c"].map(String::from).to_vec(),
             times: vec![0.0],
             positions: vec![[1.0; 3], [2.0; 3], [3.0; 3]],
-            head: None,
+            ..Take::default()
         };
         let labels = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
         assert_eq!(take.handle_positions(&labels(&["c", "a"])).unwrap(), [3.0, 3.0, 3.0, 1.0, 1.0, 1.0]);

@@ -27,7 +27,7 @@ fn two_frames() -> Take {
         labels: vec!["brow".into(), "lip_up".into()],
         times: vec![0.0, 0.5],
         positions: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [-1.5, 2e-3, 3.25], [0.1, -5.0, 1e3]],
-        head: None,
+        ..Take::default()
     }
 }
 
@@ -240,7 +240,7 @@ fn any_take() -> impl Strategy<Value = Take> {
             labels: labels.clone(),
             times: times.clone(),
             positions,
-            head: None,
+            ..Take::default()
         })
     })
 }

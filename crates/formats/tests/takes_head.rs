@@ -80,6 +80,7 @@ fn written_takes_keep_every_bit() {
         times: vec![0.0, 0.5],
         positions: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]],
         head: Some(vec![turned, RigidMotion::IDENTITY]),
+        ..Take::default()
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("take.csv");
