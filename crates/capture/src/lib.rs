@@ -1,2 +1,6 @@
 //! From a raw take to a clean one: pure functions, one clean-up step a file.
 #![forbid(unsafe_code)]
+
+mod report;
+
+pub use report::{Event, Found, Kind, Report};

@@ -1,0 +1,102 @@
+use serde::Serialize;
+use std::ops::Range;
+
+/// What was found in a raw take, what was assumed and what was done: everything a report shows.
+///
+/// Markers are named by the index of their handle in [`Report::labels`]; frames are those of the raw take, counted from 0.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// The H handles' labels, in the rig's order.
+    pub labels: Vec<String>,
+    /// Frames of the raw take.
+    pub frames: usize,
+    /// Its frames per second.
+    pub rate: f64,
+    /// Time of its first frame in seconds.
+    pub start: f64,
+    /// What the file's numbers mean and how it was brought onto the rig.
+    pub setup: Found,
+    /// What is not as it was measured, ordered by kind, frame and marker.
+    pub events: Vec<Event>,
+    /// RMS distance in millimetres of the markers that the head's motion was fitted to from where it puts them, frame by frame; 0 in frames
+    /// where it was not fitted.
+    pub head_residuals_mm: Vec<f32>,
+    /// RMS noise of a position (of all three coordinates together) in millimetres, as far as the low-rank model or the second differences tell
+    /// it from motion.
+    pub noise_mm: f64,
+    /// The cut-off of the markers' low-pass filter in Hz; `None` where they were not filtered.
+    pub low_pass_hz: Option<f64>,
+    /// A sentence each: what the reader and the clean-up had to assume, and what a person should look at.
+    pub warnings: Vec<String>,
+}
+
+/// How the file's markers and numbers were understood.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Found {
+    /// The label in the file of each handle's marker, in the order of the handles; `None` where there is none.
+    pub markers: Vec<Option<String>>,
+    /// The labels in the file of the rigid markers that the head's motion was fitted to; empty where it was fitted to all.
+    pub rigid: Vec<String>,
+    /// Labels in the file that are of no use.
+    pub unused: Vec<String>,
+    /// Metres in one unit of the file.
+    pub metres_per_unit: f64,
+    /// Whether that is a guess.
+    pub unit_is_guessed: bool,
+    /// The file's axes that the mesh's x, y and z are, such as `+x+z-y`.
+    pub axes: String,
+    /// Whether that is a guess.
+    pub axes_are_guessed: bool,
+    /// The neutral frames.
+    pub neutral: Range<usize>,
+    /// Whether they were found rather than given.
+    pub neutral_is_found: bool,
+    /// How large the actor is compared with the rig.
+    pub scale: f64,
+    /// Whether the take was in head space and mesh units already: then it was neither stabilised nor aligned.
+    pub in_head_space: bool,
+    /// How far each handle's marker is from its handle at neutral, in millimetres, after the alignment and before this offset is taken out;
+    /// `None` where it was never seen at neutral.
+    pub offsets_mm: Vec<Option<f64>>,
+}
+
+/// Something that is not as it was measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Event {
+    /// What.
+    pub kind: Kind,
+    /// Of which handle's marker; `None` for the head's rigid markers together.
+    pub marker: Option<usize>,
+    /// [`Kind::Swap`]: the other marker.
+    pub other: Option<usize>,
+    /// First frame.
+    pub first: usize,
+    /// Number of frames.
+    pub frames: usize,
+    /// [`Kind::Outlier`]: how far away it was, in millimetres on the rig.
+    pub distance_mm: Option<f64>,
+    /// The lowest confidence that its samples were given.
+    pub confidence: f32,
+}
+
+/// The kinds of [`Event`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Two markers had each other's label; undone.
+    Swap,
+    /// A position where no marker can have been; dropped, then filled as a gap.
+    Outlier,
+    /// A gap that the capture system had filled.
+    FilledBefore,
+    /// A short gap, filled by a spline.
+    Spline,
+    /// A longer gap, filled by the low-rank model of this take.
+    Model,
+    /// A gap past the limit, or of all markers: filled as well as can be, and not to be trusted.
+    Lost,
+    /// A marker that was never seen: it goes with its neighbours.
+    NeverSeen,
+    /// The head's rigid markers were not seen: its motion comes from the face's markers, or is held.
+    Head,
+}
