@@ -1,0 +1,89 @@
+use glam::{DMat3, DQuat, DVec3};
+use std::fmt;
+use std::str::FromStr;
+
+/// Which axes of a file the mesh's x, y and z are: one of the 24 turns that take axes to axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Axes([(usize, bool); 3]);
+
+impl Axes {
+    /// The file has the mesh's axes.
+    pub const SAME: Self = Self([(0, false), (1, false), (2, false)]);
+
+    /// The 24 of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+        let signed = orders.into_iter().flat_map(|order| {
+            (0..8).map(move |signs| Self(std::array::from_fn(|i| (order[i], signs >> i & 1 == 1))))
+        });
+        signed.filter(|axes| axes.matrix().determinant() > 0.0)
+    }
+
+    /// The one that is nearest to a rotation from the file's axes to the mesh's.
+    pub fn nearest(rotation: DQuat) -> Self {
+        let wanted = DMat3::from_quat(rotation);
+        let likeness = |axes: &Self| -> f64 {
+            let matrix = axes.matrix();
+            (0..3).map(|i| matrix.col(i).dot(wanted.col(i))).sum()
+        };
+        Self::all().max_by(|a, b| likeness(a).total_cmp(&likeness(b))).unwrap_or(Self::SAME)
+    }
+
+    /// The rotation from the file's axes to the mesh's.
+    pub fn rotation(&self) -> DQuat {
+        DQuat::from_mat3(&self.matrix())
+    }
+
+    fn matrix(&self) -> DMat3 {
+        let row = |(axis, negative): (usize, bool)| {
+            let mut row = DVec3::ZERO;
+            row[axis] = if negative { -1.0 } else { 1.0 };
+            row
+        };
+        DMat3::from_cols(row(self.0[0]), row(self.0[1]), row(self.0[2])).transpose()
+    }
+}
+
+impl fmt::Display for Axes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|&(axis, negative)| {
+            write!(f, "{}{}", if negative { '-' } else { '+' }, ["x", "y", "z"][axis])
+        })
+    }
+}
+
+impl FromStr for Axes {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::all().find(|axes| axes.to_string() == text).ok_or_else(|| {
+            format!("“{text}” is no way to turn axes, expected the file's axes that the mesh's x, y and z are, such as +x+z-y for a file with Z up")
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_are_24_and_each_is_read_back() {
+        let all: Vec<Axes> = Axes::all().collect();
+        assert_eq!(all.len(), 24);
+        for axes in all {
+            assert_eq!(axes.to_string().parse::<Axes>().unwrap(), axes);
+            let slightly = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.5);
+            assert_eq!(Axes::nearest(slightly * axes.rotation()), axes);
+        }
+        for wrong in ["", "xyz", "+x+y-z", "+x+x+y"] {
+            assert!(wrong.parse::<Axes>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn z_up_becomes_y_up() {
+        let axes: Axes = "+x+z-y".parse().unwrap();
+        let turned = axes.rotation() * DVec3::new(1.0, 2.0, 3.0);
+        assert!(turned.distance(DVec3::new(1.0, 3.0, -2.0)) < 1e-12, "{turned}");
+    }
+}

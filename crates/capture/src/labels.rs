@@ -1,0 +1,99 @@
+//! Which marker of a file is which handle's.
+use rhytid_core::{Error, Result};
+use std::collections::BTreeMap;
+
+/// What the labels of a file are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matched {
+    /// The column of each handle's marker; `None` where the file has none.
+    pub columns: Vec<Option<usize>>,
+    /// The columns of no handle.
+    pub others: Vec<usize>,
+}
+
+/// Fewer matched handles leave the alignment undetermined.
+const FEWEST: usize = 4;
+
+/// Finds each of the `handles` among the labels of a `file`: as `map` says (handle → label in the file), else the same label, else the same but for
+/// upper and lower case, else the same behind a prefix such as `Actor:`.
+///
+/// # Errors
+/// [`Error::Input`] if `map` names a handle or a label that is not there, or fewer than four handles are found.
+pub fn match_labels(handles: &[String], file: &[String], map: &BTreeMap<String, String>) -> Result<Matched> {
+    for (handle, label) in map {
+        if !handles.contains(handle) {
+            return Err(Error::input(format!(
+                "the map gives the handle “{handle}” a marker, but the rig has no such handle"
+            )));
+        }
+        if !file.contains(label) {
+            return Err(Error::input(format!(
+                "the map gives the handle “{handle}” the marker “{label}”, but the file has no such marker"
+            )));
+        }
+    }
+    let bare = |label: &str| label.rsplit(':').next().unwrap_or(label).trim().to_lowercase();
+    let rules: [&dyn Fn(&str, &str) -> bool; 3] = [
+        &|handle, label| handle == label,
+        &|handle, label| handle.to_lowercase() == label.trim().to_lowercase(),
+        &|handle, label| bare(handle) == bare(label),
+    ];
+    let mut taken = vec![false; file.len()];
+    let mut columns: Vec<Option<usize>> = vec![None; handles.len()];
+    let mut take = |columns: &mut Vec<Option<usize>>, fits: &dyn Fn(&str, &str) -> bool| {
+        for (handle, column) in handles.iter().zip(columns).filter(|(_, column)| column.is_none()) {
+            *column = (0..file.len()).find(|&i| !taken[i] && fits(handle, &file[i]));
+            column.iter().for_each(|&i| taken[i] = true);
+        }
+    };
+    take(&mut columns, &|handle, label| map.get(handle).is_some_and(|mapped| mapped == label));
+    rules.iter().for_each(|rule| take(&mut columns, rule));
+    let found = columns.iter().flatten().count();
+    if found < FEWEST {
+        let shown = |labels: &[String]| {
+            let more = labels.len().saturating_sub(8);
+            let shown: Vec<&str> = labels.iter().take(8).map(String::as_str).collect();
+            shown.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
+        };
+        return Err(Error::input(format!(
+            "{found} of the rig's {} handles have a marker of that name, expected at least {FEWEST}; the handles are {}, the markers {}; \
+             a map says which is which",
+            handles.len(),
+            shown(handles),
+            shown(file)
+        )));
+    }
+    let others = (0..file.len()).filter(|&i| !taken[i]).collect();
+    Ok(Matched { columns, others })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(names: &[&str]) -> Vec<String> {
+        names.iter().map(|n| (*n).to_owned()).collect()
+    }
+
+    #[test]
+    fn each_rule_and_their_order() {
+        let handles = labels(&["jaw", "Lip", "brow", "nose", "chin", "ear"]);
+        let file = labels(&["Actor:jaw", "jaw", "lip", "Anna:Head:Brow", "NOSE", "m7", "cap"]);
+        let map = BTreeMap::from([("chin".to_owned(), "m7".to_owned())]);
+        let found = match_labels(&handles, &file, &map).unwrap();
+        assert_eq!(found.columns, [Some(1), Some(2), Some(3), Some(4), Some(5), None]);
+        assert_eq!(found.others, [0, 6]);
+    }
+
+    #[test]
+    fn too_few_and_wrong_maps() {
+        let handles = labels(&["a", "b", "c", "d"]);
+        let message = |file: &[&str], map: &[(&str, &str)]| {
+            let map = map.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
+            match_labels(&handles, &labels(file), &map).unwrap_err().to_string()
+        };
+        assert!(message(&["a", "b", "c", "x"], &[]).starts_with("3 of the rig's 4 handles"));
+        assert!(message(&["a"], &[("q", "a")]).contains("no such handle"));
+        assert!(message(&["a"], &[("a", "q")]).contains("no such marker"));
+    }
+}

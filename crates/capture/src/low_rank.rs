@@ -1,0 +1,185 @@
+//! A low-rank model of a take's own motion: probabilistic principal components (Tipping and Bishop, 1999), trained on the frames as
+//! they are, gaps included, by imputing what is missing until it no longer changes.
+use crate::tracks::{Tracks, seen};
+use faer::{
+    Mat, Side,
+    linalg::solvers::{Llt, Solve},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// `x = mean + W c + noise`, with as many independent `c` of variance 1 as W has columns.
+pub struct Model {
+    mean: Vec<f64>,
+    /// 3M × rank, row by row.
+    weights: Vec<f64>,
+    rank: usize,
+    /// The noise's variance per coordinate.
+    noise: f64,
+}
+
+/// Frames that are learned from.
+const SAMPLED: usize = 4000;
+
+const LARGEST_RANK: usize = 40;
+const ITERATIONS: usize = 20;
+
+impl Model {
+    /// Learns from displacements; `noise` is the least standard deviation per coordinate. `None` where there is nothing to learn from.
+    pub fn learn(tracks: &Tracks, noise: f64) -> Option<Self> {
+        let frames = tracks.frames();
+        // The fullest frames of as many short stretches.
+        let stretch = frames.div_ceil(SAMPLED).max(1);
+        let seen_in = |f: usize| tracks.columns.iter().filter(|c| seen(c[f])).count();
+        let sampled: Vec<usize> = (0..frames)
+            .step_by(stretch)
+            .filter_map(|start| {
+                let fullest = (start..(start + stretch).min(frames))
+                    .max_by_key(|&f| (seen_in(f), std::cmp::Reverse(f)))?;
+                (seen_in(fullest) > 0).then_some(fullest)
+            })
+            .collect();
+        let n = sampled.len();
+        let dimensions = 3 * tracks.columns.len();
+        let rank = LARGEST_RANK.min(dimensions / 2).min(n / 4);
+        if rank == 0 {
+            return None;
+        }
+        let known: Vec<Vec<f64>> = sampled.iter().map(|&f| frame(tracks, f)).collect();
+        let mut data = interpolated(&known);
+        let mut model = None;
+        for _ in 0..ITERATIONS {
+            let fitted = Self::of(&data, dimensions, rank, noise)?;
+            let changes: Vec<f64> = data
+                .par_iter_mut()
+                .zip(&known)
+                .filter(|(_, known)| known.iter().any(|x| x.is_nan()))
+                .map(|(data, known)| {
+                    let (mut worst, guess) = (0.0_f64, fitted.complete(known));
+                    for ((x, known), guess) in data.iter_mut().zip(known).zip(guess) {
+                        if known.is_nan() {
+                            worst = worst.max((*x - guess).abs());
+                            *x = guess;
+                        }
+                    }
+                    worst
+                })
+                .collect();
+            model = Some(fitted);
+            if changes.into_iter().fold(0.0, f64::max) < 0.1 * noise {
+                break;
+            }
+        }
+        model
+    }
+
+    /// The principal components of complete frames.
+    fn of(data: &[Vec<f64>], dimensions: usize, rank: usize, noise: f64) -> Option<Self> {
+        let n = data.len() as f64;
+        let mean: Vec<f64> = (0..dimensions).map(|i| data.iter().map(|x| x[i]).sum::<f64>() / n).collect();
+        let centred = Mat::from_fn(data.len(), dimensions, |f, i| data[f][i] - mean[i]);
+        let covariance = centred.transpose() * &centred;
+        let eigen = covariance.self_adjoint_eigen(Side::Lower).ok()?;
+        let (values, vectors) = (eigen.S(), eigen.U());
+        let variance = |k: usize| (values[dimensions - 1 - k] / n).max(0.0);
+        let rest: f64 = (rank..dimensions).map(variance).sum();
+        let noise = (rest / (dimensions - rank) as f64).max(noise * noise).max(f64::MIN_POSITIVE);
+        let scale: Vec<f64> = (0..rank).map(|k| (variance(k) - noise).max(0.0).sqrt()).collect();
+        let weights = (0..dimensions)
+            .flat_map(|i| (0..rank).map(move |k| (i, k)))
+            .map(|(i, k)| vectors[(i, dimensions - 1 - k)] * scale[k])
+            .collect();
+        Some(Self { mean, weights, rank, noise })
+    }
+
+    /// The expected frame (3M numbers), given those of its numbers that are not NaN.
+    pub fn complete(&self, frame: &[f64]) -> Vec<f64> {
+        let rank = self.rank;
+        let row = |i: usize| &self.weights[i * rank..(i + 1) * rank];
+        let mut precision = vec![0.0; rank * rank];
+        let mut right = vec![0.0; rank];
+        for (i, x) in frame.iter().enumerate().filter(|(_, x)| !x.is_nan()) {
+            let w = row(i);
+            for (k, wk) in w.iter().enumerate() {
+                right[k] += wk * (x - self.mean[i]);
+                let line = &mut precision[k * rank..k * rank + k + 1];
+                line.iter_mut().zip(w).for_each(|(p, wl)| *p += wk * wl);
+            }
+        }
+        let matrix = Mat::from_fn(rank, rank, |k, l| {
+            precision[k.max(l) * rank + k.min(l)] + if k == l { self.noise } else { 0.0 }
+        });
+        let right = Mat::from_fn(rank, 1, |k, _| right[k]);
+        let coefficients = match Llt::new(matrix.as_ref(), Side::Lower) {
+            Ok(factor) => factor.solve(&right),
+            Err(_) => Mat::zeros(rank, 1),
+        };
+        let mean = self.mean.iter().enumerate();
+        mean.map(|(i, mean)| {
+            mean + row(i).iter().enumerate().map(|(k, w)| w * coefficients[(k, 0)]).sum::<f64>()
+        })
+        .collect()
+    }
+
+    /// The expected positions in one frame of `tracks`.
+    pub fn frame(&self, tracks: &Tracks, f: usize) -> Vec<DVec3> {
+        self.complete(&frame(tracks, f)).as_chunks().0.iter().copied().map(DVec3::from_array).collect()
+    }
+}
+
+fn frame(tracks: &Tracks, f: usize) -> Vec<f64> {
+    tracks.columns.iter().flat_map(|column| column[f].to_array()).collect()
+}
+
+/// Every number that is NaN, linearly between its neighbours in time; 0 where there is none.
+fn interpolated(frames: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut out = frames.to_vec();
+    for i in 0..frames.first().map_or(0, Vec::len) {
+        let known: Vec<usize> = (0..frames.len()).filter(|&f| !frames[f][i].is_nan()).collect();
+        for (f, frame) in out.iter_mut().enumerate().filter(|(f, _)| frames[*f][i].is_nan()) {
+            let at = known.partition_point(|&k| k < f);
+            frame[i] = match (at.checked_sub(1).map(|a| known[a]), known.get(at)) {
+                (Some(a), Some(&b)) => {
+                    let s = (f - a) as f64 / (b - a) as f64;
+                    frames[a][i] + s * (frames[b][i] - frames[a][i])
+                }
+                (Some(k), None) => frames[k][i],
+                (None, Some(&k)) => frames[k][i],
+                (None, None) => 0.0,
+            };
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_take_of_low_rank_is_completed() {
+        // Three motions of ten markers.
+        let wave = |f: usize, k: usize| (f as f64 * [0.05, 0.13, 0.031][k]).sin() / (k + 1) as f64;
+        let shape = |j: usize, c: usize, k: usize| ((j * 7 + c * 3 + k * 5) as f64).sin();
+        let at = |j: usize, f: usize| {
+            DVec3::from_array(std::array::from_fn(|c| (0..3).map(|k| wave(f, k) * shape(j, c, k)).sum()))
+        };
+        let truth: Vec<Vec<DVec3>> = (0..10).map(|j| (0..800).map(|f| at(j, f)).collect()).collect();
+        let mut tracks = Tracks { columns: truth.clone(), rate: 120.0 };
+        for j in 0..10 {
+            tracks.columns[j][60 * j + 20..60 * j + 120].fill(DVec3::NAN);
+        }
+        let model = Model::learn(&tracks, 1e-4).unwrap();
+        for f in (0..800).step_by(7) {
+            for (j, found) in model.frame(&tracks, f).into_iter().enumerate() {
+                assert!(found.distance(truth[j][f]) < 5e-3, "{j} {f} {}", found.distance(truth[j][f]));
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_learn_from() {
+        assert!(Model::learn(&Tracks { columns: vec![vec![DVec3::NAN; 9]; 5], rate: 30.0 }, 0.1).is_none());
+        assert!(Model::learn(&Tracks { columns: vec![vec![DVec3::ONE; 3]; 5], rate: 30.0 }, 0.1).is_none());
+    }
+}

@@ -1,0 +1,62 @@
+use crate::Axes;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+/// What is known of an actor and a take, and what to do. By default everything is found, and everything is done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Handles whose markers have another label in the file: handle → label.
+    pub markers: BTreeMap<String, String>,
+    /// The labels in the file of the rigid markers; `None`: markers of no handle that keep their distances.
+    pub rigid: Option<Vec<String>>,
+    /// Metres in one unit of the file; `None`: what the file says, or the unit that fits the rig's size.
+    pub metres_per_unit: Option<f64>,
+    /// The file's axes; `None`: those in which the actor looks where the rig looks.
+    pub axes: Option<Axes>,
+    /// The neutral frames, from 0; `None`: the stillest half second nearest to the rest pose.
+    pub neutral: Option<Range<usize>>,
+    /// Steps to leave out.
+    pub skip: BTreeSet<Step>,
+    /// Longer gaps are flagged, in seconds.
+    pub max_gap: f64,
+    /// The markers' low-pass filter's cut-off in Hz; `None`: 20 Hz where the take is noisy, else none.
+    pub low_pass: Option<f64>,
+    /// The head motion's low-pass filter's cut-off in Hz.
+    pub head_low_pass: f64,
+    /// Frames per second to resample to; `None`: the take's own.
+    pub fps: Option<f64>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            markers: BTreeMap::new(),
+            rigid: None,
+            metres_per_unit: None,
+            axes: None,
+            neutral: None,
+            skip: BTreeSet::new(),
+            max_gap: 2.0,
+            low_pass: None,
+            head_low_pass: 8.0,
+            fps: None,
+        }
+    }
+}
+
+/// A step of the clean-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Step {
+    /// The head's motion is taken out.
+    Head,
+    /// The head's motion is smoothed.
+    HeadLowPass,
+    /// The actor is brought onto the rig, and each marker's offset from its handle taken out.
+    Align,
+    /// Swapped labels are found.
+    Swaps,
+    /// Outliers are dropped.
+    Outliers,
+    /// The markers are low-pass filtered.
+    LowPass,
+}

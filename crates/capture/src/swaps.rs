@@ -1,0 +1,195 @@
+//! Label swaps: two markers that have each other's label for a while.
+//!
+//! From the neutral frames, where the labels are right, every marker is followed outwards in both directions. Where two of them jump, and
+//! exchanging them makes both go on where they were, they are exchanged from there on.
+use crate::neighbours::nearest;
+use crate::tracks::{Tracks, median, seen};
+use glam::DVec3;
+
+/// One pair's exchange.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Swap {
+    /// The two columns, the lower first.
+    pub pair: [usize; 2],
+    /// First frame.
+    pub first: usize,
+    /// Frame behind the last one.
+    pub end: usize,
+}
+
+/// An exchange must make the squared jumps smaller by this factor.
+const FACTOR: f64 = 8.0;
+
+/// What moves less in a frame is no jump, as a part of the face's extent.
+const SMALLEST_JUMP: f64 = 0.012;
+
+/// A marker that was not seen for longer, in seconds, is not followed.
+const LONGEST_AGE: f64 = 0.25;
+
+/// Finds and undoes swaps. `neutral` is a frame in which the labels are right, `rest` where the markers are then, `extent` the face's.
+pub fn undo(tracks: &mut Tracks, neutral: usize, rest: &[DVec3], extent: f64) -> Vec<Swap> {
+    let frames = tracks.frames();
+    let age = tracks.frames_in(LONGEST_AGE);
+    let mut swaps = follow(tracks, (neutral..frames).collect(), age, extent);
+    swaps.extend(follow(tracks, (0..neutral.min(frames)).rev().collect(), age, extent));
+    let neighbours = nearest(rest, 8);
+    // What makes the markers fit their neighbours worse was none.
+    let unfounded: Vec<Swap> =
+        swaps.iter().copied().filter(|swap| !is_better(tracks, swap, rest, &neighbours)).collect();
+    unfounded.iter().rev().for_each(|swap| exchange(tracks, swap.pair, swap.first..swap.end));
+    swaps.retain(|swap| !unfounded.contains(swap));
+    swaps.sort_by_key(|swap| (swap.first, swap.pair));
+    swaps
+}
+
+/// 0 where one of them was not seen.
+fn square(a: DVec3, b: DVec3) -> f64 {
+    let square = a.distance_squared(b);
+    if square.is_nan() { 0.0 } else { square }
+}
+
+fn exchange(tracks: &mut Tracks, [a, b]: [usize; 2], frames: std::ops::Range<usize>) {
+    for f in frames {
+        let at_a = tracks.columns[a][f];
+        tracks.columns[a][f] = tracks.columns[b][f];
+        tracks.columns[b][f] = at_a;
+    }
+}
+
+fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Vec<Swap> {
+    let markers = tracks.columns.len();
+    let mut last: Vec<Option<(usize, DVec3)>> = vec![None; markers];
+    // The pairs that are exchanged at present, in the order in which they were, and since when.
+    let mut active: Vec<([usize; 2], usize)> = Vec::new();
+    let mut swaps = Vec::new();
+    let ended = |pair: [usize; 2], since: usize, now: usize| {
+        // The last exchanged frame is the one before `now` on the way.
+        if since <= now {
+            Swap { pair, first: since, end: now }
+        } else {
+            Swap { pair, first: now + 1, end: since + 1 }
+        }
+    };
+    for (i, &f) in order.iter().enumerate() {
+        active.iter().for_each(|(pair, _)| exchange(tracks, *pair, f..f + 1));
+        // Those that jump, and those that are not seen and whose label another may have.
+        let candidates: Vec<(usize, DVec3, bool)> = (0..markers)
+            .filter_map(|j| {
+                let (when, position) = last[j].filter(|(when, _)| i - when <= age)?;
+                let now = tracks.columns[j][f];
+                let limit = SMALLEST_JUMP * extent * (1.0 + 0.1 * (i - when - 1) as f64);
+                let jumps = now.distance(position) > limit;
+                (jumps || !seen(now)).then_some((j, position, jumps))
+            })
+            .collect();
+        for (k, &(a, at_a, a_jumps)) in candidates.iter().enumerate() {
+            for &(b, at_b, b_jumps) in &candidates[k + 1..] {
+                if !(a_jumps || b_jumps) {
+                    continue;
+                }
+                let (now_a, now_b) = (tracks.columns[a][f], tracks.columns[b][f]);
+                let keep = square(now_a, at_a) + square(now_b, at_b);
+                let swap = square(now_b, at_a) + square(now_a, at_b);
+                if FACTOR * swap >= keep {
+                    continue;
+                }
+                exchange(tracks, [a, b], f..f + 1);
+                let pair = [a.min(b), a.max(b)];
+                match active.iter().position(|(active, _)| *active == pair) {
+                    Some(at) => {
+                        let (pair, since) = active.remove(at);
+                        swaps.push(ended(pair, since, f));
+                    }
+                    None => active.push((pair, f)),
+                }
+            }
+        }
+        for (j, last) in last.iter_mut().enumerate() {
+            let now = tracks.columns[j][f];
+            if seen(now) {
+                *last = Some((i, now));
+            }
+        }
+    }
+    // What is not undone in the file stays undone here.
+    let behind = order.last().map(|&f| if order.first() <= Some(&f) { f + 1 } else { f.wrapping_sub(1) });
+    for (pair, since) in active {
+        let Some(behind) = behind else { continue };
+        swaps.push(if since < behind && behind != usize::MAX {
+            Swap { pair, first: since, end: behind }
+        } else {
+            Swap { pair, first: 0, end: since + 1 }
+        });
+    }
+    swaps
+}
+
+/// Whether the exchanged markers fit the displacements of their neighbours better than they did.
+fn is_better(tracks: &Tracks, swap: &Swap, rest: &[DVec3], neighbours: &[Vec<usize>]) -> bool {
+    let [a, b] = swap.pair;
+    let (mut now, mut before) = (0.0, 0.0);
+    // A hundred frames tell.
+    let step = (swap.end - swap.first).div_ceil(100);
+    for f in (swap.first..swap.end).step_by(step) {
+        let expected = |j: usize| {
+            let others = neighbours[j].iter().filter(|&&n| n != a && n != b);
+            rest[j] + median(others.map(|&n| tracks.columns[n][f] - rest[n]).filter(|p| seen(*p)))
+        };
+        let (at_a, at_b) = (tracks.columns[a][f], tracks.columns[b][f]);
+        let (to_a, to_b) = (expected(a), expected(b));
+        now += square(at_a, to_a) + square(at_b, to_b);
+        before += square(at_b, to_a) + square(at_a, to_b);
+    }
+    now <= before
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn face() -> (Tracks, Vec<DVec3>) {
+        let rest: Vec<DVec3> =
+            (0..16).map(|i| DVec3::new(f64::from(i % 4) * 2.0, f64::from(i / 4) * 2.0, 0.0)).collect();
+        let columns = rest
+            .iter()
+            .map(|r| (0..500).map(|f| *r + DVec3::Y * (0.4 * (f as f64 * 0.1 + r.x).sin())).collect())
+            .collect();
+        (Tracks { columns, rate: 120.0 }, rest)
+    }
+
+    fn check(swapped: &[Swap], change: impl Fn(&mut Tracks)) {
+        let (truth, rest) = face();
+        let mut tracks = truth.clone();
+        swapped.iter().for_each(|s| exchange(&mut tracks, s.pair, s.first..s.end));
+        change(&mut tracks);
+        let found = undo(&mut tracks, 250, &rest, 8.5);
+        assert_eq!(found, swapped);
+        for (found, truth) in tracks.columns.iter().zip(&truth.columns) {
+            assert!(found.iter().zip(truth).all(|(a, b)| a.is_nan() || a == b));
+        }
+    }
+
+    fn swap(a: usize, b: usize, first: usize, end: usize) -> Swap {
+        Swap { pair: [a, b], first, end }
+    }
+
+    #[test]
+    fn swaps_on_both_sides_of_the_neutral_frame_are_undone() {
+        check(&[], |_| ());
+        check(&[swap(1, 2, 300, 340)], |_| ());
+        check(&[swap(5, 9, 100, 101), swap(1, 2, 200, 240), swap(5, 6, 300, 310)], |_| ());
+        check(&[swap(0, 1, 0, 30), swap(10, 14, 400, 500)], |_| ());
+    }
+
+    #[test]
+    fn gaps_and_ghosts_do_not_hide_a_swap_nor_make_one() {
+        check(&[swap(1, 2, 300, 340)], |tracks| tracks.columns[1][290..305].fill(DVec3::NAN));
+        let (truth, rest) = face();
+        let mut tracks = truth.clone();
+        tracks.columns[3][120] += DVec3::splat(3.0);
+        tracks.columns[7][350] = tracks.columns[6][350] + DVec3::splat(0.1);
+        let before = tracks.clone();
+        assert!(undo(&mut tracks, 250, &rest, 8.5).is_empty());
+        assert_eq!(tracks, before);
+    }
+}

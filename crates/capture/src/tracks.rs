@@ -1,0 +1,95 @@
+use glam::DVec3;
+
+/// Marker tracks, one column a marker: all steps but the head's look along time. A position that is NaN was not seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tracks {
+    /// M columns of as many positions as there are frames.
+    pub columns: Vec<Vec<DVec3>>,
+    /// Frames per second.
+    pub rate: f64,
+}
+
+impl Tracks {
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// How many frames `seconds` are, at least 1.
+    pub fn frames_in(&self, seconds: f64) -> usize {
+        ((seconds * self.rate).round() as usize).max(1)
+    }
+}
+
+/// Whether a marker was seen there.
+pub fn seen(position: DVec3) -> bool {
+    !position.is_nan()
+}
+
+/// The runs of frames in which a marker was not seen.
+pub fn gaps(column: &[DVec3]) -> Vec<std::ops::Range<usize>> {
+    let mut gaps: Vec<std::ops::Range<usize>> = Vec::new();
+    for (f, _) in column.iter().enumerate().filter(|(_, p)| !seen(**p)) {
+        match gaps.last_mut() {
+            Some(gap) if gap.end == f => gap.end += 1,
+            _ => gaps.push(f..f + 1),
+        }
+    }
+    gaps
+}
+
+/// The median of each coordinate; NaN where there is no point.
+pub fn median(points: impl Iterator<Item = DVec3>) -> DVec3 {
+    let mut coordinates: [Vec<f64>; 3] = Default::default();
+    for point in points {
+        point.to_array().iter().zip(&mut coordinates).for_each(|(x, list)| list.push(*x));
+    }
+    DVec3::from_array(coordinates.map(|mut list| median_of(&mut list)))
+}
+
+/// The median of numbers, which are put in another order; NaN where there is none.
+pub fn median_of(numbers: &mut [f64]) -> f64 {
+    let (middle, is_odd) = (numbers.len() / 2, numbers.len() % 2 == 1);
+    if numbers.is_empty() {
+        return f64::NAN;
+    }
+    let (below, &mut upper, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
+    if is_odd {
+        return upper;
+    }
+    let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    0.5 * (lower + upper)
+}
+
+/// The diagonal of the box around the points that were seen; 0 where there is none.
+pub fn extent(points: impl Iterator<Item = DVec3>) -> f64 {
+    let mut bounds: Option<(DVec3, DVec3)> = None;
+    for p in points.filter(|p| seen(*p)) {
+        let (low, high) = bounds.unwrap_or((p, p));
+        bounds = Some((low.min(p), high.max(p)));
+    }
+    bounds.map_or(0.0, |(low, high)| low.distance(high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_runs() {
+        let column = |text: &str| -> Vec<DVec3> {
+            text.chars().map(|c| if c == '.' { DVec3::NAN } else { DVec3::ONE }).collect()
+        };
+        assert_eq!(gaps(&column("..x..x.")), [0..2, 3..5, 6..7]);
+        assert!(gaps(&column("xx")).is_empty() && gaps(&[]).is_empty());
+    }
+
+    #[test]
+    fn medians_of_even_and_odd_counts() {
+        assert_eq!(median_of(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median_of(&mut [4.0, 1.0, 2.0, 100.0]), 3.0);
+        assert!(median_of(&mut []).is_nan());
+        let points = [DVec3::new(0.0, 5.0, 1.0), DVec3::new(1.0, 0.0, 1.0), DVec3::new(9.0, 1.0, 1.0)];
+        assert_eq!(median(points.into_iter()), DVec3::ONE);
+    }
+}
