@@ -214,7 +214,7 @@ fn starts(
         claims = Claims::of([(Some(section_end), "the end of the parameters")]);
     }
     let first = claims.values().min().unwrap_or(section_end);
-    claims.0.retain(|(start, _)| *start < bytes);
+    claims.0.retain(|(start, _)| *start <= bytes);
     if claims.0.is_empty() {
         return Err(format!(
             "is cut short: it has {bytes} bytes, and its points begin at byte {first}; copy or export the file anew"

@@ -61,8 +61,8 @@ impl<'a> Parameters<'a> {
                 None => return out,
             }
         }
-        // A section may be filled to its last byte, with no mark of its end.
-        out.is_damaged = at < section.len();
+        // A section may be filled to its end, with no mark of it.
+        out.is_damaged = at > section.len() || at + 2 <= section.len();
         out
     }
 
