@@ -17,11 +17,22 @@ impl<'a> Rows<'a> {
         let reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
         let row = csv::ByteRecord::new();
         let mut rows = Self { bytes, name, reader, row, header: Vec::new() };
-        if !rows.read()? {
+        if !rows.advance()? {
             return Err(Error::input(format!("{name}: the file is empty, expected a header and rows")));
         }
         rows.header = (0..rows.row.len()).map(|i| rows.text(i).map(str::to_owned)).collect::<Result<_>>()?;
         Ok(rows)
+    }
+
+    /// Rows of any length under no header, their cells apart by `separator`. Quotes count where that is a comma.
+    pub(crate) fn without_header(bytes: &'a [u8], name: &'a str, separator: u8) -> Self {
+        let reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(separator)
+            .quoting(separator == b',')
+            .from_reader(bytes);
+        Self { bytes, name, reader, row: csv::ByteRecord::new(), header: Vec::new() }
     }
 
     /// The cells of the header.
@@ -54,7 +65,7 @@ impl<'a> Rows<'a> {
 
     /// Goes to the next row, which has as many cells as the header; `false` after the last one.
     pub(crate) fn next(&mut self) -> Result<bool> {
-        if !self.read()? {
+        if !self.advance()? {
             return Ok(false);
         }
         if self.row.len() != self.header.len() {
@@ -65,6 +76,11 @@ impl<'a> Rows<'a> {
             )));
         }
         Ok(true)
+    }
+
+    /// How many cells the current row has.
+    pub(crate) fn width(&self) -> usize {
+        self.row.len()
     }
 
     /// Cell `column` of the current row without the blanks around it.
@@ -101,7 +117,8 @@ impl<'a> Rows<'a> {
         Error::input(format!("{}, line {}: {message}", self.name, self.line_at(self.offset())))
     }
 
-    fn read(&mut self) -> Result<bool> {
+    /// Goes to the next row, however long it is; `false` after the last one.
+    pub(crate) fn advance(&mut self) -> Result<bool> {
         loop {
             let more = self
                 .reader

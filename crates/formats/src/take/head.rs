@@ -48,7 +48,7 @@ pub(super) fn read(
         let cell = rows.cell(column);
         match number(cell) {
             Some(number) if number.is_finite() => *value = number,
-            found if missing == Missing::Hold && (cell.is_empty() || found.is_some()) => {
+            found if missing != Missing::Error && (cell.is_empty() || found.is_some()) => {
                 return Ok(before.unwrap_or(RigidMotion::IDENTITY));
             }
             _ => {

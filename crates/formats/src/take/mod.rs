@@ -5,7 +5,7 @@ mod head;
 use crate::tables::rows::Rows;
 use crate::tables::text::{did_you_mean, listed, quoted};
 use crate::tables::write_checked;
-use rhytid_core::{Error, Result, Take};
+use rhytid_core::{Error, RawTake, Result, Take};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -17,6 +17,8 @@ pub enum Missing {
     Error,
     /// Keep the marker where it was last seen (before its first sighting: where it is first seen).
     Hold,
+    /// Leave it at [`RawTake::MISSING`], for a clean-up; the head is held. So may a marker be that no frame has.
+    Leave,
 }
 
 const AXES: [&str; 3] = ["_x", "_y", "_z"];
@@ -52,13 +54,14 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
         let time = read_time(&rows, columns.time, frame, take.times.last().copied())?;
         for (j, last) in last_seen.iter_mut().enumerate() {
             let seen = read_marker(&rows, columns.markers[j], frame, &take.labels[j], missing)?;
-            if let (Some(first), None) = (seen, &last) {
+            if let (Some(first), None, Missing::Hold) = (seen, &last, missing) {
                 for gap in 0..frame {
                     take.positions[gap * m + j] = first;
                 }
             }
             *last = seen.or(*last);
-            take.positions.push(last.unwrap_or_default());
+            let kept = if missing == Missing::Leave { seen } else { *last };
+            take.positions.push(kept.unwrap_or(RawTake::MISSING));
         }
         if let (Some(columns), Some(head)) = (columns.head, &mut take.head) {
             let motion = head::read(&rows, columns, frame, head.last().copied(), missing)?;
@@ -76,7 +79,7 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
         .filter(|(_, last)| last.is_none())
         .map(|(l, _)| l.as_str())
         .collect();
-    if !unseen.is_empty() {
+    if !unseen.is_empty() && missing == Missing::Hold {
         return Err(Error::input(format!(
             "{name}: missing from every frame: {}; a marker must be seen at least once to be held",
             listed(unseen.into_iter())
@@ -242,7 +245,7 @@ fn read_marker(
                 );
                 return Err(in_frame(rows, frame, &message));
             }
-            _ if missing == Missing::Hold => is_missing = true,
+            _ if missing != Missing::Error => is_missing = true,
             _ => {
                 let message = format!(
                     "marker {} is missing: {} is {}, expected a finite number; \

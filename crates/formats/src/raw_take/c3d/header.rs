@@ -1,0 +1,49 @@
+//! The first block of a C3D file.
+use super::processor::Processor;
+
+/// What the header says. All of it stands in the parameters too, and need not be the same.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Header {
+    pub(super) points: u16,
+    /// Analog measurements in a frame, over all channels.
+    pub(super) analog: u16,
+    /// Numbers of the first and the last frame.
+    pub(super) first: u16,
+    pub(super) last: u16,
+    /// Below 0 where points are floats.
+    pub(super) scale: f64,
+    /// The block, from 1, in which the points begin.
+    pub(super) data_block: u16,
+    /// Analog measurements in a frame of each channel.
+    pub(super) analog_samples: u16,
+    /// Frames per second.
+    pub(super) rate: f64,
+}
+
+impl Header {
+    pub(super) fn read(block: &[u8; super::BLOCK], processor: Processor) -> Self {
+        // Words of 16 bits count from 1 in the format's description.
+        let bytes = |word: usize| [block[2 * word - 2], block[2 * word - 1]];
+        let word = |n: usize| processor.word(bytes(n));
+        let float = |n: usize| {
+            let ([a, b], [c, d]) = (bytes(n), bytes(n + 1));
+            processor.float([a, b, c, d])
+        };
+        Self {
+            points: word(2),
+            analog: word(3),
+            first: word(4),
+            last: word(5),
+            scale: float(7),
+            data_block: word(9),
+            analog_samples: word(10),
+            rate: float(11),
+        }
+    }
+
+    /// How many frames the frames' numbers make; `None` where the last comes before the first, as numbers do that
+    /// outgrew their 16 bits.
+    pub(super) fn frames(&self) -> Option<u32> {
+        (u32::from(self.last) + 1).checked_sub(u32::from(self.first))
+    }
+}

@@ -1,0 +1,263 @@
+//! Where the points of a C3D file lie, and how many there are.
+//!
+//! Header and parameters say it twice, and real files have the one or the other wrong. What is said is a claim; of all
+//! combinations of claims the first one is taken that the file's size bears out.
+use super::BLOCK;
+use super::header::Header;
+use super::parameters::Parameters;
+
+/// The place and shape of the points.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layout {
+    /// The byte at which the first frame begins.
+    pub(super) start: usize,
+    /// M, the points of a frame.
+    pub(super) points: usize,
+    /// Analog measurements behind the points of a frame.
+    analog: usize,
+    pub(super) storage: Storage,
+    /// The whole frames that are there.
+    pub(super) frames: usize,
+    /// The frames that should be there.
+    pub(super) promised: u64,
+}
+
+/// What a coordinate is stored as.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Storage {
+    /// 16 bits each, times `scale`.
+    Integer { scale: f64 },
+    /// 32 bits each.
+    Float,
+}
+
+impl Storage {
+    /// The bytes of a point: three coordinates, and a word for its residual and the cameras that saw it.
+    pub(super) fn point_bytes(self) -> usize {
+        4 * self.number_bytes()
+    }
+
+    fn number_bytes(self) -> usize {
+        match self {
+            Self::Integer { .. } => 2,
+            Self::Float => 4,
+        }
+    }
+}
+
+impl Layout {
+    pub(super) fn frame_bytes(&self) -> usize {
+        self.points * self.storage.point_bytes() + self.analog * self.storage.number_bytes()
+    }
+
+    /// How well the file's `bytes` bear out what is claimed.
+    fn fit(&self, bytes: usize) -> Fit {
+        let available = (bytes - self.start) as u64;
+        match available.checked_sub(self.promised.saturating_mul(self.frame_bytes() as u64)) {
+            // The last block is filled up, as a rule.
+            Some(rest) if rest < BLOCK as u64 => Fit::Exact,
+            Some(_) => Fit::Inside,
+            None => Fit::Beyond,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Fit {
+    Exact,
+    Inside,
+    Beyond,
+}
+
+/// The values that a file gives for one thing, each with the place that gives it; the more trusted first.
+struct Claims<T>(Vec<(T, &'static str)>);
+
+impl<T: Copy + PartialEq + std::fmt::Debug> Claims<T> {
+    /// Those that are given, each value once.
+    fn of<const N: usize>(given: [(Option<T>, &'static str); N]) -> Self {
+        let mut claims: Vec<(T, &'static str)> = Vec::with_capacity(N);
+        for (value, place) in given {
+            if let Some(value) = value.filter(|value| claims.iter().all(|(other, _)| other != value)) {
+                claims.push((value, place));
+            }
+        }
+        Self(claims)
+    }
+
+    fn values(&self) -> impl Iterator<Item = T> {
+        self.0.iter().map(|(value, _)| *value)
+    }
+
+    /// Warns where there is more than one value.
+    fn settle(&self, what: &str, chosen: T, warnings: &mut Vec<String>) {
+        if self.0.len() > 1 {
+            let said: Vec<String> =
+                self.0.iter().map(|(value, place)| format!("{value:?} by {place}")).collect();
+            warnings.push(format!(
+                "{what} is {}; by the size of the file {chosen:?} is taken",
+                said.join(" and ")
+            ));
+        }
+    }
+}
+
+/// The most that a 16-bit word counts. Files with more frames leave nonsense in such words.
+const WORD: u64 = u16::MAX as u64;
+
+/// Finds the layout of a file of `bytes` bytes whose parameter section ends at byte `section_end`; `rate` is its frames
+/// per second, if any is known.
+///
+/// # Errors
+/// What is wrong, without the file's name.
+pub(super) fn find(
+    bytes: usize,
+    header: &Header,
+    parameters: &Parameters<'_>,
+    section_end: usize,
+    rate: Option<f64>,
+    warnings: &mut Vec<String>,
+) -> Result<Layout, String> {
+    let starts = starts(bytes, header, parameters, section_end)?;
+    let points = Claims::of([
+        (parameters.number("POINT", "USED").and_then(whole), "POINT:USED"),
+        (Some(usize::from(header.points)), "the header"),
+    ]);
+    let scale = |scale: Option<f64>| scale.filter(|scale| scale.is_finite() && *scale != 0.0).map(storage);
+    let storages = Claims::of([
+        (scale(parameters.number("POINT", "SCALE")), "POINT:SCALE"),
+        (scale(Some(header.scale)), "the header"),
+    ]);
+    if storages.0.is_empty() {
+        return Err(
+            "neither POINT:SCALE nor the header says what the coordinates are to be multiplied by, so the \
+                    points cannot be read; export the file anew"
+                .into(),
+        );
+    }
+    let analogs = analogs(header, parameters, rate);
+    let claimed_frames = frames(header, parameters);
+    let most = claimed_frames.values().max().unwrap_or(0);
+
+    let mut best: Option<(Fit, Layout)> = None;
+    for start in starts.values() {
+        for points in points.values() {
+            for storage in storages.values() {
+                for analog in analogs.values() {
+                    for promised in claimed_frames.values() {
+                        let layout = Layout { start, points, analog, storage, frames: 0, promised };
+                        let fit = layout.fit(bytes);
+                        let outgrown = promised <= WORD && most > WORD && fit != Fit::Exact;
+                        if !outgrown && best.as_ref().is_none_or(|(best, _)| fit < *best) {
+                            best = Some((fit, layout));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let (_, mut layout) = best.ok_or("neither the header nor a parameter says how many frames there are")?;
+    starts.settle("the byte at which the points begin", layout.start, warnings);
+    points.settle("the number of points", layout.points, warnings);
+    storages.settle("the storage of the coordinates", layout.storage, warnings);
+    if analogs.values().next() != Some(layout.analog) {
+        analogs.settle("the number of analog measurements in a frame", layout.analog, warnings);
+    }
+    if layout.points == 0 {
+        return Err("has no markers: its number of points is 0; export the labelled trajectories too".into());
+    }
+    let there = (bytes - layout.start) / layout.frame_bytes();
+    if layout.promised == WORD && there as u64 > WORD {
+        warnings.push(format!(
+            "the number of frames is given as {WORD}, the most that fits its place; by the size of the file {there} \
+             are taken"
+        ));
+        layout.promised = there as u64;
+    } else if layout.promised <= WORD {
+        claimed_frames.settle("the number of frames", layout.promised, warnings);
+    }
+    layout.frames = usize::try_from(layout.promised).unwrap_or(usize::MAX).min(there);
+    Ok(layout)
+}
+
+/// The numbers of the first frame that are given; frames count from 1.
+pub(super) fn first_frame(header: &Header, parameters: &Parameters<'_>, warnings: &mut Vec<String>) -> u32 {
+    let first = parameters.count("TRIAL", "ACTUAL_START_FIELD");
+    let header = u32::from(header.first);
+    match first {
+        Some(first) if first != header && first <= u32::from(u16::MAX) => {
+            warnings.push(format!(
+                "the first frame is {first} by TRIAL:ACTUAL_START_FIELD and {header} by the header; {first} is taken"
+            ));
+            first
+        }
+        Some(first) => first,
+        None => header,
+    }
+}
+
+/// The bytes at which the points may begin: inside the file, and not before the parameters end.
+fn starts(
+    bytes: usize,
+    header: &Header,
+    parameters: &Parameters<'_>,
+    section_end: usize,
+) -> Result<Claims<usize>, String> {
+    let byte = |block: f64| {
+        let byte = (block as usize).saturating_sub(1).saturating_mul(BLOCK);
+        (byte >= section_end).then_some(byte)
+    };
+    let mut claims = Claims::of([
+        (byte(f64::from(header.data_block)), "the header"),
+        (parameters.number("POINT", "DATA_START").and_then(byte), "POINT:DATA_START"),
+    ]);
+    if claims.0.is_empty() {
+        claims = Claims::of([(Some(section_end), "the end of the parameters")]);
+    }
+    let first = claims.values().min().unwrap_or(section_end);
+    claims.0.retain(|(start, _)| *start <= bytes);
+    if claims.0.is_empty() {
+        return Err(format!(
+            "is cut short: it has {bytes} bytes, and its points begin at byte {first}; copy or export the file anew"
+        ));
+    }
+    Ok(claims)
+}
+
+/// A number that a word could hold.
+fn whole(number: f64) -> Option<usize> {
+    (number.fract() == 0.0 && (0.0..=WORD as f64).contains(&number)).then_some(number as usize)
+}
+
+fn storage(scale: f64) -> Storage {
+    if scale < 0.0 { Storage::Float } else { Storage::Integer { scale } }
+}
+
+/// The analog measurements in a frame: as the header has them, or the channels times their measurements in a frame.
+fn analogs(header: &Header, parameters: &Parameters<'_>, rate: Option<f64>) -> Claims<usize> {
+    let used = parameters.number("ANALOG", "USED").and_then(whole);
+    let by_rate = parameters
+        .number("ANALOG", "RATE")
+        .zip(rate)
+        .map(|(analog, rate)| (analog / rate).round())
+        .and_then(whole)
+        .filter(|&samples| samples > 0);
+    let channels = |samples: usize| used.map(|used| used * samples);
+    Claims::of([
+        (Some(usize::from(header.analog)), "the header"),
+        (channels(usize::from(header.analog_samples)), "ANALOG:USED and the header"),
+        (by_rate.and_then(channels), "ANALOG:USED and ANALOG:RATE"),
+    ])
+}
+
+fn frames(header: &Header, parameters: &Parameters<'_>) -> Claims<u64> {
+    let trial = parameters
+        .count("TRIAL", "ACTUAL_START_FIELD")
+        .zip(parameters.count("TRIAL", "ACTUAL_END_FIELD"))
+        .and_then(|(first, last)| (u64::from(last) + 1).checked_sub(u64::from(first)));
+    Claims::of([
+        (trial, "TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD"),
+        (parameters.count("POINT", "LONG_FRAMES").map(u64::from), "POINT:LONG_FRAMES"),
+        (parameters.count("POINT", "FRAMES").map(u64::from), "POINT:FRAMES"),
+        (header.frames().map(u64::from), "the header"),
+    ])
+}

@@ -1,0 +1,181 @@
+//! C3D, the binary format that every optical capture system writes: a header block, a section of named parameters, and
+//! frames of points, each followed by the frame's analog measurements. Blocks have 512 bytes and count from 1.
+mod header;
+mod layout;
+mod parameters;
+mod points;
+mod processor;
+
+use super::{clock, labels, units};
+use header::Header;
+use parameters::Parameters;
+use processor::Processor;
+use rhytid_core::{Error, RawTake, Result, Take};
+
+/// The second byte of every C3D file.
+pub(super) const MARK: u8 = 0x50;
+
+const BLOCK: usize = 512;
+
+/// Reads the points of a file of either storage and from any of the three processors.
+///
+/// A fourth number below 0 and coordinates that are no numbers mean that a point is missing, a residual of 0 that it was
+/// filled, unless all of them are: that is what a writer leaves who knows no residuals.
+///
+/// # Errors
+/// [`Error::Input`].
+pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
+    decode_points(bytes, rate).map_err(|message| Error::input(format!("{name}: {message}")))
+}
+
+/// As [`decode`]; errors lack the file's name.
+fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake, String> {
+    let mut warnings = Vec::new();
+    let Sections { header, parameters, end } = sections(bytes, &mut warnings)?;
+    let said_rate = said_rate(&header, &parameters);
+    let layout =
+        layout::find(bytes.len(), &header, &parameters, end, said_rate.first().map(|r| r.0), &mut warnings)?;
+    let rate = match rate {
+        Some(rate) => rate,
+        None => settle_rate(&said_rate, &parameters, &mut warnings)?,
+    };
+    if layout.promised == 0 {
+        return Err("has no frames; export the file anew".into());
+    }
+    if layout.frames == 0 {
+        return Err(format!(
+            "is cut short: it ends before the first of its {} frames is complete; copy or export the file anew",
+            layout.promised
+        ));
+    }
+    if (layout.frames as u64) < layout.promised {
+        warnings.push(format!(
+            "the file is cut short: {} of its {} frames are there and are read",
+            layout.frames, layout.promised
+        ));
+    }
+    let first = layout::first_frame(&header, &parameters, &mut warnings);
+    let before = f64::from(first.saturating_sub(1));
+    let labels = labels(&parameters, layout.points, &mut warnings);
+    let points = points::read(bytes, &layout, parameters.processor);
+    let unit =
+        parameters.texts("POINT", "UNITS").and_then(|units| units.first().map(|unit| labels::text(unit)));
+    let unit = unit.unwrap_or_default();
+    let metres_per_unit = units::metres(&unit);
+    if metres_per_unit.is_none() {
+        warnings.push(units::unknown(&unit, "POINT:UNITS"));
+    }
+    let tracks = Take {
+        labels,
+        times: (0..layout.frames).map(|frame| (before + frame as f64) / rate).collect(),
+        positions: points.positions,
+        head: None,
+        confidence: points.confidence,
+    };
+    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })
+}
+
+/// What comes before the points.
+struct Sections<'a> {
+    header: Header,
+    parameters: Parameters<'a>,
+    /// The byte at which the parameters end, by their own account.
+    end: usize,
+}
+
+fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<'a>, String> {
+    let header = match bytes.first_chunk::<BLOCK>() {
+        Some(header) if header[1] == MARK => header,
+        Some(header) => {
+            return Err(format!(
+                "is no C3D file: its second byte is {:#04x}, expected {MARK:#04x}",
+                header[1]
+            ));
+        }
+        None => {
+            return Err(format!(
+                "is cut short: it has {} bytes, and the header of a C3D file {BLOCK}; copy or export the file anew",
+                bytes.len()
+            ));
+        }
+    };
+    let start = usize::from(header[0]).saturating_sub(1) * BLOCK;
+    if start == 0 {
+        return Err(format!("its parameters begin in block {}, expected 2 or more", header[0]));
+    }
+    let cut = || {
+        format!(
+            "is cut short: it has {} bytes and ends in its parameters; copy or export the file anew",
+            bytes.len()
+        )
+    };
+    let preface: &[u8; 4] = bytes.get(start..).and_then(|section| section.first_chunk()).ok_or_else(cut)?;
+    let processor = Processor::of(preface[3]).unwrap_or_else(|| {
+        warnings.push(format!("the processor's code is {}, expected 84, 85 or 86; 84 is taken", preface[3]));
+        Processor::Intel
+    });
+    let header = Header::read(header, processor);
+    let end = start + usize::from(preface[2]).max(1) * BLOCK;
+    if end > bytes.len() {
+        return Err(cut());
+    }
+    // A section of more than 255 blocks cannot say its length; then the points' place bounds it.
+    let bound = end.max(usize::from(header.data_block).saturating_sub(1) * BLOCK).min(bytes.len());
+    let parameters = Parameters::read(&bytes[start + 4..bound], processor);
+    if parameters.is_damaged {
+        warnings.push("the parameters are damaged; those before the damage are read".into());
+    }
+    Ok(Sections { header, parameters, end })
+}
+
+/// The frames per second that the file gives, where they make sense, the more trusted first.
+fn said_rate(header: &Header, parameters: &Parameters<'_>) -> Vec<(f64, &'static str)> {
+    [
+        (parameters.number("POINT", "RATE"), "POINT:RATE"),
+        (Some(header.rate), "the header"),
+        (parameters.number("TRIAL", "CAMERA_RATE"), "TRIAL:CAMERA_RATE"),
+    ]
+    .into_iter()
+    .filter_map(|(rate, place)| Some((rate.filter(|&rate| clock::is_rate(rate))?, place)))
+    .collect()
+}
+
+fn settle_rate(
+    said: &[(f64, &'static str)],
+    parameters: &Parameters<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<f64, String> {
+    let &(rate, place) = said.first().ok_or_else(|| clock::NO_RATE.to_owned())?;
+    let others: Vec<String> = said[1..]
+        .iter()
+        .filter(|(other, _)| (other / rate - 1.0).abs() > 1e-3)
+        .map(|(other, place)| format!("{other} by {place}"))
+        .collect();
+    let absent = parameters.number("POINT", "RATE").filter(|_| place != "POINT:RATE");
+    if let Some(absent) = absent {
+        warnings
+            .push(format!("POINT:RATE is {absent}, which is no frame rate; the {rate} of {place} is taken"));
+    }
+    if !others.is_empty() {
+        warnings.push(format!(
+            "the frame rate is {rate} by {place} and {}; {rate} is taken",
+            others.join(" and ")
+        ));
+    }
+    Ok(rate)
+}
+
+/// The labels of the points: LABELS, and LABELS2, LABELS3 … for those beyond 255.
+fn labels(parameters: &Parameters<'_>, points: usize, warnings: &mut Vec<String>) -> Vec<String> {
+    let mut labels = Vec::new();
+    for part in 1.. {
+        let name = if part == 1 { "LABELS".to_owned() } else { format!("LABELS{part}") };
+        let Some(texts) = parameters.texts("POINT", &name) else { break };
+        labels.extend(texts.into_iter().map(labels::text));
+        if labels.len() >= points {
+            break;
+        }
+    }
+    labels.resize(points, String::new());
+    labels::distinct(labels, warnings)
+}

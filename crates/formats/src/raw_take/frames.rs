@@ -1,0 +1,105 @@
+//! What the text formats have in common below their headers: a row a frame.
+use super::clock::Clock;
+use super::samples::{Columns, Samples};
+use super::{labels, units};
+use crate::tables::rows::Rows;
+use rhytid_core::{Error, RawTake, Result, Take};
+
+/// What a header says of all frames.
+#[derive(Default)]
+pub(super) struct Header {
+    /// A label for each marker; empty where the file has none.
+    pub(super) labels: Vec<String>,
+    /// The markers that are promised.
+    pub(super) markers: Option<usize>,
+    /// The frames that are promised.
+    pub(super) frames: Option<usize>,
+    /// Frames per second.
+    pub(super) rate: Option<f64>,
+    /// The unit of length, and the place that names it.
+    pub(super) unit: (String, &'static str),
+    /// The number of the frame at time 0.
+    pub(super) zero: i64,
+    /// Whether a marker at the origin was not seen.
+    pub(super) origin_is_missing: bool,
+    pub(super) columns: Columns,
+    pub(super) warnings: Vec<String>,
+}
+
+/// Reads the frames from the current row of `rows` (`None` where there is none) to the last one of the file.
+///
+/// # Errors
+/// [`Error::Input`].
+pub(super) fn read(
+    mut rows: Option<Rows<'_>>,
+    bytes: &[u8],
+    name: &str,
+    header: Header,
+    rate: Option<f64>,
+) -> Result<RawTake> {
+    let Header { labels, mut warnings, columns, .. } = header;
+    let is_whole = matches!(bytes.last(), Some(b'\n' | b'\r'));
+    if labels.is_empty() {
+        return Err(Error::input(format!("{name}: has no markers; export the labelled trajectories too")));
+    }
+    let mut clock = Clock::from_frame(header.zero);
+    let mut samples = Samples::new(columns.clone(), header.origin_is_missing, bytes.len());
+    let (mut frames, mut first_width, mut last_width) = (0, 0, 0);
+    while let Some(row) = &mut rows {
+        if samples.is_frame(row) {
+            clock.push(row, columns.number, columns.time)?;
+            samples.push(row)?;
+            last_width = row.width();
+            first_width = if frames == 0 { last_width } else { first_width };
+            frames += 1;
+        }
+        if !row.advance()? {
+            rows = None;
+        }
+    }
+    let promised = header.frames.unwrap_or(frames);
+    if !is_whole && (last_width < first_width || frames < promised) && frames > 0 {
+        frames -= 1;
+        samples.pop();
+        clock.truncate(frames);
+        warnings.push("the file is cut short in its last row, which is left out".into());
+    }
+    if frames == 0 {
+        return Err(Error::input(format!("{name}: has no frames; copy or export the file anew")));
+    }
+    if frames < promised {
+        warnings
+            .push(format!("the file is cut short: {frames} of its {promised} frames are there and are read"));
+    } else if frames > promised {
+        warnings.push(format!("the header promises {promised} frames, and {frames} are there and are read"));
+    }
+    let count = labels.len();
+    if let Some(promised) = header.markers.filter(|&markers| markers != count) {
+        warnings.push(format!("the header promises {promised} markers, and {count} are there and are read"));
+    }
+    let (unit, place) = header.unit;
+    let metres_per_unit = units::metres(&unit);
+    if metres_per_unit.is_none() {
+        warnings.push(units::unknown(&unit, place));
+    }
+    let times = clock.times(frames, rate, header.rate, &mut warnings);
+    let times = times.map_err(|message| Error::input(format!("{name}: {message}")))?;
+    let labels = labels::distinct(labels, &mut warnings);
+    let tracks = Take { labels, times, positions: samples.into_positions(), ..Take::default() };
+    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })
+}
+
+/// A cell's text.
+pub(super) fn text(rows: &Rows<'_>, column: usize) -> String {
+    labels::text(rows.cell(column))
+}
+
+/// A number in a cell of the header; `None` where there is none.
+pub(super) fn number<T: std::str::FromStr>(rows: &Rows<'_>, column: usize) -> Option<T> {
+    std::str::from_utf8(rows.cell(column)).ok()?.parse().ok()
+}
+
+/// The number of cells up to the last one that is not empty.
+pub(super) fn filled(rows: &Rows<'_>) -> usize {
+    (0..rows.width()).rev().find(|&column| !rows.cell(column).is_empty()).map_or(0, |last| last + 1)
+}

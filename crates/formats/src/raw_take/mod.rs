@@ -1,0 +1,98 @@
+//! Raw takes: the files that capture systems write, read as they are, gaps and all. Cleaning them up is another step.
+mod c3d;
+mod clock;
+mod frames;
+mod labels;
+mod motive;
+mod qualisys;
+mod samples;
+mod trc;
+mod units;
+
+use crate::take::{self, Missing};
+use rhytid_core::{Error, RawTake, Result};
+use std::io::Read;
+use std::path::Path;
+
+/// The formats that can be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    C3d,
+    Trc,
+    Motive,
+    Qualisys,
+    TakeCsv,
+}
+
+/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV or the take's own CSV. Which it is shows in how it begins, and
+/// else in its name's ending. `rate`, in frames per second, takes the place of the rate that the file gives (a take's CSV
+/// has times and none).
+///
+/// # Errors
+/// [`Error::Input`]: a file that is damaged or cut short before its first frame, has no frames or no markers, or says
+/// nothing of its rate; a `rate` that is none. [`Error::Io`].
+pub fn read(path: &Path, rate: Option<f64>) -> Result<RawTake> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    decode(&bytes, &path.display().to_string(), rate)
+}
+
+/// As [`read`], from the bytes of the file `name`.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
+    if let Some(rate) = rate.filter(|&rate| !clock::is_rate(rate)) {
+        return Err(Error::input(format!(
+            "{name}: is to be read at {rate} frames per second, expected a number from 0.001 to 1000000"
+        )));
+    }
+    match Kind::of(bytes, Path::new(name)) {
+        Kind::C3d => c3d::decode(bytes, name, rate),
+        Kind::Trc => trc::decode(bytes, name, rate),
+        Kind::Motive => motive::decode(bytes, name, rate),
+        Kind::Qualisys => qualisys::decode(bytes, name, rate),
+        Kind::TakeCsv => {
+            let tracks = take::decode(bytes, name, None, Missing::Leave)?;
+            Ok(RawTake { tracks, in_head_space: true, ..RawTake::default() })
+        }
+    }
+}
+
+/// Whether a file is no raw take but the take's own CSV, which [`crate::take`] reads. Of the file no more than its first
+/// bytes are read, and nothing at all of what is no regular file and could not be read twice. A file that cannot be opened
+/// is judged by its name.
+pub fn is_take_csv(path: &Path) -> bool {
+    let mut start = Vec::new();
+    if std::fs::metadata(path).is_ok_and(|found| found.is_file())
+        && let Ok(file) = std::fs::File::open(path)
+    {
+        // What could not be read is found out again, and said, by whoever reads all of it.
+        let _ = file.take(64).read_to_end(&mut start);
+    }
+    Kind::of(&start, path) == Kind::TakeCsv
+}
+
+impl Kind {
+    fn of(start: &[u8], path: &Path) -> Self {
+        let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
+        // Before C3D's mark is the block of its parameters, a small number that is no letter.
+        if start.len() > 1 && start[0] < b' ' && start[1] == c3d::MARK {
+            return Self::C3d;
+        }
+        let begins = |words: &str| {
+            let start = start.trim_ascii_start();
+            start.get(..words.len()).is_some_and(|start| start.eq_ignore_ascii_case(words.as_bytes()))
+        };
+        let ending =
+            path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
+        match ending.as_str() {
+            _ if begins("PathFileType") => Self::Trc,
+            _ if begins("Format Version") => Self::Motive,
+            _ if begins("NO_OF_FRAMES") => Self::Qualisys,
+            "c3d" => Self::C3d,
+            "trc" => Self::Trc,
+            "tsv" => Self::Qualisys,
+            _ => Self::TakeCsv,
+        }
+    }
+}
