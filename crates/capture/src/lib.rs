@@ -3,6 +3,7 @@
 
 mod axes;
 mod clean;
+pub mod coverage;
 mod events;
 mod fit;
 mod gaps;

@@ -1,10 +1,12 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from this file.
 
-use clap::{Parser, Subcommand, ValueEnum};
+mod values;
+
+use clap::{Parser, Subcommand};
 use clap_complete::Shell;
-use rhytid_core::Stage;
 use std::path::PathBuf;
-use std::str::FromStr;
+pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice};
+use values::{parse_fps, parse_millimetres};
 
 const GLOBAL: &str = "Options of every command";
 
@@ -59,6 +61,7 @@ Examples:
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --velocities --frames 100..200
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usdz --fps 24 --missing hold
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --fade-detail --head bake
   rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --compressed --quantize --meshopt
   rhytid animate FACE.safetensors TAKE.csv -o coarse.usd --stage large-scale --device cpu:0
 
@@ -93,6 +96,16 @@ Examples:
   rhytid verify FACE.usd --rig FACE.safetensors --take TAKE.csv
   rhytid verify FACE.glb --rig FACE.safetensors --take TAKE.csv --json")]
     Verify(Verify),
+
+    /// Find what the take does that no example shows: the expressions to scan next.
+    ///
+    /// The take's strains are compared with those of the examples; docs/coverage.md says what the numbers mean.
+    #[command(after_help = "\
+Examples:
+  rhytid coverage FACE.safetensors TAKE.csv
+  rhytid coverage FACE.safetensors TAKE.csv --top 3
+  rhytid coverage FACE.safetensors TAKE.csv --json")]
+    Coverage(Coverage),
 
     /// Say what is in a mesh, rig, take, handle table or project file.
     #[command(after_help = "\
@@ -198,6 +211,15 @@ pub struct Animate {
     #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
     pub missing: MissingChoice,
 
+    /// Fade the folds out where they are driven by markers that were filled rather than measured, as the take's
+    /// confidence says.
+    #[arg(long)]
+    pub fade_detail: bool,
+
+    /// What becomes of the head's motion, where the take has it.
+    #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]
+    pub head: HeadChoice,
+
     /// Leave the normals out: the file is half as large, and the program that opens it makes its own.
     #[arg(long)]
     pub no_normals: bool,
@@ -291,6 +313,28 @@ pub struct Verify {
     pub json: bool,
 }
 
+/// `rhytid coverage`
+#[derive(Debug, clap::Args)]
+pub struct Coverage {
+    /// The rig file that `solve` wrote.
+    pub rig: PathBuf,
+
+    /// The take, as for `animate`.
+    pub take: PathBuf,
+
+    /// What to do where a marker is missing from a frame.
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    pub missing: MissingChoice,
+
+    /// How many expressions and how many strain edges to list.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub top: u32,
+
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `rhytid info`
 #[derive(Debug, clap::Args)]
 pub struct Info {
@@ -365,104 +409,6 @@ pub struct Man {
     pub dir: PathBuf,
 }
 
-/// `--stage`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum StageChoice {
-    /// The smooth deformation alone.
-    LargeScale,
-    /// With the folds of the examples.
-    Full,
-}
-
-impl StageChoice {
-    /// As it is typed, and as it stands in exported files.
-    pub fn name(self) -> &'static str {
-        match self {
-            StageChoice::LargeScale => "large-scale",
-            StageChoice::Full => "full",
-        }
-    }
-
-    /// The stages to read: positions, normals.
-    pub fn stages(self) -> [Stage; 2] {
-        match self {
-            StageChoice::LargeScale => [Stage::LargeScale, Stage::LargeScaleNormals],
-            StageChoice::Full => [Stage::Positions, Stage::Normals],
-        }
-    }
-}
-
-/// `--missing`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum MissingChoice {
-    /// Keep the marker where it was last seen.
-    Hold,
-    /// Stop and name frame and marker.
-    Error,
-}
-
-impl MissingChoice {
-    /// As it is typed, and as it stands in exported files.
-    pub fn name(self) -> &'static str {
-        match self {
-            MissingChoice::Hold => "hold",
-            MissingChoice::Error => "error",
-        }
-    }
-}
-
-impl From<MissingChoice> for rhytid_formats::take::Missing {
-    fn from(choice: MissingChoice) -> Self {
-        match choice {
-            MissingChoice::Hold => Self::Hold,
-            MissingChoice::Error => Self::Error,
-        }
-    }
-}
-
-/// `A..B` of `--frames`: A is part of it, B is not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FrameRange {
-    /// A, counted from 0; `None` is the first frame.
-    pub start: Option<usize>,
-    /// B; `None` is behind the last frame.
-    pub end: Option<usize>,
-}
-
-impl FromStr for FrameRange {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || "expected A..B, A.. or ..B with whole numbers, such as 100..200".to_owned();
-        let number = |part: &str| match part {
-            "" => Ok(None),
-            digits => digits.parse().map(Some).map_err(|_| expected()),
-        };
-        let (start, end) = text.split_once("..").ok_or_else(expected)?;
-        let range = FrameRange { start: number(start)?, end: number(end)? };
-        match range {
-            FrameRange { start, end: Some(end) } if start.unwrap_or(0) >= end => {
-                Err(format!("it has no frame: A must be below B, and B = {end} is not part of it"))
-            }
-            range => Ok(range),
-        }
-    }
-}
-
-fn parse_fps(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(fps) if (0.01..=10_000.0).contains(&fps) => Ok(fps),
-        _ => Err("expected frames per second, from 0.01 to 10000".to_owned()),
-    }
-}
-
-fn parse_millimetres(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(error) if (1e-6..=1e6).contains(&error) => Ok(error),
-        _ => Err("expected millimetres, from 0.000001 to 1000000".to_owned()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -479,18 +425,6 @@ mod tests {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
             let example = format!("  rhytid {}", command.get_name());
             assert!(help.contains(&example), "{}: {help}", command.get_name());
-        }
-    }
-
-    #[test]
-    fn frame_ranges() {
-        let range = |start, end| Ok(FrameRange { start, end });
-        assert_eq!("3..7".parse::<FrameRange>(), range(Some(3), Some(7)));
-        assert_eq!("3..".parse::<FrameRange>(), range(Some(3), None));
-        assert_eq!("..7".parse::<FrameRange>(), range(None, Some(7)));
-        assert_eq!("..".parse::<FrameRange>(), range(None, None));
-        for bad in ["", "3", "3-7", "a..b", "-1..3", "7..3", "3..3", "..0", "3...7", "1..2..3", "1.5..2"] {
-            assert!(bad.parse::<FrameRange>().is_err(), "{bad}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::args::FrameRange;
 use crate::human;
-use rhytid_core::{Error, Result, Take};
+use rhytid_core::{Error, Result, RigidMotion, Take};
 use std::ops::Range;
 
 /// A step may differ from the take's own by this part of it before the take is resampled.
@@ -19,6 +19,13 @@ pub struct Selection {
     pub rate: f64,
     /// Number of the first inner frame, counted from 0 at the take's start at `rate`.
     pub first: usize,
+}
+
+impl Selection {
+    /// How the head stands in the inner frames, where the take says so.
+    pub fn head(&self) -> Option<&[RigidMotion]> {
+        self.take.head.as_ref().map(|head| &head[self.inner.clone()])
+    }
 }
 
 /// The frames `range` of `take`, which [`within`] has checked, resampled if `fps` says so or if their times are uneven.

@@ -2,10 +2,12 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod bake;
 mod cmd;
 mod device_choice;
 mod evaluator;
 mod exit;
+mod fade;
 mod frames;
 mod human;
 mod interrupt;

@@ -1,7 +1,9 @@
 //! A take played on a rig, frame by frame: what `animate` writes, and what `verify` compares with.
 
-use crate::args::StageChoice;
+use crate::args::{HeadChoice, StageChoice};
+use crate::bake::Bake;
 use crate::evaluator::Evaluator;
+use crate::fade::Fade;
 use crate::frames::Selection;
 use crate::progress::Ui;
 use crate::velocities::Velocities;
@@ -26,6 +28,10 @@ pub struct Wanted {
     pub normals: bool,
     /// Velocities too.
     pub velocities: bool,
+    /// Detail fades where the take's confidence is below 1.
+    pub fade_detail: bool,
+    /// What becomes of the head's motion: [`HeadChoice::Bake`] puts it into the frames.
+    pub head: HeadChoice,
 }
 
 impl<'a> Player<'a> {
@@ -61,7 +67,7 @@ impl<'a> Player<'a> {
     }
 
     /// Evaluates frames × H handle positions and hands each frame's positions and normals (empty where they are not
-    /// wanted) to `each`.
+    /// wanted) to `each`, faded where that is given, which is only of use to the full stage.
     ///
     /// # Errors
     /// [`Error::Device`], [`Error::Cancelled`], and as `each`.
@@ -70,21 +76,35 @@ impl<'a> Player<'a> {
         handles: &[f32],
         stage: StageChoice,
         normals: bool,
+        mut fade: Option<&mut Fade<'_>>,
         ui: &Ui,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
-        let stages = stage.stages();
-        let stages = if normals { &stages[..] } else { &stages[..1] };
-        let mut results = vec![Vec::new(); stages.len()];
-        for batch in handles.chunks(self.batch * self.rig.handles.len() * 3) {
-            self.evaluator.evaluate(batch, stages, &mut results)?;
-            let frame = self.rig.vertices() * 3;
+        let [positions, vertex_normals] = stage.stages();
+        let (per_frame, frame) = (self.rig.handles.len() * 3, self.rig.vertices() * 3);
+        let (mut first, mut results) = (0, Vec::new());
+        for batch in handles.chunks(self.batch * per_frame) {
+            let end = first + batch.len() / per_frame;
+            // Without confidence below 1, a batch costs what it costs without fading.
+            let mut fade = fade.as_deref_mut().filter(|fade| fade.touches(first..end));
+            let mut stages = vec![positions];
+            stages.extend(normals.then_some(vertex_normals));
+            stages.extend(fade.is_some().then_some(Stage::LargeScale));
+            results.resize(stages.len(), Vec::new());
+            self.evaluator.evaluate(batch, &stages, &mut results)?;
             for (i, positions) in results[0].chunks_exact(frame).enumerate() {
                 if ui.cancelled() {
                     return Err(Error::Cancelled);
                 }
-                each(positions, results.get(1).map_or(&[][..], |normals| &normals[i * frame..][..frame]))?;
+                let of_frame = |stage: usize| &results[stage][i * frame..][..frame];
+                let shown = [positions, if normals { of_frame(1) } else { &[] }];
+                let [positions, normals] = match &mut fade {
+                    Some(fade) => fade.frame(first + i, of_frame(stages.len() - 1), shown),
+                    None => shown,
+                };
+                each(positions, normals)?;
             }
+            first = end;
         }
         if ui.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
@@ -101,7 +121,12 @@ impl<'a> Player<'a> {
         mut each: impl FnMut(Frame<'_>) -> Result<()>,
     ) -> Result<()> {
         let handles = selection.take.handle_positions(&self.rig.labels)?;
-        let mut passed = 0;
+        let fades = wanted.fade_detail && wanted.stage == StageChoice::Full;
+        let mut fade = if fades { Fade::new(self.rig, &selection.take) } else { None };
+        let head = selection.take.head.as_ref().filter(|_| wanted.head == HeadChoice::Bake);
+        let mut bake = Bake::default();
+        let mut velocities = wanted.velocities.then(|| Velocities::new(selection.rate));
+        let (mut evaluated, mut passed) = (0, 0);
         // Frames around the inner ones only serve the velocities.
         let mut inner = |positions: &[f32], normals: &[f32], velocities: Option<&[f32]>| {
             let is_inner = selection.inner.contains(&passed);
@@ -109,16 +134,22 @@ impl<'a> Player<'a> {
             let normals = wanted.normals.then_some(normals);
             if is_inner { each(Frame { positions, normals, velocities }) } else { Ok(()) }
         };
-        if !wanted.velocities {
-            return self.evaluate(&handles, wanted.stage, wanted.normals, ui, |positions, normals| {
-                inner(positions, normals, None)
-            });
-        }
-        let mut each = |p: &[f32], n: &[f32], v: &[f32]| inner(p, n, Some(v));
-        let mut velocities = Velocities::new(selection.rate);
-        self.evaluate(&handles, wanted.stage, wanted.normals, ui, |positions, normals| {
-            velocities.frame(positions, normals, &mut each)
+        let (stage, normals) = (wanted.stage, wanted.normals);
+        self.evaluate(&handles, stage, normals, fade.as_mut(), ui, |positions, normals| {
+            let shown = [positions, normals];
+            let [positions, normals] = match head {
+                Some(head) => bake.frame(&head[evaluated], shown),
+                None => shown,
+            };
+            evaluated += 1;
+            match &mut velocities {
+                Some(velocities) => velocities.frame(positions, normals, &mut |p, n, v| inner(p, n, Some(v))),
+                None => inner(positions, normals, None),
+            }
         })?;
-        velocities.finish(&mut each)
+        match velocities {
+            Some(velocities) => velocities.finish(&mut |p, n, v| inner(p, n, Some(v))),
+            None => Ok(()),
+        }
     }
 }

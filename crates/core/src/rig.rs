@@ -1,5 +1,5 @@
 use crate::{Faces, Materials, UpAxis, Uvs};
-use rhytid_kernels::Real;
+use rhytid_kernels::{Real, strain};
 
 /// A solved face: immutable plain data, the same for every backend.
 ///
@@ -67,6 +67,32 @@ impl<T: Real> Rig<T> {
     /// N: RBF centres, the rest pose included.
     pub fn centers(&self) -> usize {
         self.example_names.len() + 1
+    }
+
+    /// f, frames × F strains (section 3) of frames × H handle positions in the order of [`Rig::labels`].
+    pub fn strains(&self, handle_positions: &[[T; 3]]) -> Vec<T> {
+        let frames = handle_positions.len().checked_div(self.handles.len()).unwrap_or(0);
+        let handle_rest: Vec<[T; 3]> = self.handles.iter().map(|&v| self.rest[v as usize]).collect();
+        let params = strain::Params {
+            frames: frames as u32,
+            handles: self.handles.len() as u32,
+            strain_edges: self.strain_edges.len() as u32,
+        };
+        let mut features = vec![T::zero(); frames * self.strain_edges.len()];
+        strain::strain(
+            params,
+            handle_positions,
+            &handle_rest,
+            &self.strain_edges,
+            &self.rest_lengths(),
+            &mut features,
+        );
+        features
+    }
+
+    /// l: the F lengths of the strain edges at rest, in mesh units.
+    pub fn rest_lengths(&self) -> Vec<T> {
+        strain::rest_lengths(&self.rest, &self.handles, &self.strain_edges)
     }
 
     /// The same rig in another precision; to `f32` it rounds to nearest.

@@ -1,9 +1,10 @@
 //! `rhytid animate`
 
+use crate::args::{HeadChoice, StageChoice};
 use crate::player::{Player, Wanted};
 use crate::progress::Ui;
 use crate::{args, device_choice, frames, human, output};
-use rhytid_core::{DeviceInfo, Error, Faces, Progress, Result, WriteBeside, rig_file};
+use rhytid_core::{DeviceInfo, Error, Faces, Progress, Result, Take, WriteBeside, rig_file};
 use rhytid_formats::export::{self, Format, Written};
 use rhytid_formats::take;
 use std::path::Path;
@@ -76,6 +77,7 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let hash = rig_file::hash(&args.rig)?;
     let take =
         ui.timed("read the take", || take::read(&args.take, Some(&rig.labels), args.missing.into())).0?;
+    say_what_changes_nothing(args, &take);
     let asked = frames::within(args.frames, take.frames())?;
     let selection = frames::select(take, asked.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
@@ -88,6 +90,8 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         end_frame: asked.end as u64,
         fps: args.fps.unwrap_or(0.0),
         missing: args.missing.name().into(),
+        fade_detail: args.fade_detail,
+        head: args.head.name().into(),
     };
     let options = export::Options {
         max_error: args.compressed.then_some(args.max_error * 1e-3 / rig.metres_per_unit),
@@ -95,7 +99,13 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         meshopt: args.meshopt,
         force: args.force,
     };
-    let wanted = Wanted { stage: args.stage, normals: !args.no_normals, velocities: args.velocities };
+    let wanted = Wanted {
+        stage: args.stage,
+        normals: !args.no_normals,
+        velocities: args.velocities,
+        fade_detail: args.fade_detail,
+        head: args.head,
+    };
 
     let mut player = Player::new(&rig, device, selection.take.frames(), ui)?;
     let start = Instant::now();
@@ -104,7 +114,7 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let scene = export::Scene {
         rest_normals: rest_normals.as_deref(),
         velocities: wanted.velocities,
-        head: selection.take.head.as_ref().map(|head| &head[selection.inner.clone()]),
+        head: selection.head().filter(|_| args.head == HeadChoice::Keep),
         frames,
         rate: selection.rate,
         first_time_code: selection.first as f64,
@@ -133,8 +143,28 @@ pub fn triangle_corners(faces: &Faces, triangles: &[[u32; 3]]) -> Result<Vec<[u3
     faces.triangle_corners(triangles).ok_or_else(wrong)
 }
 
-/// An option that the format would ignore is a mistake.
+/// Options that this take leaves nothing to do for: scripts give them to every take.
+fn say_what_changes_nothing(args: &args::Animate, take: &Take) {
+    let take_path = args.take.display();
+    if args.fade_detail && take.confidence.is_none() {
+        log::info!("{take_path}: has no confidence below 1, so --fade-detail changes nothing");
+    }
+    if args.head != HeadChoice::Keep && take.head.is_none() {
+        log::info!(
+            "{take_path}: does not say how the head moves, so --head {} changes nothing",
+            args.head.name()
+        );
+    }
+}
+
+/// An option that the stage or the format would ignore is a mistake.
 fn check_options(args: &args::Animate, format: Format) -> Result<()> {
+    if args.fade_detail && args.stage != StageChoice::Full {
+        return Err(Error::input(format!(
+            "--fade-detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
+            args.stage.name()
+        )));
+    }
     let for_gltf = [
         (args.compressed, "--compressed"),
         (args.quantize, "--quantize"),

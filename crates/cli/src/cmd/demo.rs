@@ -1,7 +1,7 @@
 //! `rhytid demo`
 
 use super::{animate, solve};
-use crate::args::{FrameRange, MissingChoice, StageChoice};
+use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
 use crate::progress::Ui;
 use crate::{args, human, output};
 use rhytid_core::{Error, Face, Mesh, Progress, Result, StrainEdges, Take};
@@ -101,6 +101,8 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             stage: StageChoice::Full,
             fps: None,
             missing: MissingChoice::Error,
+            fade_detail: false,
+            head: HeadChoice::Keep,
             no_normals: false,
             velocities: false,
             compressed,

@@ -74,7 +74,8 @@ fn example_shapes(
     let total = rig.example_names.len() as u64;
     ui.report("evaluate the examples", 0, total);
     let handles = rig.example_handles.as_flattened();
-    player.evaluate(handles, StageChoice::Full, rest_normals.is_some(), ui, |positions, normals| {
+    let normals = rest_normals.is_some();
+    player.evaluate(handles, StageChoice::Full, normals, None, ui, |positions, normals| {
         let name = names.next().cloned().unwrap_or_default();
         let offsets = difference(positions, &rig.rest);
         let normal_offsets = rest_normals.map(|rest| difference(normals, rest));

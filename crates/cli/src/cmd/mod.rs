@@ -3,6 +3,7 @@
 mod animate;
 mod completions;
 mod conform;
+mod coverage;
 mod demo;
 mod devices;
 mod doctor;
@@ -29,6 +30,7 @@ pub fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),
+        Command::Coverage(args) => coverage::run(args, ui)?,
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,
         Command::Conform(args) => return conform::run(args, ui),

@@ -1,6 +1,6 @@
 //! `rhytid verify`
 
-use crate::args::{FrameRange, MissingChoice, StageChoice};
+use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
 use crate::player::{Player, Wanted};
 use crate::progress::Ui;
 use crate::{args, device_choice, exit, frames, human, output};
@@ -57,12 +57,18 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     }
 
     let mut player = Player::new(&rig, device, selection.take.frames(), ui)?;
-    let wanted = Wanted { stage: asked.stage, normals: summary.normals, velocities: summary.velocities };
+    let wanted = Wanted {
+        stage: asked.stage,
+        normals: summary.normals,
+        velocities: summary.velocities,
+        fade_detail: origin.fade_detail,
+        head: asked.head,
+    };
     let mut compared = Compared::default();
     let mut buffer = Vec::new();
     let total = summary.frames as u64;
     ui.report("verify", 0, total);
-    let head = selection.take.head.as_ref().map(|head| &head[selection.inner.clone()]);
+    let head = selection.head().filter(|_| asked.head == HeadChoice::Keep);
     player.play(&selection, wanted, ui, |fresh| {
         let motion = head.map(|head| head[compared.frames]);
         compared.frame(recording.as_mut(), fresh, motion, &mut buffer)?;
@@ -83,6 +89,7 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
 struct Asked {
     stage: StageChoice,
     missing: MissingChoice,
+    head: HeadChoice,
     frames: FrameRange,
     fps: Option<f64>,
 }
@@ -101,6 +108,8 @@ impl Asked {
                 .map_err(|_| unknown("stage", &origin.stage))?,
             missing: MissingChoice::from_str(&origin.missing, false)
                 .map_err(|_| unknown("way with missing markers", &origin.missing))?,
+            head: HeadChoice::from_str(&origin.head, false)
+                .map_err(|_| unknown("way with the head's motion", &origin.head))?,
             frames: FrameRange {
                 start: Some(index(origin.first_frame)?),
                 end: Some(index(origin.end_frame)?),

@@ -18,4 +18,16 @@ pub struct Origin {
     pub fps: f64,
     /// `hold` or `error`.
     pub missing: String,
+    /// Whether detail fades where the take's confidence is below 1. Files from before there was this choice do not say:
+    /// it was false.
+    #[serde(default)]
+    pub fade_detail: bool,
+    /// `keep`, `drop` or `bake`: what becomes of the head's motion. Files from before there was this choice do not say: it
+    /// was `keep`.
+    #[serde(default = "keep")]
+    pub head: String,
+}
+
+fn keep() -> String {
+    "keep".into()
 }

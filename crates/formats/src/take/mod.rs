@@ -1,12 +1,13 @@
 //! Takes: marker tracks as CSV, `time,LABEL_x,LABEL_y,LABEL_z,…` in seconds and mesh units, with the head's motion where
-//! it is known.
+//! it is known, and the confidence of markers that are filled rather than measured.
+mod confidence;
 mod head;
 
 use crate::tables::rows::Rows;
 use crate::tables::text::{did_you_mean, listed, quoted};
 use crate::tables::write_checked;
 use rhytid_core::{Error, RawTake, Result, Take};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
 /// What to do where a marker is missing from a frame: where one of its cells is empty, NaN or infinite.
@@ -26,13 +27,14 @@ const AXES: [&str; 3] = ["_x", "_y", "_z"];
 /// Reads a take. Columns are matched by name, in any order.
 ///
 /// With `wanted` (distinct labels: a rig's handles) the take has these labels in this order, and whatever else
-/// is in the file is named in one warning. Without, it has all labels in the order of the header.
+/// is in the file is named in one warning. Without, it has all labels in the order of the header. It has confidences where
+/// one of its markers has a column of them that is not 1 throughout.
 ///
 /// # Errors
 /// [`Error::Input`]: no column `time`, a column that occurs twice, a label without its three columns (with
 /// `wanted`: a wanted one), without `wanted` any other column; a row with more or fewer cells than the header;
-/// a time that does not increase; a cell that is not a number; a marker that is missing from a frame, or with
-/// [`Missing::Hold`] from all frames; no frames. [`Error::Io`].
+/// a time that does not increase; a cell that is not a number; a confidence that is not from 0 to 1; a marker that is
+/// missing from a frame, or with [`Missing::Hold`] from all frames; no frames. [`Error::Io`].
 pub fn read(path: &Path, wanted: Option<&[String]>, missing: Missing) -> Result<Take> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
     decode(&bytes, &path.display().to_string(), wanted, missing)
@@ -47,7 +49,8 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
     let columns = match_columns(&rows, name, wanted)?;
     let m = columns.labels.len();
     let head = columns.head.map(|_| Vec::new());
-    let mut take = Take { labels: columns.labels, head, ..Take::default() };
+    let confidence = columns.confidence.iter().any(Option::is_some).then(Vec::new);
+    let mut take = Take { labels: columns.labels, head, confidence, ..Take::default() };
     let mut last_seen = vec![None; m];
     while rows.next()? {
         let frame = take.times.len();
@@ -67,6 +70,9 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
             let motion = head::read(&rows, columns, frame, head.last().copied(), missing)?;
             head.push(motion);
         }
+        if let Some(confidence) = &mut take.confidence {
+            confidence::read(&rows, &columns.confidence, &take.labels, frame, confidence)?;
+        }
         take.times.push(time);
     }
     if take.times.is_empty() {
@@ -85,6 +91,7 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
             listed(unseen.into_iter())
         )));
     }
+    take.confidence = confidence::below_one(take.confidence);
     Ok(take)
 }
 
@@ -95,12 +102,14 @@ struct Columns {
     /// x, y and z of each label.
     markers: Vec<[usize; 3]>,
     head: Option<[usize; 7]>,
+    /// For each label.
+    confidence: Vec<Option<usize>>,
 }
 
 fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Result<Columns> {
-    let Header { time, labels, markers, head, others } = sort_header(rows, wanted)?;
-    let head = head::complete(rows, head)?;
-    let time = time.ok_or_else(|| {
+    let header = sort_header(rows, wanted)?;
+    let head = head::complete(rows, header.head)?;
+    let time = header.time.ok_or_else(|| {
         rows.error(&format!(
             "the header has no column \"time\"{}, expected time,LABEL_x,LABEL_y,LABEL_z,…",
             did_you_mean("time", rows.header().iter().map(String::as_str))
@@ -108,7 +117,7 @@ fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Resu
     })?;
     let kept: Vec<&str> = match wanted {
         Some(wanted) => wanted.iter().map(String::as_str).collect(),
-        None => labels.clone(),
+        None => header.labels.clone(),
     };
     if kept.is_empty() {
         return Err(rows.error("the header has no markers, expected LABEL_x,LABEL_y,LABEL_z for each"));
@@ -116,10 +125,10 @@ fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Resu
     let mut complete = Vec::with_capacity(kept.len());
     let mut lacking = Vec::new();
     for label in &kept {
-        match markers.get(label) {
+        match header.markers.get(label) {
             Some(&[Some(x), Some(y), Some(z)]) => complete.push([x, y, z]),
             Some(axes) => lacking.push(format!("{} (lacks {})", quoted(label), lacking_columns(label, axes))),
-            None => lacking.push(quoted(label) + &did_you_mean(label, labels.iter().copied())),
+            None => lacking.push(quoted(label) + &did_you_mean(label, header.labels.iter().copied())),
         }
     }
     if !lacking.is_empty() {
@@ -131,16 +140,24 @@ fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Resu
             lacking.join(", ")
         )));
     }
+    let confidence = confidence::columns(rows, &header, &kept, wanted.is_some())?;
     if wanted.is_some() {
         let kept: HashSet<&str> = kept.iter().copied().collect();
-        let ignored: Vec<&str> =
-            labels.into_iter().filter(|label| !kept.contains(label)).chain(others).collect();
+        let of_no_marker = confidence::of_no_marker(rows, &header);
+        let labels = header.labels.iter().copied().filter(|label| !kept.contains(label));
+        let ignored: Vec<&str> = labels.chain(header.others.iter().copied()).chain(of_no_marker).collect();
         if !ignored.is_empty() {
             let listed = listed(ignored.iter().copied());
             log::warn!("{name}: columns of no handle are left out ({} labels): {listed}", ignored.len());
         }
     }
-    Ok(Columns { time, labels: kept.into_iter().map(str::to_owned).collect(), markers: complete, head })
+    Ok(Columns {
+        time,
+        labels: kept.into_iter().map(str::to_owned).collect(),
+        markers: complete,
+        head,
+        confidence,
+    })
 }
 
 /// What the columns of a header are.
@@ -152,6 +169,8 @@ struct Header<'a> {
     /// x, y and z of each label.
     markers: HashMap<&'a str, [Option<usize>; 3]>,
     head: head::Found,
+    /// Of each label that has such a column.
+    confidence: BTreeMap<&'a str, usize>,
     /// Columns of neither the time nor a marker nor the head.
     others: Vec<&'a str>,
 }
@@ -171,6 +190,9 @@ fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Head
             });
             let is_wanted = wanted.as_ref().is_none_or(|set| set.contains(label));
             axes[axis].replace(column).filter(|_| is_wanted)
+        } else if let Some(label) = confidence::label(cell) {
+            let is_wanted = wanted.as_ref().is_none_or(|set| set.contains(label));
+            header.confidence.insert(label, column).filter(|_| is_wanted)
         } else if wanted.is_some() {
             header.others.push(cell);
             None
@@ -280,7 +302,7 @@ fn in_frame(rows: &Rows<'_>, frame: usize, message: &str) -> Error {
 ///
 /// # Errors
 /// [`Error::Input`] if it would not: numbers that are not finite, times that do not increase, labels that are
-/// empty, that begin or end with a blank or occur twice, no frames, no labels. [`Error::Io`].
+/// empty, that begin or end with a blank or occur twice, confidences outside of 0 to 1, no frames, no labels. [`Error::Io`].
 pub fn write(path: &Path, take: &Take) -> Result<()> {
     let m = take.labels.len();
     if take.positions.len() != take.frames().saturating_mul(m) || m == 0 {
@@ -300,6 +322,7 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
             path.display()
         )));
     }
+    let doubtful = confidence::written(take, &path.display().to_string())?;
     let mut csv = csv::Writer::from_writer(Vec::new());
     let mut encode = || -> csv::Result<()> {
         csv.write_field("time")?;
@@ -311,6 +334,9 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
         for name in head::COLUMNS.iter().filter(|_| take.head.is_some()) {
             csv.write_field(name)?;
         }
+        for &j in &doubtful {
+            csv.write_field(confidence::column(&take.labels[j]))?;
+        }
         csv.write_record(None::<&[u8]>)?;
         let mut digits = ryu::Buffer::new();
         for (i, (time, frame)) in take.times.iter().zip(take.positions.chunks_exact(m)).enumerate() {
@@ -318,11 +344,21 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
             for &value in std::iter::once(time).chain(frame.as_flattened()).chain(head.iter().flatten()) {
                 csv.write_field(digits.format(value))?;
             }
+            for confidence in take.confidence.iter().flat_map(|all| doubtful.iter().map(|&j| all[i * m + j]))
+            {
+                csv.write_field(digits.format(confidence))?;
+            }
             csv.write_record(None::<&[u8]>)?;
         }
         Ok(())
     };
     encode().map_err(|e| Error::Internal(e.to_string()))?;
     let bytes = csv.into_inner().map_err(|e| Error::Internal(e.to_string()))?;
-    write_checked(path, &bytes, |name| Ok(decode(&bytes, name, None, Missing::Error)? == *take))
+    write_checked(path, &bytes, |name| {
+        let mut found = decode(&bytes, name, None, Missing::Error)?;
+        if doubtful.is_empty() {
+            found.confidence.clone_from(&take.confidence);
+        }
+        Ok(found == *take)
+    })
 }

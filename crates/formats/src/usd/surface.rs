@@ -66,6 +66,8 @@ pub(super) fn custom_data(origin: &Origin) -> Value {
         ("end_frame".into(), frame(origin.end_frame)),
         ("fps".into(), Value::Double(origin.fps)),
         ("missing".into(), text(&origin.missing)),
+        ("fade_detail".into(), Value::Bool(origin.fade_detail)),
+        ("head".into(), text(&origin.head)),
     ];
     Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])
 }

@@ -152,6 +152,8 @@ pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
             end_frame: 5_000_000_000,
             fps: 30.0 / 1.001,
             missing: "hold".into(),
+            fade_detail: true,
+            head: "drop".into(),
         },
     }
 }

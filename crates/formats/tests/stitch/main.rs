@@ -220,11 +220,13 @@ fn parts_that_do_not_follow_one_another_are_named_with_their_frames() {
 #[test]
 fn parts_of_other_animations_are_refused() {
     type Damage = fn(&mut Animation);
-    let damages: [(&str, Damage); 9] = [
+    let damages: [(&str, Damage); 11] = [
         ("the rig's hash: other and 0123456789abcdef", |a| a.origin.rig = "other".into()),
         ("the stage: large-scale and full", |a| a.origin.stage = "large-scale".into()),
         ("--fps: 24", |a| a.origin.fps = 24.0),
         ("--missing: error and hold", |a| a.origin.missing = "error".into()),
+        ("with --fade-detail: no and yes", |a| a.origin.fade_detail = false),
+        ("--head: bake and drop", |a| a.origin.head = "bake".into()),
         ("frames per second: 25 and 30", |a| a.rate = 25.0),
         ("metres per unit: 1 and 0.01", |a| a.metres_per_unit = 1.0),
         ("the up axis: Z and Y", |a| a.up_axis = UpAxis::Z),

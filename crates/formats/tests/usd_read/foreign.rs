@@ -84,6 +84,8 @@ fn an_animation_is_found() {
         assert!(summary.normals && summary.velocities && summary.head);
         let origin = summary.origin.unwrap();
         assert_eq!((origin.rig.len(), origin.first_frame, origin.end_frame, origin.fps), (64, 3, 8, 29.97));
+        // It was made before there was a choice.
+        assert_eq!((origin.fade_detail, origin.head.as_str()), (false, "keep"));
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
         recording.positions(4, &mut positions).unwrap();
         recording.normals(4, &mut normals).unwrap();

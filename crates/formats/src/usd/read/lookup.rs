@@ -63,5 +63,8 @@ pub(super) fn origin(root: &Prim) -> Option<Origin> {
         end_frame: frame("end_frame")?,
         fps: number("fps")?,
         missing: text("missing")?,
+        // Older files have neither of these.
+        fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
+        head: text("head").unwrap_or_else(|| "keep".into()),
     })
 }

@@ -143,6 +143,8 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("the stage", y.stage.clone(), x.stage.clone()),
         ("--fps", y.fps.to_string(), x.fps.to_string()),
         ("--missing", y.missing.clone(), x.missing.clone()),
+        ("with --fade-detail", has(y.fade_detail), has(x.fade_detail)),
+        ("--head", y.head.clone(), x.head.clone()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
         ("metres per unit", b.metres_per_unit.to_string(), a.metres_per_unit.to_string()),
         ("the up axis", format!("{:?}", b.up_axis), format!("{:?}", a.up_axis)),

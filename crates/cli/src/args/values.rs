@@ -1,0 +1,144 @@
+//! What flags can be given, where it is more than a number or a path.
+
+use clap::ValueEnum;
+use rhytid_core::Stage;
+use std::str::FromStr;
+
+/// `--stage`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StageChoice {
+    /// The smooth deformation alone.
+    LargeScale,
+    /// With the folds of the examples.
+    Full,
+}
+
+impl StageChoice {
+    /// As it is typed, and as it stands in exported files.
+    pub fn name(self) -> &'static str {
+        match self {
+            StageChoice::LargeScale => "large-scale",
+            StageChoice::Full => "full",
+        }
+    }
+
+    /// The stages to read: positions, normals.
+    pub fn stages(self) -> [Stage; 2] {
+        match self {
+            StageChoice::LargeScale => [Stage::LargeScale, Stage::LargeScaleNormals],
+            StageChoice::Full => [Stage::Positions, Stage::Normals],
+        }
+    }
+}
+
+/// `--missing`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MissingChoice {
+    /// Keep the marker where it was last seen.
+    Hold,
+    /// Stop and name frame and marker.
+    Error,
+}
+
+impl MissingChoice {
+    /// As it is typed, and as it stands in exported files.
+    pub fn name(self) -> &'static str {
+        match self {
+            MissingChoice::Hold => "hold",
+            MissingChoice::Error => "error",
+        }
+    }
+}
+
+/// `--head`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum HeadChoice {
+    /// As a transform in the file, which the mesh moves with as a whole.
+    Keep,
+    /// As if the head never moved.
+    Drop,
+    /// In every position, normal and velocity; the file has no transform.
+    Bake,
+}
+
+impl HeadChoice {
+    /// As it is typed, and as it stands in exported files.
+    pub fn name(self) -> &'static str {
+        match self {
+            HeadChoice::Keep => "keep",
+            HeadChoice::Drop => "drop",
+            HeadChoice::Bake => "bake",
+        }
+    }
+}
+
+impl From<MissingChoice> for rhytid_formats::take::Missing {
+    fn from(choice: MissingChoice) -> Self {
+        match choice {
+            MissingChoice::Hold => Self::Hold,
+            MissingChoice::Error => Self::Error,
+        }
+    }
+}
+
+/// `A..B` of `--frames`: A is part of it, B is not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FrameRange {
+    /// A, counted from 0; `None` is the first frame.
+    pub start: Option<usize>,
+    /// B; `None` is behind the last frame.
+    pub end: Option<usize>,
+}
+
+impl FromStr for FrameRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || "expected A..B, A.. or ..B with whole numbers, such as 100..200".to_owned();
+        let number = |part: &str| match part {
+            "" => Ok(None),
+            digits => digits.parse().map(Some).map_err(|_| expected()),
+        };
+        let (start, end) = text.split_once("..").ok_or_else(expected)?;
+        let range = FrameRange { start: number(start)?, end: number(end)? };
+        match range {
+            FrameRange { start, end: Some(end) } if start.unwrap_or(0) >= end => {
+                Err(format!("it has no frame: A must be below B, and B = {end} is not part of it"))
+            }
+            range => Ok(range),
+        }
+    }
+}
+
+/// For `--fps`.
+pub fn parse_fps(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(fps) if (0.01..=10_000.0).contains(&fps) => Ok(fps),
+        _ => Err("expected frames per second, from 0.01 to 10000".to_owned()),
+    }
+}
+
+/// For `--max-error`.
+pub fn parse_millimetres(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(error) if (1e-6..=1e6).contains(&error) => Ok(error),
+        _ => Err("expected millimetres, from 0.000001 to 1000000".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_ranges() {
+        let range = |start, end| Ok(FrameRange { start, end });
+        assert_eq!("3..7".parse::<FrameRange>(), range(Some(3), Some(7)));
+        assert_eq!("3..".parse::<FrameRange>(), range(Some(3), None));
+        assert_eq!("..7".parse::<FrameRange>(), range(None, Some(7)));
+        assert_eq!("..".parse::<FrameRange>(), range(None, None));
+        for bad in ["", "3", "3-7", "a..b", "-1..3", "7..3", "3..3", "..0", "3...7", "1..2..3", "1.5..2"] {
+            assert!(bad.parse::<FrameRange>().is_err(), "{bad}");
+        }
+    }
+}
