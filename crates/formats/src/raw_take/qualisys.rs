@@ -52,7 +52,11 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
         None if more => columns_by_width(&rows, header.labels.len(), header.markers)?,
         None => return Err(Error::input(format!("{name}: has no frames; copy or export the file anew"))),
     };
-    header.labels.resize(header.columns.markers.len(), String::new());
+    let (names, markers) = (header.labels.len(), header.columns.markers.len());
+    if has_names && names != markers {
+        header.warnings.push(format!("MARKER_NAMES has {names} names, and there are {markers} markers"));
+    }
+    header.labels.resize(markers, String::new());
     frames::read(more.then_some(rows), bytes, name, header, rate)
 }
 

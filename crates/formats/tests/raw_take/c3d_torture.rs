@@ -12,7 +12,9 @@ fn labels_that_are_not_distinct_or_not_there() {
     written.set("POINT", "LABELS", texts(&["jaw00", "jaw00", "", "jaw00"]));
     let take = read(&written.bytes(), NAME);
     assert_eq!(take.tracks.labels, ["jaw00", "jaw00#2", "#3", "jaw00#3"]);
-    assert!(warns(&take, "1 of 4 markers have no label") && warns(&take, "2 of 4 markers have a label that came"));
+    assert!(
+        warns(&take, "1 of 4 markers have no label") && warns(&take, "2 of 4 markers have a label that came")
+    );
 
     written.set("POINT", "LABELS", texts(&["jaw00"]));
     assert_eq!(read(&written.bytes(), NAME).tracks.labels, ["jaw00", "#2", "#3", "#4"]);
@@ -133,7 +135,11 @@ fn a_file_that_is_cut_at_any_block() {
         let take = read(&bytes[..cut], NAME);
         assert_eq!(take.tracks.frames(), there.min(100));
         let whole = there >= 100;
-        assert!(whole || warns(&take, &format!("{there} of its 100 frames are there")), "{:?}", take.warnings);
+        assert!(
+            whole || warns(&take, &format!("{there} of its 100 frames are there")),
+            "{:?}",
+            take.warnings
+        );
         let positions = format!("{:?}", &sound.tracks.positions[..there.min(100) * m]);
         assert_eq!(format!("{:?}", take.tracks.positions), positions);
     }

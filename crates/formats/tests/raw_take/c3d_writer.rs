@@ -120,13 +120,9 @@ impl C3d {
         let count = self.frames.len() as u16;
         let (first, last) = header.frames.unwrap_or((1, count));
         let points = self.frames.first().map_or(0, Vec::len) as u16;
-        for word in [
-            header.points.unwrap_or(points),
-            header.analog.unwrap_or(self.analog as u16),
-            first,
-            last,
-            0,
-        ] {
+        for word in
+            [header.points.unwrap_or(points), header.analog.unwrap_or(self.analog as u16), first, last, 0]
+        {
             self.word(word, &mut out);
         }
         self.float(header.scale.unwrap_or(self.step.unwrap_or(-1.0)), &mut out);

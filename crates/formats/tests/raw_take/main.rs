@@ -2,6 +2,7 @@
 mod c3d;
 mod c3d_torture;
 mod c3d_writer;
+mod c3dio;
 mod ezc3d;
 mod motive;
 mod qualisys;

@@ -104,19 +104,20 @@ impl<T: Copy + PartialEq + std::fmt::Debug> Claims<T> {
 /// The most that a 16-bit word counts. Files with more frames leave nonsense in such words.
 const WORD: u64 = u16::MAX as u64;
 
-/// Finds the layout of a file of `bytes` bytes whose parameter section ends at byte `section_end`; `rate` is its frames
+/// Finds the layout of a file whose parameter section ends at byte `section_end`; `rate` is its frames
 /// per second, if any is known.
 ///
 /// # Errors
 /// What is wrong, without the file's name.
 pub(super) fn find(
-    bytes: usize,
+    file: &[u8],
     header: &Header,
     parameters: &Parameters<'_>,
     section_end: usize,
     rate: Option<f64>,
     warnings: &mut Vec<String>,
 ) -> Result<Layout, String> {
+    let bytes = file.len();
     let starts = starts(bytes, header, parameters, section_end)?;
     let points = Claims::of([
         (parameters.number("POINT", "USED").and_then(whole), "POINT:USED"),
@@ -165,8 +166,11 @@ pub(super) fn find(
     if layout.points == 0 {
         return Err("has no markers: its number of points is 0; export the labelled trajectories too".into());
     }
-    let there = (bytes - layout.start) / layout.frame_bytes();
+    let mut there = (bytes - layout.start) / layout.frame_bytes();
     if layout.promised == WORD && there as u64 > WORD {
+        // What fills the last block is no frame.
+        let frames = file[layout.start..].chunks_exact(layout.frame_bytes());
+        there -= frames.rev().take_while(|frame| frame.iter().all(|byte| *byte == 0)).count();
         warnings.push(format!(
             "the number of frames is given as {WORD}, the most that fits its place; by the size of the file {there} \
              are taken"

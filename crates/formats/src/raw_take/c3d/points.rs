@@ -68,13 +68,14 @@ fn numbers<const N: usize>(point: &[u8], number: impl Fn([u8; N]) -> f64) -> [f6
     std::array::from_fn(|i| words.get(i).map_or(f64::NAN, |&word| number(word)))
 }
 
-/// The fourth number is below zero for a point that was not seen; otherwise its low byte is the residual, and that is
-/// zero for a point that was filled. A writer's own residual, with digits behind the point, is a measurement.
+/// The fourth number is below zero for a point that was not seen. Otherwise one of its bytes is the residual and the other
+/// tells the cameras that saw the point; writers do not agree on which is which, and all leave both at zero for a point that
+/// was filled.
 fn seen(position: [f64; 3], fourth: f64) -> Seen {
     let is_position = position.iter().all(|x| x.abs() <= f64::from(f32::MAX));
     if !is_position || fourth < 0.0 {
         Seen::Missing
-    } else if fourth.rem_euclid(256.0) == 0.0 {
+    } else if fourth == 0.0 {
         Seen::Filled(position)
     } else {
         Seen::Measured(position)
@@ -92,9 +93,8 @@ mod tests {
             (-1.0, Seen::Missing),
             (-0.5, Seen::Missing),
             (0.0, Seen::Filled(at)),
-            // Two cameras in the high byte.
-            (f64::from(0x0300), Seen::Filled(at)),
-            (f64::from(0x0305), Seen::Measured(at)),
+            (f64::from(0x0300), Seen::Measured(at)),
+            (f64::from(0x0005), Seen::Measured(at)),
             (0.4, Seen::Measured(at)),
             (f64::NAN, Seen::Measured(at)),
         ] {
