@@ -13,6 +13,8 @@ mod memory;
 mod output;
 mod player;
 mod progress;
+#[cfg_attr(not(test), expect(dead_code, reason = "`rhytid prepare` calls it"))]
+mod report;
 mod velocities;
 
 use clap::Parser;
