@@ -4,9 +4,10 @@ mod values;
 
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
+use rhytid_capture::Axes;
 use std::path::PathBuf;
-pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice};
-use values::{parse_fps, parse_millimetres};
+pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice, StepChoice, UnitChoice};
+use values::{parse_fps, parse_millimetres, parse_pair, parse_seconds};
 
 const GLOBAL: &str = "Options of every command";
 
@@ -60,6 +61,7 @@ Examples:
 Examples:
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --velocities --frames 100..200
+  rhytid animate FACE.safetensors session.c3d -o FACE.usd
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usdz --fps 24 --missing hold
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --fade-detail --head bake
   rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --compressed --quantize --meshopt
@@ -96,6 +98,17 @@ Examples:
   rhytid verify FACE.usd --rig FACE.safetensors --take TAKE.csv
   rhytid verify FACE.glb --rig FACE.safetensors --take TAKE.csv --json")]
     Verify(Verify),
+
+    /// Clean a raw take, as a capture system writes it, for a rig.
+    ///
+    /// RAW is C3D, TRC, Motive's CSV, Qualisys' TSV or the take's CSV. Unit, axes, rigid markers and neutral frames are found unless they are
+    /// given, and said; docs/prepare.md explains each step. `animate` does this in passing for raw takes.
+    #[command(after_help = "\
+Examples:
+  rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --report report
+  rhytid prepare session.trc --rig FACE.safetensors -o TAKE.csv --fps 30 --neutral 0..60
+  rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --map chin=M12 --map brow=M7 --skip low-pass")]
+    Prepare(Prepare),
 
     /// Find what the take does that no example shows: the expressions to scan next.
     ///
@@ -184,7 +197,8 @@ pub struct Animate {
     /// The rig file that `solve` wrote.
     pub rig: PathBuf,
 
-    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space.
+    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space, or what a capture system wrote, which is
+    /// cleaned first as `prepare` does it.
     pub take: PathBuf,
 
     /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
@@ -311,6 +325,69 @@ pub struct Verify {
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `rhytid prepare`
+#[derive(Debug, clap::Args)]
+pub struct Prepare {
+    /// The raw take.
+    pub raw: PathBuf,
+
+    /// The rig file that `solve` wrote.
+    #[arg(long)]
+    pub rig: PathBuf,
+
+    /// The clean take to write.
+    #[arg(short, long, value_name = "TAKE.csv")]
+    pub output: PathBuf,
+
+    /// The folder to write report.html and report.json to; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+
+    /// The raw take's frames per second [default: what the file says].
+    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    pub rate: Option<f64>,
+
+    /// A handle whose marker has another label in the file; can be given many times.
+    #[arg(long, value_name = "HANDLE=LABEL", value_parser = parse_pair)]
+    pub map: Vec<(String, String)>,
+
+    /// The rigid markers, on a cap for example [default: markers of no handle that keep their distances].
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
+    pub rigid: Option<Vec<String>>,
+
+    /// The file's unit [default: what the file says, or what fits the rig's size].
+    #[arg(long, value_enum)]
+    pub unit: Option<UnitChoice>,
+
+    /// The file's axes that the mesh's x, y and z are, such as +x+z-y [default: those in which the actor looks where the rig looks].
+    #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
+    pub axes: Option<Axes>,
+
+    /// The neutral frames A to B-1, counted from 0 [default: the stillest half second nearest to the rest pose].
+    #[arg(long, value_name = "A..B")]
+    pub neutral: Option<FrameRange>,
+
+    /// Steps to leave out; can be given many times.
+    #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
+    pub skip: Vec<StepChoice>,
+
+    /// Longer gaps are flagged as lost, in seconds [default: 2].
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub max_gap: Option<f64>,
+
+    /// The markers' low-pass filter's cut-off in Hz [default: 20 where the take is noisy, else no filter].
+    #[arg(long, value_name = "HZ", value_parser = parse_fps)]
+    pub low_pass: Option<f64>,
+
+    /// The head motion's low-pass filter's cut-off in Hz [default: 8].
+    #[arg(long, value_name = "HZ", value_parser = parse_fps)]
+    pub head_low_pass: Option<f64>,
+
+    /// Resample to N frames per second [default: the take's own rate].
+    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    pub fps: Option<f64>,
 }
 
 /// `rhytid coverage`

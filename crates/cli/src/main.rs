@@ -15,6 +15,8 @@ mod memory;
 mod output;
 mod player;
 mod progress;
+mod report;
+mod takes;
 mod velocities;
 
 use clap::Parser;

@@ -50,6 +50,64 @@ impl MissingChoice {
     }
 }
 
+/// `--unit`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum UnitChoice {
+    /// Millimetres.
+    Mm,
+    /// Centimetres.
+    Cm,
+    /// Metres.
+    M,
+    /// Inches.
+    In,
+    /// Feet.
+    Ft,
+}
+
+impl UnitChoice {
+    /// In metres.
+    pub fn metres(self) -> f64 {
+        match self {
+            UnitChoice::Mm => 1e-3,
+            UnitChoice::Cm => 1e-2,
+            UnitChoice::M => 1.0,
+            UnitChoice::In => 0.0254,
+            UnitChoice::Ft => 0.3048,
+        }
+    }
+}
+
+/// `--skip`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StepChoice {
+    /// The head's motion stays in.
+    Head,
+    /// The head's motion is not smoothed.
+    HeadLowPass,
+    /// The markers stay where the file has them, in the mesh's unit and axes.
+    Align,
+    /// Swapped labels are not looked for.
+    Swaps,
+    /// Outliers are kept.
+    Outliers,
+    /// The markers are not filtered.
+    LowPass,
+}
+
+impl From<StepChoice> for rhytid_capture::Step {
+    fn from(choice: StepChoice) -> Self {
+        match choice {
+            StepChoice::Head => Self::Head,
+            StepChoice::HeadLowPass => Self::HeadLowPass,
+            StepChoice::Align => Self::Align,
+            StepChoice::Swaps => Self::Swaps,
+            StepChoice::Outliers => Self::Outliers,
+            StepChoice::LowPass => Self::LowPass,
+        }
+    }
+}
+
 /// `--head`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum HeadChoice {
@@ -115,6 +173,22 @@ pub fn parse_fps(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(fps) if (0.01..=10_000.0).contains(&fps) => Ok(fps),
         _ => Err("expected frames per second, from 0.01 to 10000".to_owned()),
+    }
+}
+
+/// `--max-gap`
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=1e6).contains(&seconds) => Ok(seconds),
+        _ => Err("expected seconds, from 0 to 1000000".to_owned()),
+    }
+}
+
+/// `--map`
+pub fn parse_pair(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((handle, label)) if !handle.is_empty() && !label.is_empty() => Ok((handle.into(), label.into())),
+        _ => Err("expected a handle and the label of its marker, such as chin=M12".to_owned()),
     }
 }
 

@@ -3,10 +3,9 @@
 use crate::args::{HeadChoice, StageChoice};
 use crate::player::{Player, Wanted};
 use crate::progress::Ui;
-use crate::{args, device_choice, frames, human, output};
+use crate::{args, device_choice, frames, human, output, takes};
 use rhytid_core::{DeviceInfo, Error, Faces, Progress, Result, Take, WriteBeside, rig_file};
 use rhytid_formats::export::{self, Format, Written};
-use rhytid_formats::take;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -75,8 +74,7 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let device = device_choice::named(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let hash = rig_file::hash(&args.rig)?;
-    let take =
-        ui.timed("read the take", || take::read(&args.take, Some(&rig.labels), args.missing.into())).0?;
+    let take = takes::load(&args.take, &rig, args.missing, ui)?;
     say_what_changes_nothing(args, &take);
     let asked = frames::within(args.frames, take.frames())?;
     let selection = frames::select(take, asked.clone(), args.fps, args.velocities)?;

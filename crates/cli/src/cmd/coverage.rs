@@ -1,10 +1,9 @@
 //! `rhytid coverage`
 
 use crate::progress::Ui;
-use crate::{args, human, output};
+use crate::{args, human, output, takes};
 use rhytid_capture::coverage::{self, Coverage, Difference, Edge, Expression};
 use rhytid_core::{Result, rig_file};
-use rhytid_formats::take;
 
 /// Prints what of the take no example shows.
 ///
@@ -12,8 +11,7 @@ use rhytid_formats::take;
 /// As reading the rig and the take, and as [`coverage::coverage`].
 pub fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let take =
-        ui.timed("read the take", || take::read(&args.take, Some(&rig.labels), args.missing.into())).0?;
+    let take = takes::load(&args.take, &rig, args.missing, ui)?;
     let top = args.top as usize;
     let found = ui.timed("compare", || coverage::coverage(&rig.cast(), &take, top)).0?;
     ui.clear();

@@ -10,6 +10,7 @@ mod doctor;
 mod export_shapes;
 mod info;
 mod man;
+mod prepare;
 mod solve;
 mod stitch;
 mod verify;
@@ -30,6 +31,7 @@ pub fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),
+        Command::Prepare(args) => prepare::run(args, ui)?,
         Command::Coverage(args) => coverage::run(args, ui)?,
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,

@@ -3,12 +3,11 @@
 use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
 use crate::player::{Player, Wanted};
 use crate::progress::Ui;
-use crate::{args, device_choice, exit, frames, human, output};
+use crate::{args, device_choice, exit, frames, human, output, takes};
 use clap::ValueEnum;
 use rhytid_core::{Error, Progress, Result, Rig, RigidMotion, rig_file};
 use rhytid_formats::export::{Frame, Origin};
 use rhytid_formats::recording::{self, Recording};
-use rhytid_formats::take;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -36,8 +35,7 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             args.rig.display()
         ));
     }
-    let take =
-        ui.timed("read the take", || take::read(&args.take, Some(&rig.labels), asked.missing.into())).0?;
+    let take = takes::load(&args.take, &rig, asked.missing, ui)?;
     let summary = recording.summary().clone();
     let range = frames::within(asked.frames, take.frames())?;
     let selection = frames::select(take, range, asked.fps, summary.velocities)?;

@@ -1,0 +1,102 @@
+//! `rhytid prepare`
+
+use crate::progress::Ui;
+use crate::{args, human, output, report, takes};
+use rhytid_capture::{Cleaned, Kind, Report, Settings};
+use rhytid_core::{Error, Result, WriteBeside, rig_file};
+use rhytid_formats::take;
+use std::collections::BTreeMap;
+
+/// Cleans a raw take, writes it as CSV, and says what was found.
+///
+/// # Errors
+/// As reading, cleaning and writing.
+pub fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
+    drop(WriteBeside::create(&args.output)?);
+    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let Cleaned { take, report } = takes::prepare(&args.raw, &rig, args.rate, &settings(args)?, ui)?;
+    ui.timed("write the take", || take::write(&args.output, &take)).0?;
+    if let Some(dir) = &args.report {
+        let name = args.raw.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        ui.timed("write the report", || report::write(dir, &name, &report, &take, &rig)).0?;
+    }
+    ui.clear();
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    output::say(&format!(
+        "{}: {} at {} frames per second\n{}",
+        args.output.display(),
+        human::counted(take.frames(), "frame"),
+        human::number(take.rate()),
+        output::table(&rows(&report))
+    ))
+}
+
+fn settings(args: &args::Prepare) -> Result<Settings> {
+    let mut markers = BTreeMap::new();
+    for (handle, label) in &args.map {
+        if markers.insert(handle.clone(), label.clone()).is_some() {
+            return Err(Error::input(format!("--map: the handle “{handle}” is given two markers; give one")));
+        }
+    }
+    let neutral = args.neutral.map(|range| range.start.unwrap_or(0)..range.end.unwrap_or(usize::MAX));
+    let defaults = Settings::default();
+    Ok(Settings {
+        markers,
+        rigid: args.rigid.clone(),
+        metres_per_unit: args.unit.map(args::UnitChoice::metres),
+        axes: args.axes,
+        neutral,
+        skip: args.skip.iter().map(|step| (*step).into()).collect(),
+        max_gap: args.max_gap.unwrap_or(defaults.max_gap),
+        low_pass: args.low_pass,
+        head_low_pass: args.head_low_pass.unwrap_or(defaults.head_low_pass),
+        fps: args.fps,
+    })
+}
+
+/// What was found, for a person to check.
+fn rows(report: &Report) -> Vec<[String; 2]> {
+    let row = |name: &str, value: String| [name.to_owned(), value];
+    let found = &report.setup;
+    let guessed = |is: bool| if is { " (found)" } else { "" };
+    let count = |kind: Kind| report.events.iter().filter(|event| event.kind == kind).count();
+    let with_marker = found.markers.iter().flatten().count();
+    let mut rows = vec![row("handles", format!("{with_marker} of {} have a marker", report.labels.len()))];
+    if !found.in_head_space {
+        let rigid = if found.rigid.is_empty() { "all markers".into() } else { found.rigid.join(", ") };
+        let metres = human::unit(found.metres_per_unit);
+        rows.extend([
+            row("unit", format!("{metres}{}", guessed(found.unit_is_guessed))),
+            row("axes", format!("{} are the mesh's x, y, z{}", found.axes, guessed(found.axes_are_guessed))),
+            row("actor", format!("{:.3} times the rig's size", found.scale)),
+            row("head", format!("from {rigid}")),
+        ]);
+    }
+    let neutral = &found.neutral;
+    rows.push(row(
+        "neutral",
+        format!("frames {}..{}{}", neutral.start, neutral.end, guessed(found.neutral_is_found)),
+    ));
+    rows.push(row("noise", format!("{:.3} mm RMS", report.noise_mm)));
+    rows.push(row(
+        "filter",
+        report.low_pass_hz.map_or("none".into(), |hz| format!("low-pass, {} Hz", human::number(hz))),
+    ));
+    for (kind, name, noun) in [
+        (Kind::Swap, "swaps", "pair of labels"),
+        (Kind::Outlier, "outliers", "dropped"),
+        (Kind::FilledBefore, "filled before", "gap"),
+        (Kind::Spline, "short gaps", "filled by a spline"),
+        (Kind::Model, "gaps", "filled by the take's own motion"),
+        (Kind::Lost, "lost", "gap that could not be filled soundly"),
+        (Kind::NeverSeen, "never seen", "marker, which goes with its neighbours"),
+        (Kind::Head, "head not seen", "stretch"),
+    ] {
+        if count(kind) > 0 {
+            rows.push(row(name, format!("{} × {noun}", human::count(count(kind)))));
+        }
+    }
+    rows
+}

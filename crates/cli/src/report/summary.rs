@@ -1,0 +1,126 @@
+//! The take in numbers.
+
+use rhytid_capture::{Event, Kind, Report};
+use rhytid_core::Take;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What a person wants to know first. A sample is one marker in one frame of the raw take.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// From the first frame to the end of the last one.
+    pub seconds: f64,
+    /// Frames of the clean take.
+    pub clean_frames: usize,
+    /// Its frames per second.
+    pub clean_rate: f64,
+    /// Handles of the rig.
+    pub handles: usize,
+    /// How many of them have a marker in the file.
+    pub markers: usize,
+    /// All samples: frames × handles.
+    pub samples: usize,
+    /// How many each state has; they add up to `samples`.
+    #[serde(flatten)]
+    pub states: States,
+    /// How many events there are of each kind that occurs.
+    pub events: BTreeMap<Kind, usize>,
+    /// RMS and greatest of the head's residuals over the frames where it was fitted, in millimetres; `None` where it never was.
+    pub head_residual_mm: Option<Spread>,
+    /// RMS and greatest of the markers' offsets from their handles, in millimetres; `None` where none is known.
+    pub offset_mm: Option<Spread>,
+}
+
+/// RMS and maximum.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// The root of the mean square.
+    pub rms: f64,
+    /// The greatest.
+    pub max: f64,
+}
+
+/// Samples by what became of them; each is counted once, in the last state that applies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct States {
+    /// As it was measured, but for filtering.
+    pub measured: usize,
+    /// In a gap that was filled, by the capture system or here.
+    pub filled: usize,
+    /// An outlier, or under another marker's label.
+    pub corrected: usize,
+    /// In a gap past the limit, or of a marker that was never seen.
+    pub lost: usize,
+}
+
+impl Summary {
+    /// The summary of a sound report.
+    pub fn new(report: &Report, take: &Take) -> Self {
+        let mut events = BTreeMap::new();
+        for event in &report.events {
+            *events.entry(event.kind).or_default() += 1;
+        }
+        let fitted = report.head_residuals_mm.iter().map(|&r| f64::from(r)).filter(|&r| r > 0.0);
+        Self {
+            seconds: if report.rate > 0.0 { report.frames as f64 / report.rate } else { 0.0 },
+            clean_frames: take.frames(),
+            clean_rate: take.rate(),
+            handles: report.labels.len(),
+            markers: report.setup.markers.iter().flatten().count(),
+            samples: report.frames * report.labels.len(),
+            states: States::of(report),
+            events,
+            head_residual_mm: Spread::of(fitted),
+            offset_mm: Spread::of(report.setup.offsets_mm.iter().copied().flatten()),
+        }
+    }
+
+    /// Number of events of a kind.
+    pub fn count(&self, kind: Kind) -> usize {
+        self.events.get(&kind).copied().unwrap_or(0)
+    }
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+        let (mut n, mut squares, mut max) = (0_usize, 0.0, 0.0_f64);
+        for value in values.filter(|value| value.is_finite()) {
+            n += 1;
+            squares += value * value;
+            max = max.max(value);
+        }
+        (n > 0).then(|| Self { rms: (squares / n as f64).sqrt(), max })
+    }
+}
+
+impl States {
+    fn of(report: &Report) -> Self {
+        let mut by_marker: Vec<Vec<&Event>> = vec![Vec::new(); report.labels.len()];
+        for event in &report.events {
+            for marker in event.marker.into_iter().chain(event.other) {
+                by_marker[marker].push(event);
+            }
+        }
+        let mut counts = [0; 4];
+        let mut states = vec![0_usize; report.frames];
+        for events in by_marker {
+            states.fill(0);
+            for event in events {
+                let state = match event.kind {
+                    Kind::FilledBefore | Kind::Spline | Kind::Model => 1,
+                    Kind::Swap | Kind::Outlier => 2,
+                    Kind::Lost | Kind::NeverSeen => 3,
+                    Kind::Head => 0,
+                };
+                for old in &mut states[event.first..event.first + event.frames] {
+                    *old = state.max(*old);
+                }
+            }
+            for &state in &states {
+                counts[state] += 1;
+            }
+        }
+        let [measured, filled, corrected, lost] = counts;
+        Self { measured, filled, corrected, lost }
+    }
+}
