@@ -220,6 +220,13 @@ fn json_has_the_documented_keys() {
         devices["devices"].as_array().unwrap().iter().map(|d| d["id"].as_str().unwrap()).collect();
     assert!(ids.contains(&"cpu:0"), "{ids:?}");
 
+    f.write("wild.csv", wild_take(&f));
+    let coverage = json(&f, "coverage face.safetensors wild.csv --json --top 1");
+    assert_documented(&coverage, "coverage");
+    assert_documented(&coverage["expressions"][0], "an expression");
+    assert_documented(&coverage["expressions"][0]["edges"][0], "an edge of an expression");
+    assert_documented(&coverage["edges"][0], "an edge beyond the examples");
+
     // A vertex that belongs to no face is worth a word.
     for mesh in ["neutral.obj", "poses/pinch.obj"] {
         f.replace(mesh, "\nvt ", "\nv 1 2 3\nvt ");
@@ -228,6 +235,47 @@ fn json_has_the_documented_keys() {
     assert_documented(&doctor, "doctor");
     assert!(!doctor["findings"].as_array().unwrap().is_empty(), "{doctor}");
     assert_documented(&doctor["findings"][0], "a finding");
+}
+
+/// The fixture's take, with the marker `top` pulled up by 2 cm in frame 12 and 1.9 cm in the two beside it.
+fn wild_take(f: &Fixture) -> String {
+    let take = f.read_text("take.csv");
+    let mut rows: Vec<Vec<String>> =
+        take.lines().map(|row| row.split(',').map(str::to_owned).collect()).collect();
+    let column = rows[0].iter().position(|cell| cell == "top_y").unwrap();
+    for (frame, pull) in [(11, 1.9), (12, 2.0), (13, 1.9)] {
+        let cell = &mut rows[frame + 1][column];
+        *cell = (cell.parse::<f64>().unwrap() + pull).to_string();
+    }
+    rows.iter().map(|row| row.join(",") + "\n").collect()
+}
+
+#[test]
+fn coverage_names_the_frame_to_scan() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    f.write("wild.csv", wild_take(&f));
+    let calm = json(&f, "coverage face.safetensors take.csv --json");
+    assert_eq!((&calm["covered"], &calm["frames"]), (&20.into(), &20.into()), "{calm}");
+    let text = f.done("coverage face.safetensors take.csv");
+    assert!(text.starts_with("take.csv: 100.0 % of 20 frames are covered"), "{text}");
+    assert!(text.contains("No expression is worth") && text.contains("No strain edge goes beyond"), "{text}");
+
+    let wild = json(&f, "coverage face.safetensors wild.csv --json");
+    assert_eq!((&wild["covered"], wild["distances"].as_array().unwrap().len()), (&17.into(), 20), "{wild}");
+    let [expression] = &wild["expressions"].as_array().unwrap()[..] else { panic!("{wild}") };
+    assert_eq!((&expression["frame"], &expression["covered"]), (&12.into(), &20.into()), "{wild}");
+    assert_eq!(wild["edges"][0]["frame"], 12, "{wild}");
+    // Along the way from one to the other, nearly, and the examples leave that as it is.
+    assert_eq!(wild["edges"][0]["handles"], serde_json::json!(["top", "middle"]), "{wild}");
+    let millimetres = wild["edges"][0]["beyond_mm"].as_f64().unwrap();
+    assert!((19.0..20.0).contains(&millimetres), "{wild}");
+    let text = f.done("coverage face.safetensors wild.csv --top 1");
+    for words in ["85.0 % of 20 frames", "0.40 s", "top", "longer", "beyond every example"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    f.refused("coverage face.safetensors markers.csv", &["markers.csv", "time"]);
+    f.refused("coverage take.csv take.csv", &["take.csv"]);
 }
 
 #[test]
@@ -302,6 +350,7 @@ fn every_command_has_help_with_an_example() {
         "stitch",
         "export-shapes",
         "verify",
+        "coverage",
         "info",
         "devices",
         "conform",
@@ -328,7 +377,7 @@ fn man_pages_and_completions() {
     let dir = TempDir::new().unwrap();
     rhytid("man pages").current_dir(dir.path()).assert().success();
     let pages = list(&dir.path().join("pages"));
-    assert_eq!(pages.len(), 13, "{pages:?}");
+    assert_eq!(pages.len(), 14, "{pages:?}");
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
     let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");
