@@ -9,14 +9,14 @@ struct Environment {
     folder: &'static str,
     /// The file in `xtask/` that names the packages and their versions.
     requirements: &'static str,
-    /// What can be imported once they are there.
-    module: &'static str,
+    /// What can be imported once they are there, apart by commas.
+    modules: &'static str,
 }
 
 const ENVIRONMENTS: [Environment; 3] = [
-    Environment { folder: "venv", requirements: "requirements.txt", module: "pxr.Usd" },
-    Environment { folder: "venv-usd-24.3", requirements: "requirements-usd-24.3.txt", module: "pxr.Usd" },
-    Environment { folder: "venv-blender", requirements: "requirements-blender.txt", module: "bpy" },
+    Environment { folder: "venv", requirements: "requirements.txt", modules: "pxr.Usd, ezc3d" },
+    Environment { folder: "venv-usd-24.3", requirements: "requirements-usd-24.3.txt", modules: "pxr.Usd" },
+    Environment { folder: "venv-blender", requirements: "requirements-blender.txt", modules: "bpy" },
 ];
 
 /// Makes each environment that is missing or has other packages than its file names.
@@ -31,7 +31,7 @@ impl Environment {
         let wanted = root().join("xtask").join(self.requirements);
         // Written last, so that it stands for a finished installation.
         let installed = venv.join("requirements.txt");
-        let import = format!("import {}", self.module);
+        let import = format!("import {}", self.modules);
         if same_text(&wanted, &installed) && succeeds(command(&python, &["-c", &import])) {
             return Ok(());
         }

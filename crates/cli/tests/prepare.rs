@@ -24,12 +24,14 @@ fn make_raw(demo: &Path, path: &Path) {
         let angle = 0.2 * (f as f64 / 40.0).sin();
         let cap = [[0.0, 14.0, 5.0], [7.0, 10.0, -1.0], [-7.0, 10.0, -1.0], [0.0, 16.0, -4.0]];
         for (j, p) in take.positions[f * m..(f + 1) * m].iter().chain(&cap).enumerate() {
-            let [x, y, z] = [p[0] * angle.cos() - p[1] * angle.sin(), p[0] * angle.sin() + p[1] * angle.cos(), p[2]];
+            let [x, y, z] =
+                [p[0] * angle.cos() - p[1] * angle.sin(), p[0] * angle.sin() + p[1] * angle.cos(), p[2]];
             let ghost = if (j, f) == (5, 150) { 60.0 } else { 0.0 };
             if j == 3 && (60..63).contains(&f) {
                 text.push_str("\t\t\t");
             } else {
-                write!(text, "\t{:.5}\t{:.5}\t{:.5}", 10.0 * x + ghost, -10.0 * z, 1500.0 + 10.0 * y).unwrap();
+                write!(text, "\t{:.5}\t{:.5}\t{:.5}", 10.0 * x + ghost, -10.0 * z, 1500.0 + 10.0 * y)
+                    .unwrap();
             }
         }
         text.push('\n');
@@ -49,7 +51,8 @@ fn demo() -> (tempfile::TempDir, PathBuf) {
 
 /// Runs `prepare` on the raw take.
 fn prepare(folder: &Path, options: &str) -> Output {
-    let [raw, rig, out] = ["raw.trc", "face.safetensors", "clean.csv"].map(|name| folder.join(name).display().to_string());
+    let [raw, rig, out] =
+        ["raw.trc", "face.safetensors", "clean.csv"].map(|name| folder.join(name).display().to_string());
     rhytid(&format!("prepare {raw} --rig {rig} -o {out} {options}")).output().unwrap()
 }
 
@@ -81,7 +84,8 @@ fn a_raw_take_is_cleaned_reported_and_animated() {
     assert_eq!(json["setup"]["axes"], "+x+z-y");
 
     // In passing: verify cleans the raw take anew and agrees.
-    let [raw, rig, usd] = ["raw.trc", "face.safetensors", "shot.usd"].map(|name| folder.join(name).display().to_string());
+    let [raw, rig, usd] =
+        ["raw.trc", "face.safetensors", "shot.usd"].map(|name| folder.join(name).display().to_string());
     for command in [
         format!("animate {rig} {raw} -o {usd} --device cpu:0"),
         format!("verify {usd} --rig {rig} --take {raw} --device cpu:0"),

@@ -102,13 +102,13 @@ impl Samples {
 
 /// A coordinate; NaN for an empty cell and for what is written where there is no number. `None` for anything else.
 fn number(cell: &[u8]) -> Option<f64> {
-    // `1.#QNAN` and its like are how Windows' older libraries print what is no number.
-    if cell.is_empty() || cell.contains(&b'#') {
+    if cell.is_empty() {
         return Some(f64::NAN);
     }
-    let number: f64 = std::str::from_utf8(cell).ok()?.parse().ok()?;
-    if !number.is_finite() {
-        return Some(f64::NAN);
+    match std::str::from_utf8(cell).ok()?.parse::<f64>() {
+        Ok(number) if !number.is_finite() => Some(f64::NAN),
+        Ok(number) => (number.abs() <= f64::from(f32::MAX)).then_some(number),
+        // `1.#QNAN` and its like are how Windows' older libraries print what is no number.
+        Err(_) => cell.contains(&b'#').then_some(f64::NAN),
     }
-    (number.abs() <= f64::from(f32::MAX)).then_some(number)
 }

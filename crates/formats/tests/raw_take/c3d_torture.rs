@@ -92,7 +92,8 @@ fn sound() -> (C3d, rhytid_core::RawTake) {
 #[test]
 fn header_and_parameters_that_disagree_are_settled_by_the_size() {
     let (written, sound) = sound();
-    let cases: [(&str, fn(&mut C3d)); 9] = [
+    type Change = fn(&mut C3d);
+    let cases: [(&str, Change); 9] = [
         ("the number of points", |c| c.header.points = Some(30)),
         ("the number of points", |c| c.set("POINT", "USED", Value::Words(vec![62]))),
         ("the number of frames", |c| c.header.frames = Some((1, 77))),
