@@ -149,7 +149,7 @@ pub fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity]) -> DVe
 /// Motions without what is faster than `cutoff` Hz. `centre` is a point in local space: its path is smoothed, since far from the head a small
 /// turn is a long way.
 pub fn smooth(motions: &mut [Similarity], centre: DVec3, cutoff: f64, rate: f64) {
-    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(motions.len()); 7];
+    let mut columns: [Vec<f64>; 7] = Default::default();
     let mut before = DQuat::IDENTITY;
     for motion in motions.iter() {
         // A quaternion and its negative are the same turn.

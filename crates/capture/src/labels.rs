@@ -33,11 +33,6 @@ pub fn match_labels(handles: &[String], file: &[String], map: &BTreeMap<String, 
         }
     }
     let bare = |label: &str| label.rsplit(':').next().unwrap_or(label).trim().to_lowercase();
-    let rules: [&dyn Fn(&str, &str) -> bool; 3] = [
-        &|handle, label| handle == label,
-        &|handle, label| handle.to_lowercase() == label.trim().to_lowercase(),
-        &|handle, label| bare(handle) == bare(label),
-    ];
     let mut taken = vec![false; file.len()];
     let mut columns: Vec<Option<usize>> = vec![None; handles.len()];
     let mut take = |columns: &mut Vec<Option<usize>>, fits: &dyn Fn(&str, &str) -> bool| {
@@ -47,7 +42,9 @@ pub fn match_labels(handles: &[String], file: &[String], map: &BTreeMap<String, 
         }
     };
     take(&mut columns, &|handle, label| map.get(handle).is_some_and(|mapped| mapped == label));
-    rules.iter().for_each(|rule| take(&mut columns, rule));
+    take(&mut columns, &|handle, label| handle == label);
+    take(&mut columns, &|handle, label| handle.to_lowercase() == label.trim().to_lowercase());
+    take(&mut columns, &|handle, label| bare(handle) == bare(label));
     let found = columns.iter().flatten().count();
     if found < FEWEST {
         let shown = |labels: &[String]| {

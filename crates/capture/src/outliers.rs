@@ -95,7 +95,7 @@ mod tests {
             .iter()
             .map(|r| {
                 let reach = (9.0 - r.y).max(0.0) / 4.0;
-                (0..400).map(|f| *r + DVec3::Y * (reach * (f as f64 * 0.3).sin().max(0.0))).collect()
+                (0..400).map(|f| *r + DVec3::Y * (reach * (f64::from(f) * 0.3).sin().max(0.0))).collect()
             })
             .collect();
         (Tracks { columns, rate: 120.0 }, rest)

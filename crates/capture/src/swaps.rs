@@ -152,7 +152,7 @@ mod tests {
             (0..16).map(|i| DVec3::new(f64::from(i % 4) * 2.0, f64::from(i / 4) * 2.0, 0.0)).collect();
         let columns = rest
             .iter()
-            .map(|r| (0..500).map(|f| *r + DVec3::Y * (0.4 * (f as f64 * 0.1 + r.x).sin())).collect())
+            .map(|r| (0..500).map(|f| *r + DVec3::Y * (0.4 * (f64::from(f) * 0.1 + r.x).sin())).collect())
             .collect();
         (Tracks { columns, rate: 120.0 }, rest)
     }

@@ -28,11 +28,9 @@ impl Camera {
         let mut camera = Self { axes, size, scale: 1.0, middle: [0.0; 2] };
         let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         for point in points {
-            for axis in 0..2 {
-                let x = camera.along(axis, point);
-                bounds[0][axis] = bounds[0][axis].min(x);
-                bounds[1][axis] = bounds[1][axis].max(x);
-            }
+            let at: [f64; 2] = std::array::from_fn(|axis| camera.along(axis, point));
+            bounds[0] = std::array::from_fn(|axis| bounds[0][axis].min(at[axis]));
+            bounds[1] = std::array::from_fn(|axis| bounds[1][axis].max(at[axis]));
         }
         let extent = |axis: usize| bounds[1][axis] - bounds[0][axis];
         let scale = (0..2).map(|axis| size[axis] as f64 / (extent(axis) * 1.4)).fold(f64::INFINITY, f64::min);

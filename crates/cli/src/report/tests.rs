@@ -451,7 +451,8 @@ mod preview {
         report.setup.markers[44] = None;
         report.setup.offsets_mm = (0..h)
             .map(|i| {
-                (i != 44).then(|| 0.2 + 0.001 * (rnd(1000) as f64) * (1.0 + 2.0 * (i % 9 == 0) as u8 as f64))
+                (i != 44)
+                    .then(|| 0.2 + 0.001 * (rnd(1000) as f64) * (1.0 + 2.0 * f64::from(u8::from(i % 9 == 0))))
             })
             .collect();
         for r in &mut report.head_residuals_mm {
