@@ -103,7 +103,7 @@ fn shares(summary: &Summary) -> Markup {
 fn share(n: usize, percent: f64) -> String {
     match percent {
         p if n > 0 && p < 0.01 => "< 0.01 %".to_owned(),
-        p if p < 100.0 && p >= 99.99 => "> 99.99 %".to_owned(),
+        p if (99.99..100.0).contains(&p) => "> 99.99 %".to_owned(),
         p => format!("{} %", human::number((p * 100.0).round() / 100.0)),
     }
 }

@@ -365,6 +365,8 @@ fn takes_with_hardly_anything_in_them() {
 
     let empty = Take { times: Vec::new(), positions: Vec::new(), ..take.clone() };
     assert!(Html::parse_document(&written(&report(0, Vec::new()), &empty).0).errors.is_empty());
+    let far = Take { positions: vec![[1e300, f64::INFINITY, 0.0]; take.positions.len()], ..take.clone() };
+    assert!(Html::parse_document(&written(&usual(), &far).0).errors.is_empty());
     let nowhere = Take { positions: vec![[f64::NAN; 3]; take.positions.len()], ..take.clone() };
     assert!(Html::parse_document(&written(&usual(), &nowhere).0).errors.is_empty());
     let rigid = Rig { strain_edges: Vec::new(), ..rig.clone() };
@@ -385,84 +387,6 @@ fn what_does_not_belong_together_is_refused() {
     refused(&report(10, vec![event(Kind::Spline, Some(0), 9, 2)]), take, "after the take");
     refused(&report(10, vec![event(Kind::Spline, Some(0), 1, usize::MAX)]), take, "after the take");
     refused(&Report { labels: Vec::new(), ..usual() }, take, "labels");
+    refused(&Report { rate: 0.0, ..usual() }, take, "no times");
     refused(&usual(), &Take { labels: vec!["a".to_owned(); 89], ..take.clone() }, "lacks the handle");
-}
-
-mod preview {
-    use super::*;
-    #[test]
-    #[ignore]
-    fn preview() {
-        let Ok(out) = std::env::var("PREVIEW") else { return };
-        let rig = rhytid_core::rig_file::read(Path::new(&std::env::var("RIG").unwrap())).unwrap();
-        let missing = rhytid_formats::take::Missing::Error;
-        let take = match std::env::var("TAKE") {
-            Ok(t) => rhytid_formats::take::read(Path::new(&t), Some(&rig.labels), missing)
-                .unwrap()
-                .slice(1400..2000),
-            _ => rhytid_demo::performance(&rhytid_demo::face(rig.vertices())),
-        };
-        let mut take = take.resample(120.0).unwrap();
-        let start = take.times[0];
-        for t in &mut take.times {
-            *t -= start;
-        }
-        let (frames, h) = (take.frames(), rig.labels.len());
-        let mut state = 12345u64;
-        let mut rnd = |n: usize| {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 33) as usize % n
-        };
-        let mut confidence = vec![1.0f32; frames * h];
-        let mut events =
-            vec![Event { other: Some(31), confidence: 0.9, ..event(Kind::Swap, Some(30), frames / 3, 40) }];
-        for _ in 0..12 {
-            let e = Event {
-                distance_mm: Some(35.0 + rnd(100) as f64 / 10.0),
-                confidence: 0.8,
-                ..event(Kind::Outlier, Some(rnd(h)), rnd(frames), 1)
-            };
-            events.push(e);
-        }
-        for k in 0..70 {
-            let n = 4 + rnd(116);
-            let kind = match n {
-                _ if k % 13 == 0 => Kind::FilledBefore,
-                n if n < 24 => Kind::Spline,
-                n if n < 100 => Kind::Model,
-                _ => Kind::Lost,
-            };
-            events.push(event(kind, Some(rnd(h)), rnd(frames - n), n));
-        }
-        events.push(event(Kind::NeverSeen, Some(44), 0, frames));
-        events.push(event(Kind::Head, None, frames / 2, 30));
-        for e in &events {
-            for m in e.marker.into_iter().chain(e.other) {
-                for f in e.first..e.first + e.frames {
-                    confidence[f * h + m] = 0.5;
-                }
-            }
-        }
-        take.confidence = Some(confidence);
-        events.sort_by_key(|e| (e.kind, e.first, e.marker));
-        let mut report = report(frames, events);
-        report.labels = rig.labels.clone();
-        report.setup.markers = rig.labels.iter().map(|l| Some(format!("Actor:{l}"))).collect();
-        report.setup.markers[44] = None;
-        report.setup.offsets_mm = (0..h)
-            .map(|i| {
-                (i != 44).then(|| 0.2 + 0.001 * (rnd(1000) as f64) * (1.0 + 2.0 * (i % 9 == 0) as u8 as f64))
-            })
-            .collect();
-        for r in &mut report.head_residuals_mm {
-            *r = 0.08 + 0.04 * (rnd(1000) as f32 / 1000.0);
-        }
-        report.head_residuals_mm[frames / 3] = 0.9;
-        for r in &mut report.head_residuals_mm[frames / 2..frames / 2 + 30] {
-            *r = 0.0;
-        }
-        let t = std::time::Instant::now();
-        write(Path::new(&out), "rom_3_raw.c3d", &report, &take, &rig).unwrap();
-        eprintln!("{:?}", t.elapsed());
-    }
 }
