@@ -46,7 +46,7 @@ pub fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) -> Vec<
     }
     let needs_model = filled.iter().any(|gap| matches!(gap.kind, Kind::Model | Kind::Lost));
     let model = needs_model.then(|| Model::learn(tracks, noise)).flatten();
-    let expected = model.map(|model| expectations(tracks, &model, &filled));
+    let expected = model.map(|model| (expectations(tracks, &model, &filled), model));
     let values: Vec<Vec<DVec3>> = filled
         .par_iter()
         .map(|gap| {
@@ -54,7 +54,10 @@ pub fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) -> Vec<
             match (gap.kind, &expected) {
                 (Kind::NeverSeen, _) => Vec::new(),
                 (Kind::Spline, _) => spline(column, &gap.frames),
-                (_, Some(expected)) => bridged(column, gap, expected, &is_empty, tracks.frames_in(RETURN)),
+                (_, Some((expected, model))) => {
+                    let ends = ends(tracks, gap, model);
+                    bridged(column, gap, expected, ends, &is_empty, tracks.frames_in(RETURN))
+                }
                 (_, None) => held(column, &gap.frames, tracks.frames_in(RETURN)),
             }
         })
@@ -99,12 +102,11 @@ fn spline(column: &[DVec3], gap: &Range<usize>) -> Vec<DVec3> {
         .collect()
 }
 
-/// What the model expects in and right around the gaps that it fills, by frame.
+/// What the model expects in the gaps that it fills, by frame.
 fn expectations(tracks: &Tracks, model: &Model, filled: &[Filled]) -> Vec<Option<Vec<DVec3>>> {
     let mut needed = vec![false; tracks.frames()];
     for gap in filled.iter().filter(|gap| matches!(gap.kind, Kind::Model | Kind::Lost)) {
-        needed[gap.frames.start.saturating_sub(ENDS)..(gap.frames.end + ENDS).min(tracks.frames())]
-            .fill(true);
+        needed[gap.frames.clone()].fill(true);
     }
     let frames = needed.into_par_iter().enumerate();
     frames.map(|(f, needed)| needed.then(|| model.frame(tracks, f))).collect()
@@ -113,23 +115,32 @@ fn expectations(tracks: &Tracks, model: &Model, filled: &[Filled]) -> Vec<Option
 /// Positions on either side of a gap that tell by how much the model is off there.
 const ENDS: usize = 3;
 
+/// By how much the model is off right before and right behind a gap, when it is not shown the marker there either.
+fn ends(tracks: &Tracks, gap: &Filled, model: &Model) -> [DVec3; 2] {
+    let Range { start, end } = gap.frames;
+    let off = |frames: Range<usize>| {
+        let off = frames
+            .map(|f| tracks.columns[gap.marker][f] - model.without(tracks, f, gap.marker))
+            .filter(|p| seen(*p));
+        let (sum, n) = off.fold((DVec3::ZERO, 0), |(sum, n), p| (sum + p, n + 1));
+        (n > 0).then(|| sum / f64::from(n))
+    };
+    let (a, b) = (off(start.saturating_sub(ENDS)..start), off(end..(end + ENDS).min(tracks.frames())));
+    [a.or(b).unwrap_or(DVec3::ZERO), b.or(a).unwrap_or(DVec3::ZERO)]
+}
+
 /// The model's positions, moved so that they meet what was seen at both ends. Where no marker was seen, the last position is held.
 fn bridged(
     column: &[DVec3],
     gap: &Filled,
     expected: &[Option<Vec<DVec3>>],
+    ends: [DVec3; 2],
     is_empty: &[bool],
     back: usize,
 ) -> Vec<DVec3> {
     let at = |f: usize| expected[f].as_ref().map_or(DVec3::NAN, |frame| frame[gap.marker]);
-    let off = |frames: Range<usize>| {
-        let off = frames.map(|f| column[f] - at(f)).filter(|p| seen(*p));
-        let (sum, n) = off.fold((DVec3::ZERO, 0), |(sum, n), p| (sum + p, n + 1));
-        (n > 0).then(|| sum / f64::from(n))
-    };
     let Range { start, end } = gap.frames;
-    let (a, b) = (off(start.saturating_sub(ENDS)..start), off(end..(end + ENDS).min(column.len())));
-    let (a, b) = (a.or(b).unwrap_or(DVec3::ZERO), b.or(a).unwrap_or(DVec3::ZERO));
+    let [a, b] = ends;
     let mut values: Vec<DVec3> = gap
         .frames
         .clone()

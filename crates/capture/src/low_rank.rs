@@ -22,7 +22,7 @@ pub struct Model {
 const SAMPLED: usize = 4000;
 
 const LARGEST_RANK: usize = 40;
-const ITERATIONS: usize = 20;
+const ITERATIONS: usize = 200;
 
 impl Model {
     /// Learns from displacements; `noise` is the least standard deviation per coordinate. `None` where there is nothing to learn from.
@@ -66,6 +66,7 @@ impl Model {
                 })
                 .collect();
             model = Some(fitted);
+            eprintln!("CHANGE {:?}", changes.iter().copied().fold(0.0, f64::max) / noise);
             if changes.into_iter().fold(0.0, f64::max) < 0.1 * noise {
                 break;
             }
@@ -124,6 +125,13 @@ impl Model {
     /// The expected positions in one frame of `tracks`.
     pub fn frame(&self, tracks: &Tracks, f: usize) -> Vec<DVec3> {
         self.complete(&frame(tracks, f)).as_chunks().0.iter().copied().map(DVec3::from_array).collect()
+    }
+
+    /// The expected position of one marker as if it had not been seen in frame `f`.
+    pub fn without(&self, tracks: &Tracks, f: usize, marker: usize) -> DVec3 {
+        let mut frame = frame(tracks, f);
+        frame[3 * marker..3 * marker + 3].fill(f64::NAN);
+        DVec3::from_slice(&self.complete(&frame)[3 * marker..])
     }
 }
 

@@ -26,17 +26,17 @@ impl Camera {
         let along = |right: f64, toward: f64| [right, toward * front[1], toward * front[2]];
         let axes = [along(cos, -sin), up, along(sin, cos)];
         let mut camera = Self { axes, size, scale: 1.0, middle: [0.0; 2] };
-        let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        let (mut least, mut greatest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for point in points {
-            let at: [f64; 2] = std::array::from_fn(|axis| camera.along(axis, point));
-            bounds[0] = std::array::from_fn(|axis| bounds[0][axis].min(at[axis]));
-            bounds[1] = std::array::from_fn(|axis| bounds[1][axis].max(at[axis]));
+            let seen = [camera.along(0, point), camera.along(1, point)];
+            least = [0, 1].map(|axis| seen[axis].min(least[axis]));
+            greatest = [0, 1].map(|axis| seen[axis].max(greatest[axis]));
         }
-        let extent = |axis: usize| bounds[1][axis] - bounds[0][axis];
+        let extent = |axis: usize| greatest[axis] - least[axis];
         let scale = (0..2).map(|axis| size[axis] as f64 / (extent(axis) * 1.4)).fold(f64::INFINITY, f64::min);
         if scale.is_finite() && scale > 0.0 {
             camera.scale = scale;
-            camera.middle = [0, 1].map(|axis| (bounds[0][axis] + bounds[1][axis]) / 2.0);
+            camera.middle = [0, 1].map(|axis| (least[axis] + greatest[axis]) / 2.0);
         }
         camera
     }

@@ -55,11 +55,13 @@ pub fn write(dir: &Path, title: &str, report: &Report, take: &Take, rig: &Rig) -
     Ok(())
 }
 
-/// Whether every index in `report` is within what it counts.
+/// Whether the report's frames have times, and every index in it is within what it counts.
 fn check(report: &Report, rig: &Rig) -> Result<()> {
     let handles = rig.labels.len();
     let markers = |event: &rhytid_capture::Event| event.marker.into_iter().chain(event.other);
-    let fault = if report.labels != rig.labels {
+    let fault = if !(report.rate.is_finite() && report.rate > 0.0 && report.start.is_finite()) {
+        "its frames have no times"
+    } else if report.labels != rig.labels {
         "its labels are not the rig's"
     } else if report.setup.markers.len() != handles || report.setup.offsets_mm.len() != handles {
         "its set-up has not one entry a handle"

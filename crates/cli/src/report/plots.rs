@@ -7,10 +7,12 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use rhytid_capture::Report;
 use rhytid_core::{Error, Result};
 
-/// Pixels of a plot's width, and of what its axes take at the left.
-const WIDTH: u32 = 1000;
-const LEFT: u32 = 52;
-const MARGIN: u32 = 8;
+/// The backend rounds to whole units, so there are two in a pixel of the page.
+const FINE: u32 = 2;
+/// Units of a plot's width, and of what its axes take at the left.
+const WIDTH: u32 = 1000 * FINE;
+const LEFT: u32 = 52 * FINE;
+const MARGIN: u32 = 8 * FINE;
 
 const INK: RGBColor = RGBColor(51, 51, 51);
 const GRID: RGBColor = RGBColor(221, 221, 221);
@@ -43,8 +45,14 @@ pub fn head(report: &Report) -> Result<Option<String>> {
     if greatest == 0.0 {
         return Ok(None);
     }
-    let curve =
-        Curve { height: 200, unit: "mm", span, range: [0.0, greatest * 1.05], pieces, shaded: Vec::new() };
+    let curve = Curve {
+        height: 200 * FINE,
+        unit: "mm",
+        span,
+        range: [0.0, greatest * 1.05],
+        pieces,
+        shaded: Vec::new(),
+    };
     curve.draw().map(Some)
 }
 
@@ -60,7 +68,7 @@ pub fn strain(strains: &Strains, edge: &Edge, all: &[Edge]) -> Result<String> {
     let column = (span[1] - span[0]) / columns() as f64;
     let shaded = curve::stretches(strains.doubtful(edge), 2.0 * column);
     let range = [least - room, greatest + room];
-    Curve { height: 130, unit: "%", span, range, pieces, shaded }.draw()
+    Curve { height: 130 * FINE, unit: "%", span, range, pieces, shaded }.draw()
 }
 
 /// The markers' offsets from their handles in millimetres, the greatest first, each named if there is room; `None` where none is known.
@@ -74,12 +82,18 @@ pub fn offsets(report: &Report) -> Result<Option<String>> {
     bars.sort_by(|a, b| b.1.total_cmp(&a.1));
     let Some(&(_, greatest)) = bars.first() else { return Ok(None) };
     let range = 0.0..(greatest * 1.05).max(1e-3);
-    let (height, names) = (330, 130);
-    let svg = draw(height, |root| {
+    let bar_width = f64::from(WIDTH - LEFT - 2 * MARGIN) / (FINE as usize * bars.len()) as f64;
+    // A line of text needs 9 pixels; where bars are narrower, only every n-th has its name.
+    let step = (9.0 / bar_width).ceil().max(1.0) as usize;
+    let size = bar_width.clamp(9.0, 12.0) as u32;
+    let names: Vec<String> = bars.iter().map(|(label, _)| shortened(label)).collect();
+    let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0) as u32;
+    let below = (12 + longest * size * 2 / 3) * FINE;
+    let svg = draw(200 * FINE + below, |root| {
         let mut chart = ChartBuilder::on(root)
             .margin(MARGIN)
             .y_label_area_size(LEFT)
-            .margin_bottom(names)
+            .margin_bottom(below)
             .build_cartesian_2d(0.0..bars.len() as f64, range.clone())?;
         let value = |mm: &f64| tick(*mm, &range);
         chart
@@ -98,14 +112,10 @@ pub fn offsets(report: &Report) -> Result<Option<String>> {
             Rectangle::new([(i as f64 + 0.1, 0.0), (i as f64 + 0.9, *mm)], CURVE.filled())
         };
         chart.draw_series(bars.iter().enumerate().map(bar))?;
-        let bar_width = f64::from(WIDTH - LEFT - 2 * MARGIN) / bars.len() as f64;
-        // A line of text needs 9 pixels; where bars are narrower, only every n-th has its name.
-        let step = (9.0 / bar_width).ceil().max(1.0) as usize;
-        let size = bar_width.clamp(9.0, 12.0) as u32;
         let style = text(size).transform(FontTransform::Rotate270).pos(Pos::new(HPos::Right, VPos::Center));
-        for (i, (label, _)) in bars.iter().enumerate().step_by(step) {
-            let at = chart.backend_coord(&(i as f64 + 0.5, 0.0));
-            root.draw(&Text::new(shortened(label), (at.0, at.1 + 6), style.clone()))?;
+        for (i, name) in names.iter().enumerate().step_by(step) {
+            let (x, y) = chart.backend_coord(&(i as f64 + 0.5, 0.0));
+            root.draw(&Text::new(name.as_str(), (x, y + 5 * FINE as i32), style.clone()))?;
         }
         Ok(())
     })?;
@@ -127,7 +137,7 @@ impl Curve {
         draw(self.height, |root| {
             let mut chart = ChartBuilder::on(root)
                 .margin(MARGIN)
-                .x_label_area_size(24)
+                .x_label_area_size(24 * FINE)
                 .y_label_area_size(LEFT)
                 .build_cartesian_2d(start..end, least..greatest)?;
             let column = (end - start) / columns() as f64;
@@ -161,9 +171,9 @@ impl Curve {
     }
 }
 
-/// Columns of pixels in which a curve is drawn.
+/// Columns of the page's pixels in which a curve is drawn.
 fn columns() -> usize {
-    (WIDTH - LEFT - 2 * MARGIN) as usize
+    ((WIDTH - LEFT - 2 * MARGIN) / FINE) as usize
 }
 
 /// A number on an axis: with as many decimals as tell neighbouring ticks apart.
@@ -176,7 +186,7 @@ fn tick(x: f64, range: &std::ops::Range<f64>) -> String {
 
 fn text(size: u32) -> TextStyle<'static> {
     // The SVG backend divides sizes by 1.24.
-    ("sans-serif", f64::from(size) * 1.24).into_font().color(&INK)
+    ("sans-serif", f64::from(size * FINE) * 1.24).into_font().color(&INK)
 }
 
 /// A span of time that an axis can have: a take may be of one frame.

@@ -93,7 +93,7 @@ fn normals(camera: &Camera, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<
 fn brightness(n: [f32; 3]) -> f32 {
     let lamp = |from: [f32; 3]| (n[0] * from[0] + n[1] * from[1] + n[2] * from[2]).max(0.0);
     let (key, fill) = (lamp([-0.45, 0.55, 0.7]), lamp([0.8, 0.0, 0.6]));
-    (0.2 + 0.08 * n[1] + 0.62 * key + 0.18 * fill).clamp(0.0, 1.0)
+    (0.26 + 0.08 * n[1] + 0.58 * key + 0.2 * fill).clamp(0.0, 1.0)
 }
 
 struct Fine {

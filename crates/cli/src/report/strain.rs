@@ -51,9 +51,10 @@ impl<'a> Strains<'a> {
             .map(|[a, b]| ([a, b], distance(rest(a), rest(b))))
             .collect();
         let mut strains = Self { take, columns, pairs, edges: Vec::new() };
+        let start = take.times.first().copied().unwrap_or(0.0);
         let edge = |index: usize| {
             let [a, b] = strains.pairs[index].0.map(|handle| rig.labels[handle].clone());
-            Edge { a, b, least: 0.0, greatest: 0.0, time: 0.0, frame: 0, index }
+            Edge { a, b, least: 0.0, greatest: 0.0, time: start, frame: 0, index }
         };
         let mut edges: Vec<Edge> =
             (0..strains.pairs.len()).filter(|&i| strains.pairs[i].1 > 0.0).map(edge).collect();
@@ -109,8 +110,10 @@ impl<'a> Strains<'a> {
 
 impl Edge {
     fn see(&mut self, strain: f64, frame: usize, time: f64) {
-        // Strains that are no numbers compare as false.
-        if strain.abs() > self.peak().abs() || (frame == 0 && strain == 0.0) {
+        if !strain.is_finite() {
+            return;
+        }
+        if strain.abs() > self.peak().abs() {
             (self.frame, self.time) = (frame, time);
         }
         self.least = self.least.min(strain);

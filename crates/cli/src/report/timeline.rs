@@ -10,7 +10,7 @@ use rhytid_capture::{Event, Kind, Report};
 const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 14.0;
 /// Runs are drawn at least this wide, so that one frame of a long take is seen.
-const LEAST: f64 = 2.0;
+const LEAST: f64 = 3.0;
 /// With more events than this, runs no longer say their frames when they are pointed at.
 const EXPLAINED: usize = 10_000;
 
@@ -118,7 +118,16 @@ fn row(label: &str, events: &[&Event], report: &Report) -> Markup {
                 }
             }
         }
-        td.number { @if share > 0.0 { (format!("{:.1} %", 100.0 * share)) } }
+        td.number { (percent(share)) }
+    }
+}
+
+/// A share in per cent; nothing where it is 0.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => String::new(),
+        small if small < 0.1 => "< 0.1 %".to_owned(),
+        percent => format!("{percent:.1} %"),
     }
 }
 

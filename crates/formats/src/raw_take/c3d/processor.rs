@@ -64,7 +64,7 @@ mod tests {
         assert_eq!(Dec.float([0x80, 0x40, 0, 0]), 1.0);
         assert_eq!(Dec.float([0x80, 0xC0, 0, 0]), -1.0);
         assert_eq!(Dec.float([0x00, 0x40, 0, 0]), 0.5);
-        assert_eq!(Dec.float([0x49, 0x41, 0xD0, 0x0F]), f64::from(std::f32::consts::PI * 4.0));
+        assert_eq!(Dec.float([0x49, 0x41, 0xDB, 0x0F]), f64::from(std::f32::consts::PI));
         assert_eq!(Dec.float([0, 0, 0xFF, 0xFF]), 0.0);
         assert!(Dec.float([0, 0x80, 0, 0]).is_nan());
         assert_eq!(Intel.float([0, 0, 0x80, 0x3F]), 1.0);
