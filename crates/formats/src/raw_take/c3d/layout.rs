@@ -5,6 +5,7 @@
 use super::BLOCK;
 use super::header::Header;
 use super::parameters::Parameters;
+use std::fmt;
 
 /// The place and shape of the points.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +46,15 @@ impl Storage {
     }
 }
 
+impl fmt::Display for Storage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer { scale } => write!(f, "whole numbers times {scale}"),
+            Self::Float => f.write_str("floats"),
+        }
+    }
+}
+
 impl Layout {
     pub(super) fn frame_bytes(&self) -> usize {
         self.points * self.storage.point_bytes() + self.analog * self.storage.number_bytes()
@@ -72,7 +82,7 @@ enum Fit {
 /// The values that a file gives for one thing, each with the place that gives it; the more trusted first.
 struct Claims<T>(Vec<(T, &'static str)>);
 
-impl<T: Copy + PartialEq + std::fmt::Debug> Claims<T> {
+impl<T: Copy + PartialEq + fmt::Display> Claims<T> {
     /// Those that are given, each value once.
     fn of<const N: usize>(given: [(Option<T>, &'static str); N]) -> Self {
         let mut claims: Vec<(T, &'static str)> = Vec::with_capacity(N);
@@ -92,11 +102,8 @@ impl<T: Copy + PartialEq + std::fmt::Debug> Claims<T> {
     fn settle(&self, what: &str, chosen: T, warnings: &mut Vec<String>) {
         if self.0.len() > 1 {
             let said: Vec<String> =
-                self.0.iter().map(|(value, place)| format!("{value:?} by {place}")).collect();
-            warnings.push(format!(
-                "{what} is {}; by the size of the file {chosen:?} is taken",
-                said.join(" and ")
-            ));
+                self.0.iter().map(|(value, place)| format!("{value} by {place}")).collect();
+            warnings.push(format!("{what} is {}; {chosen} is taken", said.join(" and ")));
         }
     }
 }
