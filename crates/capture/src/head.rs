@@ -1,9 +1,11 @@
 //! Head stabilisation: the head's rigid motion, fitted to the rigid markers, or robustly to all.
 use crate::fit::{Similarity, fit_robustly};
 use crate::low_pass::low_pass;
+use crate::settings::Settings;
 use crate::tracks::{Tracks, median, median_of, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
+use rhytid_core::{Error, Result};
 
 /// How a head moved. *Local space* stands still with the head: it is the file's space as the head was in the middle of its motion.
 #[derive(Debug, Clone)]
@@ -26,7 +28,7 @@ const RIGID_TOLERANCE: f64 = 0.005;
 const FACE_TOLERANCE: f64 = 0.02;
 
 /// Of the columns `candidates` those that keep their distances, as a cap's markers do; empty if fewer than three.
-pub fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> {
+fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> {
     let frames = sampled(tracks.frames());
     let keeps = |i: usize, j: usize| {
         let (a, b) = (&tracks.columns[i], &tracks.columns[j]);
@@ -47,6 +49,31 @@ pub fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usi
     });
     let best = sets.fold(Vec::new(), |best, set| if set.len() > best.len() { set } else { best });
     if best.len() >= 3 { best } else { Vec::new() }
+}
+
+/// The columns of the rigid markers: those that the settings name, else those of `others` that keep their distances.
+///
+/// # Errors
+/// [`Error::Input`] if the settings name a marker that is not there, or one or two.
+pub fn rigid_markers(
+    tracks: &Tracks,
+    others: &[usize],
+    labels: &[String],
+    settings: &Settings,
+    extent: f64,
+) -> Result<Vec<usize>> {
+    let Some(named) = &settings.rigid else { return Ok(find_rigid(tracks, others, extent)) };
+    if named.len() == 1 || named.len() == 2 {
+        return Err(Error::input(format!(
+            "{} rigid markers are given, expected at least 3, or none to go by the whole face",
+            named.len()
+        )));
+    }
+    let column = |label: &String| {
+        let unknown = || Error::input(format!("the rigid marker “{label}” is not in the file"));
+        labels.iter().position(|l| l == label).ok_or_else(unknown)
+    };
+    named.iter().map(column).collect()
 }
 
 /// The head's motion from the columns `rigid`; from all columns of `face` where `rigid` is empty, and in frames in which fewer than three

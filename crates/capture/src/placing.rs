@@ -1,48 +1,116 @@
-//! What the file's numbers mean: its unit, the rigid markers, and how far markers are from their handles.
-use crate::fit::Similarity;
-use crate::head::find_rigid;
-use crate::settings::Settings;
-use crate::tracks::{Tracks, extent, median_of, seen};
+//! Where the actor stands: the neutral frames, the unit, the axes and the size, and how far markers are from their handles.
+use crate::fit::{Similarity, fit_robustly};
+use crate::settings::{Settings, Step};
+use crate::tracks::{Tracks, extent, seen};
+use crate::{Axes, Target, neutral};
 use glam::DVec3;
 use rhytid_core::{Error, Result};
 use std::ops::Range;
 
-/// The median extent of the columns over the take, in the file's unit; 0 where none was ever seen.
-pub fn typical_extent(tracks: &Tracks, columns: &[usize]) -> f64 {
-    let step = tracks.frames().div_ceil(200).max(1);
-    let extents =
-        (0..tracks.frames()).step_by(step).map(|f| extent(columns.iter().map(|&c| tracks.columns[c][f])));
-    let mut extents: Vec<f64> = extents.filter(|e| *e > 0.0).collect();
-    if extents.is_empty() { 0.0 } else { median_of(&mut extents) }
+/// How the file's space, with the head's motion taken out, becomes the rig's.
+pub struct Place {
+    /// The neutral frames.
+    pub neutral: Range<usize>,
+    /// From there to the rig.
+    pub to_rig: Similarity,
+    /// The file's unit and axes to the mesh's.
+    pub to_world: Similarity,
+    /// Metres in one unit of the file, and whether that is a guess.
+    pub unit: (f64, bool),
+    /// The file's axes.
+    pub axes: Axes,
+    /// H markers at neutral, on the rig; the handle itself where the marker was not seen, and where all are on the rig as they are.
+    pub markers: Vec<DVec3>,
 }
 
-/// The columns of the rigid markers: those that the settings name, else those of `others` that keep their distances.
-///
-/// # Errors
-/// [`Error::Input`] if the settings name a marker that is not there, or one or two.
-pub fn rigid_markers(
-    tracks: &Tracks,
-    others: &[usize],
-    labels: &[String],
-    settings: &Settings,
-    extent: f64,
-) -> Result<Vec<usize>> {
-    let Some(named) = &settings.rigid else { return Ok(find_rigid(tracks, others, extent)) };
-    if named.len() == 1 || named.len() == 2 {
-        return Err(Error::input(format!(
-            "{} rigid markers are given, expected at least 3, or none to go by the whole face",
-            named.len()
-        )));
+/// A marker may be off by this part of the face's extent before the alignment counts it less: markers are glued on by hand.
+const TOLERANCE: f64 = 0.03;
+
+impl Place {
+    /// Finds what the settings do not give. `columns` are the handles', `head` the head's motions, if any were taken out, `stated` the metres
+    /// in a unit that the file says; what is `in_head_space` is on the rig as it is.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the settings' neutral frames are not in the take, or show too little, or none can be found.
+    pub fn find(
+        tracks: &Tracks,
+        columns: &[Option<usize>],
+        head: Option<&[Similarity]>,
+        (stated, in_head_space): (Option<f64>, bool),
+        target: &Target,
+        settings: &Settings,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self> {
+        let neutral = neutral_frames(tracks, columns, target, settings)?;
+        let pose = neutral::pose(tracks, columns, &neutral);
+        let mesh = target.metres_per_unit;
+        let (to_rig, to_world, unit, axes);
+        if in_head_space {
+            (unit, axes) = ((mesh, false), settings.axes.unwrap_or(Axes::SAME));
+            (to_rig, to_world) = (Similarity::IDENTITY, Similarity::IDENTITY);
+        } else if settings.skip.contains(&Step::Align) {
+            // Without an alignment there are still the unit and the axes.
+            unit = (settings.metres_per_unit.or(stated).unwrap_or(mesh), false);
+            axes = settings.axes.unwrap_or(Axes::SAME);
+            to_world = world(unit.0 / mesh, axes);
+            to_rig = to_world;
+        } else {
+            let tolerance = TOLERANCE * extent(target.rest.iter().copied());
+            let (fitted, _) = fit_robustly(&pose, &target.rest, true, tolerance).ok_or_else(|| {
+                Error::input(
+                    "the neutral frames show fewer than three markers, or markers on one line; say which frames are neutral",
+                )
+            })?;
+            let turned = head.map_or(Similarity::IDENTITY, |head| head[(neutral.start + neutral.end) / 2]);
+            unit = self::unit(stated, settings, mesh, &fitted, warnings);
+            axes =
+                settings.axes.unwrap_or_else(|| Axes::nearest(fitted.rotation * turned.rotation.conjugate()));
+            (to_rig, to_world) = (fitted, world(unit.0 / mesh, axes));
+        }
+        let on_rig =
+            |(p, r): (&DVec3, &DVec3)| if seen(*p) && !in_head_space { to_rig.apply(*p) } else { *r };
+        let markers = pose.iter().zip(&target.rest).map(on_rig).collect();
+        Ok(Self { neutral, to_rig, to_world, unit, axes, markers })
     }
-    let column = |label: &String| {
-        let unknown = || Error::input(format!("the rigid marker “{label}” is not in the file"));
-        labels.iter().position(|l| l == label).ok_or_else(unknown)
-    };
-    named.iter().map(column).collect()
+
+    /// How large the actor is compared with the rig.
+    pub fn scale(&self) -> f64 {
+        self.to_world.scale / self.to_rig.scale
+    }
+
+    /// The frame in the middle of the neutral ones.
+    pub fn neutral_frame(&self) -> usize {
+        (self.neutral.start + self.neutral.end) / 2
+    }
+}
+
+fn world(scale: f64, axes: Axes) -> Similarity {
+    Similarity { scale, rotation: axes.rotation(), translation: DVec3::ZERO }
+}
+
+fn neutral_frames(
+    tracks: &Tracks,
+    columns: &[Option<usize>],
+    target: &Target,
+    settings: &Settings,
+) -> Result<Range<usize>> {
+    let frames = tracks.frames();
+    match &settings.neutral {
+        Some(range) if range.start < range.end && range.end <= frames => Ok(range.clone()),
+        Some(range) => Err(Error::input(format!(
+            "the neutral frames are {}..{}, expected a range within 0..{frames}",
+            range.start, range.end
+        ))),
+        None => neutral::find(tracks, columns, &target.rest).ok_or_else(|| {
+            Error::input(
+                "no half second shows enough markers to find the neutral face in; say which frames are neutral",
+            )
+        }),
+    }
 }
 
 /// Metres in one unit of the file, and whether that is a guess. `fitted` takes the file's space to the mesh's, whose unit is `mesh` metres.
-pub fn unit(
+fn unit(
     stated: Option<f64>,
     settings: &Settings,
     mesh: f64,
@@ -95,29 +163,4 @@ pub fn offsets(
         offsets.push(offset);
     }
     offsets
-}
-
-/// The mean of what was seen; `None` if nothing was.
-pub fn mean(column: &[DVec3], frames: &Range<usize>) -> Option<DVec3> {
-    let points = || column[frames.clone()].iter().filter(|p| seen(**p));
-    let n = points().count();
-    (n > 0).then(|| points().sum::<DVec3>() / n as f64)
-}
-
-/// The standard deviation of a coordinate's noise: of the second differences, which hardly any motion has, by their median.
-pub fn noise(tracks: &Tracks) -> f64 {
-    /// As many frames of each marker are enough.
-    const FRAMES: usize = 2000;
-    let step = (tracks.frames() / FRAMES).max(1);
-    let mut seconds: Vec<f64> = Vec::new();
-    for column in &tracks.columns {
-        for f in (1..tracks.frames().saturating_sub(1)).step_by(step) {
-            let second = column[f - 1] - 2.0 * column[f] + column[f + 1];
-            if seen(second) {
-                seconds.extend(second.to_array().map(f64::abs));
-            }
-        }
-    }
-    // Of a normal distribution half lies within 0.6745 σ; the variance of a second difference is 1 + 4 + 1 times a sample's.
-    if seconds.is_empty() { 0.0 } else { median_of(&mut seconds) / (0.674_489_75 * 6.0_f64.sqrt()) }
 }

@@ -97,6 +97,8 @@ pub enum Kind {
     Lost,
     /// A marker that was never seen: it goes with its neighbours.
     NeverSeen,
+    /// A gap that was left open, with [`crate::Step::Gaps`] skipped.
+    Left,
     /// The head's rigid markers were not seen: its motion comes from the face's markers, or is held.
     Head,
 }

@@ -57,6 +57,8 @@ pub enum Step {
     Swaps,
     /// Outliers are dropped.
     Outliers,
+    /// Gaps are filled; without it they are [`rhytid_core::RawTake::MISSING`] in what comes out, as are dropped outliers.
+    Gaps,
     /// The markers are low-pass filtered.
     LowPass,
 }

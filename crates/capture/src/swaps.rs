@@ -5,6 +5,7 @@
 use crate::neighbours::nearest;
 use crate::tracks::{Tracks, median, seen};
 use glam::DVec3;
+use std::ops::Range;
 
 /// One pair's exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +49,7 @@ fn square(a: DVec3, b: DVec3) -> f64 {
     if square.is_nan() { 0.0 } else { square }
 }
 
-fn exchange(tracks: &mut Tracks, [a, b]: [usize; 2], frames: std::ops::Range<usize>) {
+fn exchange(tracks: &mut Tracks, [a, b]: [usize; 2], frames: Range<usize>) {
     for f in frames {
         let at_a = tracks.columns[a][f];
         tracks.columns[a][f] = tracks.columns[b][f];
@@ -56,19 +57,16 @@ fn exchange(tracks: &mut Tracks, [a, b]: [usize; 2], frames: std::ops::Range<usi
     }
 }
 
+/// Goes from frame to frame in this `order`.
 fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Vec<Swap> {
     let markers = tracks.columns.len();
     let mut last: Vec<Option<(usize, DVec3)>> = vec![None; markers];
-    // The pairs that are exchanged at present, in the order in which they were, and since when.
+    // The pairs that are exchanged at present, in the order in which they were, and since which step of the way.
     let mut active: Vec<([usize; 2], usize)> = Vec::new();
     let mut swaps = Vec::new();
-    let ended = |pair: [usize; 2], since: usize, now: usize| {
-        // The last exchanged frame is the one before `now` on the way.
-        if since <= now {
-            Swap { pair, first: since, end: now }
-        } else {
-            Swap { pair, first: now + 1, end: since + 1 }
-        }
+    let exchanged = |pair: [usize; 2], steps: Range<usize>| {
+        let ends = [order[steps.start], order[steps.end - 1]];
+        Swap { pair, first: ends[0].min(ends[1]), end: ends[0].max(ends[1]) + 1 }
     };
     for (i, &f) in order.iter().enumerate() {
         active.iter().for_each(|(pair, _)| exchange(tracks, *pair, f..f + 1));
@@ -98,9 +96,9 @@ fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Ve
                 match active.iter().position(|(active, _)| *active == pair) {
                     Some(at) => {
                         let (pair, since) = active.remove(at);
-                        swaps.push(ended(pair, since, f));
+                        swaps.push(exchanged(pair, since..i));
                     }
-                    None => active.push((pair, f)),
+                    None => active.push((pair, i)),
                 }
             }
         }
@@ -112,15 +110,7 @@ fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Ve
         }
     }
     // What is not undone in the file stays undone here.
-    let behind = order.last().map(|&f| if order.first() <= Some(&f) { f + 1 } else { f.wrapping_sub(1) });
-    for (pair, since) in active {
-        let Some(behind) = behind else { continue };
-        swaps.push(if since < behind && behind != usize::MAX {
-            Swap { pair, first: since, end: behind }
-        } else {
-            Swap { pair, first: 0, end: since + 1 }
-        });
-    }
+    swaps.extend(active.into_iter().map(|(pair, since)| exchanged(pair, since..order.len())));
     swaps
 }
 

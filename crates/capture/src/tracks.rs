@@ -1,4 +1,7 @@
 use glam::DVec3;
+use rayon::prelude::*;
+use rhytid_core::Take;
+use std::ops::Range;
 
 /// Marker tracks, one column a marker: all steps but the head's look along time. A position that is NaN was not seen.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,6 +13,13 @@ pub struct Tracks {
 }
 
 impl Tracks {
+    /// The markers of a take, whose positions it leaves empty.
+    pub fn of(take: &mut Take) -> Self {
+        let (positions, m) = (std::mem::take(&mut take.positions), take.labels.len());
+        let column = |c: usize| positions.iter().skip(c).step_by(m).copied().map(DVec3::from_array).collect();
+        Self { columns: (0..m).into_par_iter().map(column).collect(), rate: take.rate() }
+    }
+
     /// Number of frames.
     pub fn frames(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
@@ -27,8 +37,8 @@ pub fn seen(position: DVec3) -> bool {
 }
 
 /// The runs of frames in which a marker was not seen.
-pub fn gaps(column: &[DVec3]) -> Vec<std::ops::Range<usize>> {
-    let mut gaps: Vec<std::ops::Range<usize>> = Vec::new();
+pub fn gaps(column: &[DVec3]) -> Vec<Range<usize>> {
+    let mut gaps: Vec<Range<usize>> = Vec::new();
     for (f, _) in column.iter().enumerate().filter(|(_, p)| !seen(**p)) {
         match gaps.last_mut() {
             Some(gap) if gap.end == f => gap.end += 1,
@@ -69,6 +79,40 @@ pub fn extent(points: impl Iterator<Item = DVec3>) -> f64 {
         bounds = Some((low.min(p), high.max(p)));
     }
     bounds.map_or(0.0, |(low, high)| low.distance(high))
+}
+
+/// The median extent of the columns over the take, in the file's unit; 0 where none was ever seen.
+pub fn typical_extent(tracks: &Tracks, columns: &[usize]) -> f64 {
+    let step = tracks.frames().div_ceil(200).max(1);
+    let extents =
+        (0..tracks.frames()).step_by(step).map(|f| extent(columns.iter().map(|&c| tracks.columns[c][f])));
+    let mut extents: Vec<f64> = extents.filter(|e| *e > 0.0).collect();
+    if extents.is_empty() { 0.0 } else { median_of(&mut extents) }
+}
+
+/// The mean of what was seen; `None` if nothing was.
+pub fn mean(column: &[DVec3], frames: &Range<usize>) -> Option<DVec3> {
+    let points = || column[frames.clone()].iter().filter(|p| seen(**p));
+    let n = points().count();
+    (n > 0).then(|| points().sum::<DVec3>() / n as f64)
+}
+
+/// The standard deviation of a coordinate's noise: of the second differences, which hardly any motion has, by their median.
+pub fn noise(tracks: &Tracks) -> f64 {
+    /// As many frames of each marker are enough.
+    const FRAMES: usize = 2000;
+    let step = (tracks.frames() / FRAMES).max(1);
+    let mut seconds: Vec<f64> = Vec::new();
+    for column in &tracks.columns {
+        for f in (1..tracks.frames().saturating_sub(1)).step_by(step) {
+            let second = column[f - 1] - 2.0 * column[f] + column[f + 1];
+            if seen(second) {
+                seconds.extend(second.to_array().map(f64::abs));
+            }
+        }
+    }
+    // Of a normal distribution half lies within 0.6745 σ; the variance of a second difference is 1 + 4 + 1 times a sample's.
+    if seconds.is_empty() { 0.0 } else { median_of(&mut seconds) / (0.674_489_75 * 6.0_f64.sqrt()) }
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from this file.
 
+mod setup;
 mod values;
 
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
-use rhytid_capture::Axes;
+pub use setup::Setup;
 use std::path::PathBuf;
-pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice, StepChoice, UnitChoice};
-use values::{parse_fps, parse_millimetres, parse_pair, parse_seconds};
+pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice};
+use values::{parse_millimetres, parse_rate};
 
 const GLOBAL: &str = "Options of every command";
 
@@ -62,6 +63,7 @@ Examples:
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --velocities --frames 100..200
   rhytid animate FACE.safetensors session.c3d -o FACE.usd
+  rhytid animate FACE.safetensors session.c3d -o FACE.usd --setup anna.toml --fps 24
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usdz --fps 24 --missing hold
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --fade-detail --head bake
   rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --compressed --quantize --meshopt
@@ -107,6 +109,7 @@ Examples:
 Examples:
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --report report
   rhytid prepare session.trc --rig FACE.safetensors -o TAKE.csv --fps 30 --neutral 0..60
+  rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --setup anna.toml
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --map chin=M12 --map brow=M7 --skip low-pass")]
     Prepare(Prepare),
 
@@ -126,6 +129,7 @@ Examples:
   rhytid info neutral.obj
   rhytid info FACE.safetensors --json
   rhytid info TAKE.csv
+  rhytid info session.c3d
   rhytid info FACE.toml")]
     Info(Info),
 
@@ -218,12 +222,16 @@ pub struct Animate {
     pub stage: StageChoice,
 
     /// Resample to N frames per second [default: the take's own rate].
-    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub fps: Option<f64>,
 
     /// What to do where a marker is missing from a frame.
     #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
     pub missing: MissingChoice,
+
+    /// For a raw take: what is known of the actor and the session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
 
     /// Fade the folds out where they are driven by markers that were filled rather than measured, as the take's
     /// confidence says.
@@ -318,6 +326,10 @@ pub struct Verify {
     #[arg(long)]
     pub take: PathBuf,
 
+    /// For a raw take: the setup that `animate` was given.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
+
     /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
     #[arg(long, default_value = "auto")]
     pub device: String,
@@ -345,49 +357,16 @@ pub struct Prepare {
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 
-    /// The raw take's frames per second [default: what the file says].
-    #[arg(long, value_name = "N", value_parser = parse_fps)]
-    pub rate: Option<f64>,
-
-    /// A handle whose marker has another label in the file; can be given many times.
-    #[arg(long, value_name = "HANDLE=LABEL", value_parser = parse_pair)]
-    pub map: Vec<(String, String)>,
-
-    /// The rigid markers, on a cap for example [default: markers of no handle that keep their distances].
-    #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
-    pub rigid: Option<Vec<String>>,
-
-    /// The file's unit [default: what the file says, or what fits the rig's size].
-    #[arg(long, value_enum)]
-    pub unit: Option<UnitChoice>,
-
-    /// The file's axes that the mesh's x, y and z are, such as +x+z-y [default: those in which the actor looks where the rig looks].
-    #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
-    pub axes: Option<Axes>,
-
-    /// The neutral frames A to B-1, counted from 0 [default: the stillest half second nearest to the rest pose].
-    #[arg(long, value_name = "A..B")]
-    pub neutral: Option<FrameRange>,
-
-    /// Steps to leave out; can be given many times.
-    #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
-    pub skip: Vec<StepChoice>,
-
-    /// Longer gaps are flagged as lost, in seconds [default: 2].
-    #[arg(long, value_name = "S", value_parser = parse_seconds)]
-    pub max_gap: Option<f64>,
-
-    /// The markers' low-pass filter's cut-off in Hz [default: 20 where the take is noisy, else no filter].
-    #[arg(long, value_name = "HZ", value_parser = parse_fps)]
-    pub low_pass: Option<f64>,
-
-    /// The head motion's low-pass filter's cut-off in Hz [default: 8].
-    #[arg(long, value_name = "HZ", value_parser = parse_fps)]
-    pub head_low_pass: Option<f64>,
+    /// What is known of the actor and the session, as options of `prepare` in a TOML file; options given here win.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
 
     /// Resample to N frames per second [default: the take's own rate].
-    #[arg(long, value_name = "N", value_parser = parse_fps)]
+    #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub fps: Option<f64>,
+
+    #[command(flatten, next_help_heading = "Setup, also as keys of TAKE.toml")]
+    pub known: Setup,
 }
 
 /// `rhytid coverage`
@@ -403,6 +382,10 @@ pub struct Coverage {
     #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
     pub missing: MissingChoice,
 
+    /// For a raw take: what is known of the actor and the session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
+
     /// How many expressions and how many strain edges to list.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub top: u32,
@@ -415,7 +398,7 @@ pub struct Coverage {
 /// `rhytid info`
 #[derive(Debug, clap::Args)]
 pub struct Info {
-    /// A mesh (.obj, .ply, .glb, .gltf), rig (.safetensors), take or handle table (.csv) or project (.toml).
+    /// A mesh (.obj, .ply, .glb, .gltf), rig (.safetensors), take (.csv, .c3d, .trc, .tsv), handle table (.csv) or project (.toml).
     pub file: PathBuf,
 
     /// Print JSON; docs/cli.md lists the keys.

@@ -1,6 +1,6 @@
 //! Takes as CSV: what is read, and what every mistake is called.
 use proptest::prelude::*;
-use rhytid_core::{Error, Result, Take};
+use rhytid_core::{Error, RawTake, Result, Take};
 use rhytid_formats::take::{Missing, decode, read, write};
 use std::path::Path;
 
@@ -198,7 +198,8 @@ fn takes_that_would_not_read_back_are_not_written() {
         take
     };
     for (bad, words) in [
-        (change(|t| t.positions[3][1] = f64::NAN), "frame 1: marker \"lip_up\" is missing"),
+        (change(|t| t.positions[3][1] = f64::NAN), "frame 1: marker \"lip_up\" is at ["),
+        (change(|t| t.positions[3][1] = f64::INFINITY), "frame 1: marker \"lip_up\" is at ["),
         (change(|t| t.times[1] = 0.0), "times must increase"),
         (change(|t| t.labels[1] = "brow".into()), "are both \"brow_x\""),
         (change(|t| t.labels[1] = " lip".into()), "begin or end with a blank"),
@@ -211,6 +212,19 @@ fn takes_that_would_not_read_back_are_not_written() {
         assert!(found.contains("not written") && found.contains(words), "{found}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
+}
+
+#[test]
+fn a_missing_marker_has_empty_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.csv");
+    let mut take = two_frames();
+    take.positions[3] = RawTake::MISSING;
+    write(&path, &take).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.lines().nth(2).unwrap().ends_with(",,,"), "{text}");
+    let back = read(&path, None, Missing::Leave).unwrap();
+    assert!(back.positions[3].iter().all(|x| x.is_nan()) && back.positions[..3] == take.positions[..3]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use rhytid_core::Stage;
+use serde::Deserialize;
 use std::str::FromStr;
 
 /// `--stage`
@@ -51,7 +52,8 @@ impl MissingChoice {
 }
 
 /// `--unit`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum UnitChoice {
     /// Millimetres.
     Mm,
@@ -79,7 +81,8 @@ impl UnitChoice {
 }
 
 /// `--skip`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum StepChoice {
     /// The head's motion stays in.
     Head,
@@ -91,6 +94,8 @@ pub enum StepChoice {
     Swaps,
     /// Outliers are kept.
     Outliers,
+    /// Gaps stay: empty cells in the take that is written.
+    Gaps,
     /// The markers are not filtered.
     LowPass,
 }
@@ -103,6 +108,7 @@ impl From<StepChoice> for rhytid_capture::Step {
             StepChoice::Align => Self::Align,
             StepChoice::Swaps => Self::Swaps,
             StepChoice::Outliers => Self::Outliers,
+            StepChoice::Gaps => Self::Gaps,
             StepChoice::LowPass => Self::LowPass,
         }
     }
@@ -168,20 +174,26 @@ impl FromStr for FrameRange {
     }
 }
 
-/// For `--fps`.
-pub fn parse_fps(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(fps) if (0.01..=10_000.0).contains(&fps) => Ok(fps),
-        _ => Err("expected frames per second, from 0.01 to 10000".to_owned()),
-    }
+/// Frames or oscillations per second.
+pub fn rate(number: f64) -> Result<f64, String> {
+    let is_sound = (0.01..=10_000.0).contains(&number);
+    if is_sound { Ok(number) } else { Err("expected a number per second, from 0.01 to 10000".to_owned()) }
 }
 
-/// `--max-gap`
+/// For `--fps`, `--rate` and cut-offs.
+pub fn parse_rate(text: &str) -> Result<f64, String> {
+    rate(text.parse().unwrap_or(f64::NAN))
+}
+
+/// A time that may be 0.
+pub fn seconds(number: f64) -> Result<f64, String> {
+    let is_sound = (0.0..=1e6).contains(&number);
+    if is_sound { Ok(number) } else { Err("expected seconds, from 0 to 1000000".to_owned()) }
+}
+
+/// For `--max-gap`.
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=1e6).contains(&seconds) => Ok(seconds),
-        _ => Err("expected seconds, from 0 to 1000000".to_owned()),
-    }
+    seconds(text.parse().unwrap_or(f64::NAN))
 }
 
 /// `--map`

@@ -74,7 +74,7 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let device = device_choice::named(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let hash = rig_file::hash(&args.rig)?;
-    let take = takes::load(&args.take, &rig, args.missing, ui)?;
+    let take = takes::load(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
     say_what_changes_nothing(args, &take);
     let asked = frames::within(args.frames, take.frames())?;
     let selection = frames::select(take, asked.clone(), args.fps, args.velocities)?;

@@ -11,7 +11,7 @@ use rhytid_core::{Result, rig_file};
 /// As reading the rig and the take, and as [`coverage::coverage`].
 pub fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let take = takes::load(&args.take, &rig, args.missing, ui)?;
+    let take = takes::load(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
     let top = args.top as usize;
     let found = ui.timed("compare", || coverage::coverage(&rig.cast(), &take, top)).0?;
     ui.clear();

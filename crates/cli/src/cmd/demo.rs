@@ -93,6 +93,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     for (file, range, compressed) in ranges {
         let whole = range == FrameRange::default();
         let job = args::Animate {
+            setup: None,
             rig: rig.clone(),
             take: dir.join("performance.csv"),
             output: dir.join(file),

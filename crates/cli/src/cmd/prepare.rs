@@ -2,10 +2,9 @@
 
 use crate::progress::Ui;
 use crate::{args, human, output, report, takes};
-use rhytid_capture::{Cleaned, Kind, Report, Settings};
-use rhytid_core::{Error, Result, WriteBeside, rig_file};
+use rhytid_capture::{Cleaned, Kind, Report};
+use rhytid_core::{Result, WriteBeside, rig_file};
 use rhytid_formats::take;
-use std::collections::BTreeMap;
 
 /// Cleans a raw take, writes it as CSV, and says what was found.
 ///
@@ -14,7 +13,8 @@ use std::collections::BTreeMap;
 pub fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     drop(WriteBeside::create(&args.output)?);
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let Cleaned { take, report } = takes::prepare(&args.raw, &rig, args.rate, &settings(args)?, ui)?;
+    let setup = args.known.clone().or(takes::setup(args.setup.as_deref())?);
+    let Cleaned { take, report } = takes::prepare(&args.raw, &rig, &setup, args.fps, ui)?;
     ui.timed("write the take", || take::write(&args.output, &take)).0?;
     if let Some(dir) = &args.report {
         let name = args.raw.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -31,29 +31,6 @@ pub fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
         human::number(take.rate()),
         output::table(&rows(&report))
     ))
-}
-
-fn settings(args: &args::Prepare) -> Result<Settings> {
-    let mut markers = BTreeMap::new();
-    for (handle, label) in &args.map {
-        if markers.insert(handle.clone(), label.clone()).is_some() {
-            return Err(Error::input(format!("--map: the handle “{handle}” is given two markers; give one")));
-        }
-    }
-    let neutral = args.neutral.map(|range| range.start.unwrap_or(0)..range.end.unwrap_or(usize::MAX));
-    let defaults = Settings::default();
-    Ok(Settings {
-        markers,
-        rigid: args.rigid.clone(),
-        metres_per_unit: args.unit.map(args::UnitChoice::metres),
-        axes: args.axes,
-        neutral,
-        skip: args.skip.iter().map(|step| (*step).into()).collect(),
-        max_gap: args.max_gap.unwrap_or(defaults.max_gap),
-        low_pass: args.low_pass,
-        head_low_pass: args.head_low_pass.unwrap_or(defaults.head_low_pass),
-        fps: args.fps,
-    })
 }
 
 /// What was found, for a person to check.
@@ -92,6 +69,7 @@ fn rows(report: &Report) -> Vec<[String; 2]> {
         (Kind::Model, "gaps", "filled by the take's own motion"),
         (Kind::Lost, "lost", "gap that could not be filled soundly"),
         (Kind::NeverSeen, "never seen", "marker, which goes with its neighbours"),
+        (Kind::Left, "gaps", "left open"),
         (Kind::Head, "head not seen", "stretch"),
     ] {
         if count(kind) > 0 {

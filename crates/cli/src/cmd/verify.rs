@@ -35,7 +35,7 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             args.rig.display()
         ));
     }
-    let take = takes::load(&args.take, &rig, asked.missing, ui)?;
+    let take = takes::load(&args.take, &rig, asked.missing, args.setup.as_deref(), ui)?;
     let summary = recording.summary().clone();
     let range = frames::within(asked.frames, take.frames())?;
     let selection = frames::select(take, range, asked.fps, summary.velocities)?;

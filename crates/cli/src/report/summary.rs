@@ -109,7 +109,7 @@ impl States {
                 let state = match event.kind {
                     Kind::FilledBefore | Kind::Spline | Kind::Model => 1,
                     Kind::Swap | Kind::Outlier => 2,
-                    Kind::Lost | Kind::NeverSeen => 3,
+                    Kind::Lost | Kind::NeverSeen | Kind::Left => 3,
                     Kind::Head => 0,
                 };
                 for old in &mut states[event.first..event.first + event.frames] {

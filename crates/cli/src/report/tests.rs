@@ -71,6 +71,7 @@ fn usual() -> Report {
         event(Kind::Lost, Some(40), 500, 200),
         event(Kind::Model, Some(40), 650, 100),
         event(Kind::NeverSeen, Some(7), 0, 864),
+        event(Kind::Left, Some(42), 700, 50),
         event(Kind::Head, None, 600, 24),
     ];
     report(864, events)
@@ -148,6 +149,7 @@ fn the_timeline_shows_each_event_where_it_is() {
         Kind::Model => "model",
         Kind::Lost => "lost",
         Kind::NeverSeen => "never",
+        Kind::Left => "left",
         Kind::Head => "head",
     };
     let mut bars = 0;
@@ -202,14 +204,14 @@ fn the_summary_counts_each_sample_once() {
                 })
             };
             match () {
-                () if is(&[Kind::Lost, Kind::NeverSeen]) => lost += 1,
+                () if is(&[Kind::Lost, Kind::NeverSeen, Kind::Left]) => lost += 1,
                 () if is(&[Kind::Swap, Kind::Outlier]) => corrected += 1,
                 () if is(&[Kind::FilledBefore, Kind::Spline, Kind::Model]) => filled += 1,
                 () => measured += 1,
             }
         }
     }
-    assert_eq!((corrected, lost), (2 * 40 + 2, 200 + 864));
+    assert_eq!((corrected, lost), (2 * 40 + 2, 200 + 864 + 50));
     for (key, expected) in
         [("measured", measured), ("filled", filled), ("corrected", corrected), ("lost", lost)]
     {

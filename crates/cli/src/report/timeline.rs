@@ -27,13 +27,14 @@ pub struct Look {
 }
 
 /// All kinds, in the order in which they are drawn over each other.
-pub const LOOKS: [Look; 8] = [
+pub const LOOKS: [Look; 9] = [
     look(Kind::FilledBefore, "before", "filled before", "by the capture system", 10.0, HEIGHT),
     look(Kind::Spline, "spline", "spline", "a short gap", 7.0, HEIGHT),
     look(Kind::Model, "model", "model", "a longer gap, filled from the other markers", 4.0, HEIGHT),
     look(Kind::Head, "head", "head not seen", "its motion comes from the face, or is held", 4.0, HEIGHT),
     look(Kind::Lost, "lost", "lost", "a gap past the limit: do not trust it", 0.0, HEIGHT),
     look(Kind::NeverSeen, "never", "never seen", "the marker goes with its neighbours", 0.5, HEIGHT - 0.5),
+    look(Kind::Left, "left", "left", "a gap that was not to be filled", 0.0, HEIGHT),
     look(Kind::Swap, "swap", "swap", "labels exchanged, undone", 0.5, 6.0),
     look(Kind::Outlier, "outlier", "outlier", "dropped, then filled", 0.0, 6.0),
 ];

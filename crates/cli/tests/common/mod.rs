@@ -1,6 +1,8 @@
 //! A small face as files, and what every refused command has in common.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
+pub mod raw;
+
 use assert_cmd::Command;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -298,10 +298,10 @@ fn in_frame(rows: &Rows<'_>, frame: usize, message: &str) -> Error {
     rows.error(&format!("frame {frame}: {message}"))
 }
 
-/// Writes a take so that [`read`] gives it back bit for bit.
+/// Writes a take so that [`read`] gives it back bit for bit; a marker at [`RawTake::MISSING`] has empty cells.
 ///
 /// # Errors
-/// [`Error::Input`] if it would not: numbers that are not finite, times that do not increase, labels that are
+/// [`Error::Input`] if it would not: other numbers that are not finite, times that do not increase, labels that are
 /// empty, that begin or end with a blank or occur twice, confidences outside of 0 to 1, no frames, no labels. [`Error::Io`].
 pub fn write(path: &Path, take: &Take) -> Result<()> {
     let m = take.labels.len();
@@ -322,6 +322,7 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
             path.display()
         )));
     }
+    check_positions(take, &path.display().to_string())?;
     let doubtful = confidence::written(take, &path.display().to_string())?;
     let mut csv = csv::Writer::from_writer(Vec::new());
     let mut encode = || -> csv::Result<()> {
@@ -340,8 +341,14 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
         csv.write_record(None::<&[u8]>)?;
         let mut digits = ryu::Buffer::new();
         for (i, (time, frame)) in take.times.iter().zip(take.positions.chunks_exact(m)).enumerate() {
-            let head = take.head.as_ref().map(|head| head::cells(&head[i]));
-            for &value in std::iter::once(time).chain(frame.as_flattened()).chain(head.iter().flatten()) {
+            csv.write_field(digits.format(*time))?;
+            for &position in frame {
+                let is_missing = position.iter().all(|x| x.is_nan());
+                for x in position {
+                    csv.write_field(if is_missing { "" } else { digits.format(x) })?;
+                }
+            }
+            for value in take.head.iter().flat_map(|head| head::cells(&head[i])) {
                 csv.write_field(digits.format(value))?;
             }
             for confidence in take.confidence.iter().flat_map(|all| doubtful.iter().map(|&j| all[i * m + j]))
@@ -355,10 +362,33 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
     encode().map_err(|e| Error::Internal(e.to_string()))?;
     let bytes = csv.into_inner().map_err(|e| Error::Internal(e.to_string()))?;
     write_checked(path, &bytes, |name| {
-        let mut found = decode(&bytes, name, None, Missing::Error)?;
+        let mut found = decode(&bytes, name, None, Missing::Leave)?;
         if doubtful.is_empty() {
             found.confidence.clone_from(&take.confidence);
         }
-        Ok(found == *take)
+        let is_same = same_positions(&found, take);
+        Ok(is_same
+            && found.labels == take.labels
+            && found.times == take.times
+            && found.head == take.head
+            && found.confidence == take.confidence)
     })
+}
+
+/// A marker is missing where its position is NaN, of whatever bits.
+fn same_positions(a: &Take, b: &Take) -> bool {
+    let bits = |x: &f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
+    a.positions.as_flattened().iter().map(bits).eq(b.positions.as_flattened().iter().map(bits))
+}
+
+fn check_positions(take: &Take, name: &str) -> Result<()> {
+    let is_sound = |p: &[f64; 3]| p.iter().all(|x| x.is_finite()) || p.iter().all(|x| x.is_nan());
+    let Some(at) = take.positions.iter().position(|p| !is_sound(p)) else { return Ok(()) };
+    let m = take.labels.len();
+    Err(Error::input(format!(
+        "{name}: not written: frame {}: marker {} is at {:?}, expected finite numbers, or NaN alone where it is missing",
+        at / m,
+        quoted(&take.labels[at % m]),
+        take.positions[at]
+    )))
 }

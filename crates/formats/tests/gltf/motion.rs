@@ -36,7 +36,7 @@ fn every_vertex_is_within_the_stated_distance_in_every_frame() {
     for (Case { animation, options, label, .. }, written, viewer) in written(folder.path()) {
         let unit = animation.metres_per_unit;
         let error = written.error.expect(&label);
-        let (mut worst, mut at, mut sum) = (0.0, (0, 0), 0.0);
+        let (mut worst, mut at_stated, mut sum) = (0.0_f64, 0.0_f64, 0.0);
         for (k, [positions, _]) in animation.frames.iter().enumerate() {
             let shown = viewer.frame(k);
             for (w, shown) in shown.iter().enumerate() {
@@ -46,13 +46,14 @@ fn every_vertex_is_within_the_stated_distance_in_every_frame() {
                 if w < animation.rest.len() {
                     sum += off * off;
                 }
-                if off > worst {
-                    (worst, at) = (off, (k, v));
+                worst = worst.max(off);
+                if (k, v) == error.at {
+                    at_stated = at_stated.max(off);
                 }
             }
         }
         let rms = (sum / (animation.rest.len() * animation.frames.len()) as f64).sqrt();
-        assert!(worst <= error.worst, "{label}: {worst} at {at:?}, stated {error:?}");
+        assert!(worst <= error.worst, "{label}: {worst}, stated {error:?}");
         // What a reader's 32-bit arithmetic may add is part of the statement.
         let rounding = 3.0_f64.sqrt() * 8.0 * 12.0 * f64::from(f32::EPSILON);
         assert!((rms - error.rms).abs() < rounding, "{label}: rms {rms}, stated {error:?}");
@@ -65,7 +66,8 @@ fn every_vertex_is_within_the_stated_distance_in_every_frame() {
         assert!(error.worst <= bound, "{label}: {error:?}, expected {bound} at most");
         // What is stated is no empty phrase.
         if options.max_error.is_none() && options.quantize && animation.frames.len() > 1 {
-            assert!(worst > bound / 8.0 && error.at == at, "{label}: {worst} at {at:?}, stated {error:?}");
+            assert!(worst > bound / 8.0, "{label}: {worst}, stated {error:?}");
+            assert!(at_stated >= worst - rounding, "{label}: {worst}, {at_stated} at the stated {error:?}");
         }
         let extras = &viewer.scene_extras()["error"];
         assert_eq!(extras["frame"], error.at.0, "{label}");

@@ -1,12 +1,14 @@
 //! `rhytid info`: one file per kind of file.
 
 mod project;
+mod raw_take;
 mod rig;
 mod shape;
 mod take;
 
 use crate::{args, human, output};
 use project::ProjectInfo;
+use raw_take::RawTakeInfo;
 use rhytid_core::{Error, Handles, Result, rig_file};
 use rhytid_formats::{mesh, tables};
 use rig::RigInfo;
@@ -26,11 +28,12 @@ struct Info {
 }
 
 #[derive(Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
+#[serde(tag = "kind", rename_all = "snake_case")]
 enum Content {
     Mesh(Shape),
     Rig(RigInfo),
     Take(TakeInfo),
+    RawTake(RawTakeInfo),
     Handles(HandlesInfo),
     Project(ProjectInfo),
 }
@@ -56,6 +59,7 @@ pub fn run(args: &args::Info) -> Result<()> {
         Content::Mesh(shape) => ("mesh".to_owned(), shape.rows("mesh units")),
         Content::Rig(rig) => (format!("rig of “{}”", rig.name), rig.rows()),
         Content::Take(take) => ("take".to_owned(), take.rows()),
+        Content::RawTake(take) => ("raw take".to_owned(), take.rows()),
         Content::Handles(handles) => ("handle table".to_owned(), vec![row("handles", list(&handles.labels))]),
         Content::Project(project) => (format!("project of “{}”", project.name), project.rows()),
     };
@@ -72,12 +76,13 @@ fn read(path: &Path) -> Result<Content> {
             let Handles { labels, vertices } = tables::read_handles(path)?;
             Content::Handles(HandlesInfo { handles: labels.len(), labels, handle_vertices: vertices })
         }
-        "csv" => Content::Take(TakeInfo::read(path)?),
+        "csv" if rhytid_formats::raw_take::is_take_csv(path) => Content::Take(TakeInfo::read(path)?),
+        "csv" | "c3d" | "trc" | "tsv" => Content::RawTake(RawTakeInfo::read(path)?),
         "toml" => Content::Project(ProjectInfo::of(rhytid_formats::project::read(path)?)),
         _ => {
             return Err(Error::input(format!(
-                "{}: expected a mesh (.obj, .ply, .glb, .gltf), a rig (.safetensors), a take or handle table (.csv) \
-                 or a project (.toml)",
+                "{}: expected a mesh (.obj, .ply, .glb, .gltf), a rig (.safetensors), a take (.csv, .c3d, .trc, .tsv), \
+                 a handle table (.csv) or a project (.toml)",
                 path.display()
             )));
         }

@@ -1,0 +1,227 @@
+//! What is known of an actor and a capture session: options of `prepare`, and the keys of TAKE.toml.
+
+use super::values::{
+    FrameRange, StepChoice, UnitChoice, parse_pair, parse_rate, parse_seconds, rate, seconds,
+};
+use rhytid_capture::{Axes, Settings};
+use rhytid_core::{Error, Result};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::Path;
+use std::str::FromStr;
+
+/// Each option is also a key of TAKE.toml, with `_` for `-`; what is not given is found.
+#[derive(Debug, Clone, Default, PartialEq, clap::Args, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Setup {
+    /// The raw take's frames per second [default: what the file says].
+    #[arg(long, value_name = "N", value_parser = parse_rate)]
+    #[serde(deserialize_with = "some_rate")]
+    pub rate: Option<f64>,
+
+    /// A handle whose marker has another label in the file; can be given many times.
+    #[arg(long, value_name = "HANDLE=LABEL", value_parser = parse_pair)]
+    #[serde(deserialize_with = "pairs")]
+    pub map: Vec<(String, String)>,
+
+    /// The rigid markers, on a cap for example [default: markers of no handle that keep their distances].
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
+    pub rigid: Option<Vec<String>>,
+
+    /// The file's unit [default: what the file says, or what fits the rig's size].
+    #[arg(long, value_enum)]
+    pub unit: Option<UnitChoice>,
+
+    /// The file's axes that the mesh's x, y and z are, such as +x+z-y [default: those in which the actor looks where the rig looks].
+    #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
+    #[serde(deserialize_with = "some_text")]
+    pub axes: Option<Axes>,
+
+    /// The neutral frames A to B-1, counted from 0 [default: the stillest half second nearest to the rest pose].
+    #[arg(long, value_name = "A..B")]
+    #[serde(deserialize_with = "some_text")]
+    pub neutral: Option<FrameRange>,
+
+    /// Steps to leave out; can be given many times.
+    #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
+    pub skip: Vec<StepChoice>,
+
+    /// Longer gaps are flagged as lost, in seconds [default: 2].
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    #[serde(deserialize_with = "some_seconds")]
+    pub max_gap: Option<f64>,
+
+    /// The markers' low-pass filter's cut-off in Hz [default: 20 where the take is noisy, else no filter].
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    #[serde(deserialize_with = "some_rate")]
+    pub low_pass: Option<f64>,
+
+    /// The head motion's low-pass filter's cut-off in Hz [default: 8].
+    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
+    #[serde(deserialize_with = "some_rate")]
+    pub head_low_pass: Option<f64>,
+}
+
+impl Setup {
+    /// Reads TAKE.toml.
+    ///
+    /// # Errors
+    /// [`Error::Input`] names the line: no TOML, an unknown key, a value of the wrong type or out of its range; [`Error::Io`].
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        let wrong = |offset: usize, what: &str| {
+            let line = 1 + bytes[..offset].iter().filter(|&&byte| byte == b'\n').count();
+            Error::input(format!("{}, line {line}: {what}", path.display()))
+        };
+        let text = std::str::from_utf8(&bytes)
+            .map_err(|error| wrong(error.valid_up_to(), "is not UTF-8, expected a TOML file"))?;
+        toml::from_str(text).map_err(|error| {
+            wrong(error.span().map_or(0, |span| span.start), &error.message().replace('\n', ", "))
+        })
+    }
+
+    /// What is given here, and what `other` gives where this does not.
+    pub fn or(mut self, other: Self) -> Self {
+        let given: Vec<String> = self.map.iter().map(|(handle, _)| handle.clone()).collect();
+        self.map.extend(other.map.into_iter().filter(|(handle, _)| !given.contains(handle)));
+        self.skip.extend(other.skip);
+        Self {
+            rate: self.rate.or(other.rate),
+            map: self.map,
+            rigid: self.rigid.or(other.rigid),
+            unit: self.unit.or(other.unit),
+            axes: self.axes.or(other.axes),
+            neutral: self.neutral.or(other.neutral),
+            skip: self.skip,
+            max_gap: self.max_gap.or(other.max_gap),
+            low_pass: self.low_pass.or(other.low_pass),
+            head_low_pass: self.head_low_pass.or(other.head_low_pass),
+        }
+    }
+
+    /// For the clean-up.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a handle is given two markers.
+    pub fn settings(&self) -> Result<Settings> {
+        let mut markers = BTreeMap::new();
+        for (handle, label) in &self.map {
+            if markers.insert(handle.clone(), label.clone()).is_some() {
+                return Err(Error::input(format!(
+                    "--map: the handle “{handle}” is given two markers; give one"
+                )));
+            }
+        }
+        let defaults = Settings::default();
+        Ok(Settings {
+            markers,
+            rigid: self.rigid.clone(),
+            metres_per_unit: self.unit.map(UnitChoice::metres),
+            axes: self.axes,
+            neutral: self.neutral.map(|range| range.start.unwrap_or(0)..range.end.unwrap_or(usize::MAX)),
+            skip: self.skip.iter().map(|step| (*step).into()).collect(),
+            max_gap: self.max_gap.unwrap_or(defaults.max_gap),
+            low_pass: self.low_pass,
+            head_low_pass: self.head_low_pass.unwrap_or(defaults.head_low_pass),
+            fps: None,
+        })
+    }
+}
+
+fn some_rate<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>, D::Error> {
+    rate(f64::deserialize(from)?).map(Some).map_err(D::Error::custom)
+}
+
+fn some_seconds<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>, D::Error> {
+    seconds(f64::deserialize(from)?).map(Some).map_err(D::Error::custom)
+}
+
+fn some_text<'de, D: Deserializer<'de>, T: FromStr<Err: Display>>(
+    from: D,
+) -> std::result::Result<Option<T>, D::Error> {
+    let text = String::deserialize(from)?;
+    text.parse().map(Some).map_err(|error| D::Error::custom(format!("“{text}”: {error}")))
+}
+
+fn pairs<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<(String, String)>, D::Error> {
+    Ok(BTreeMap::deserialize(from)?.into_iter().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Flags {
+        #[command(flatten)]
+        setup: Setup,
+    }
+
+    fn read(text: &str) -> Result<Setup> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("take.toml");
+        std::fs::write(&path, text).unwrap();
+        Setup::read(&path)
+    }
+
+    #[test]
+    fn a_file_says_what_flags_say() {
+        let flags = "x --rate 120 --map chin=M12 --map brow=M7 --rigid cap0,cap1,cap2 --unit cm --axes +x+z-y --neutral 3..60 \
+                     --skip swaps,head-low-pass --max-gap 1.5 --low-pass 12 --head-low-pass 6";
+        let mut flags = Flags::parse_from(flags.split_whitespace()).setup;
+        flags.map.sort();
+        let file = read(
+            r#"
+            rate = 120
+            rigid = ["cap0", "cap1", "cap2"]
+            unit = "cm"
+            axes = "+x+z-y"
+            neutral = "3..60"
+            skip = ["swaps", "head-low-pass"]
+            max_gap = 1.5
+            low_pass = 12
+            head_low_pass = 6.0
+            [map]
+            chin = "M12"
+            brow = "M7"
+            "#,
+        );
+        assert_eq!(file.unwrap(), flags);
+        assert_eq!(read("").unwrap(), Setup::default());
+    }
+
+    #[test]
+    fn flags_win() {
+        let file = read("rate = 30\nunit = \"mm\"\nskip = [\"swaps\"]\n[map]\na = \"1\"\nb = \"2\"").unwrap();
+        let flags = Flags::parse_from("x --rate 60 --map a=9 --skip align".split(' ')).setup.or(file);
+        assert_eq!((flags.rate, flags.unit), (Some(60.0), Some(UnitChoice::Mm)));
+        assert_eq!(flags.skip, [StepChoice::Align, StepChoice::Swaps]);
+        let settings = flags.settings().unwrap();
+        assert_eq!(
+            settings.markers,
+            BTreeMap::from([("a", "9"), ("b", "2")].map(|(a, b)| (a.into(), b.into())))
+        );
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_line() {
+        for (text, expected) in [
+            ("rate = 30\nunits = \"mm\"", "line 2: unknown field `units`"),
+            ("\n\nrate = 0", "line 3: expected a number per second"),
+            ("rate = \"fast\"", "line 1: invalid type"),
+            ("unit = \"furlong\"", "line 1: unknown variant `furlong`"),
+            ("axes = \"+x+y\"", "line 1: “+x+y”"),
+            ("neutral = \"9..3\"", "line 1: “9..3”: it has no frame"),
+            ("skip = [\"all\"]", "line 1: unknown variant `all`"),
+            ("max_gap = -1", "line 1: expected seconds"),
+            ("[map]\nchin = 12", "line 2: invalid type"),
+            ("rate =", "line 1: "),
+        ] {
+            let message = read(text).unwrap_err().to_string();
+            assert!(message.contains(&format!("take.toml, {expected}")), "{message}");
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! `rhytid info` of a raw take: what is in the file, before any clean-up.
+
+use super::shape::{Bounds, list, row};
+use crate::human;
+use rhytid_core::{Mesh, RawTake, Result};
+use rhytid_formats::raw_take;
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Serialize)]
+pub struct RawTakeInfo {
+    frames: usize,
+    rate: f64,
+    start: f64,
+    end: f64,
+    markers: usize,
+    labels: Vec<String>,
+    /// Of each marker: the frames in which it is missing.
+    missing: Vec<usize>,
+    metres_per_unit: Option<f64>,
+    bounds: Option<Bounds>,
+    warnings: Vec<String>,
+}
+
+impl RawTakeInfo {
+    pub fn read(path: &Path) -> Result<Self> {
+        let RawTake { tracks, metres_per_unit, warnings, .. } = raw_take::read(path, None)?;
+        let mut missing = vec![0; tracks.labels.len()];
+        let is_missing = |p: &[f64; 3]| p[0].is_nan();
+        for frame in tracks.positions.chunks(missing.len().max(1)) {
+            missing.iter_mut().zip(frame).for_each(|(n, p)| *n += usize::from(is_missing(p)));
+        }
+        let seen = tracks.positions.iter().copied().filter(|p| !is_missing(p)).collect();
+        Ok(Self {
+            frames: tracks.frames(),
+            rate: tracks.rate(),
+            start: tracks.times.first().copied().unwrap_or_default(),
+            end: tracks.times.last().copied().unwrap_or_default(),
+            markers: tracks.labels.len(),
+            bounds: Mesh { positions: seen, ..Mesh::default() }.bounds().map(Bounds::from),
+            labels: tracks.labels,
+            missing,
+            metres_per_unit,
+            warnings,
+        })
+    }
+
+    pub fn rows(&self) -> Vec<[String; 2]> {
+        let missing: usize = self.missing.iter().sum();
+        let share = missing as f64 / (self.frames * self.markers).max(1) as f64 * 100.0;
+        let with_gaps = self.missing.iter().filter(|&&n| n > 0).count();
+        let mut rows = vec![
+            row("frames", human::count(self.frames)),
+            row("rate", format!("{} frames per second", human::number(self.rate))),
+            row("time", format!("{} s to {} s", human::number(self.start), human::number(self.end))),
+            row("markers", list(&self.labels)),
+            row(
+                "missing",
+                format!("{share:.2} % of all samples, of {}", human::counted(with_gaps, "marker")),
+            ),
+            row("unit", self.metres_per_unit.map_or_else(|| "not said".to_owned(), human::unit)),
+        ];
+        rows.extend(self.bounds.as_ref().map(|b| row("bounds", b.text("units of the file"))));
+        rows.extend(self.warnings.iter().map(|warning| row("note", warning.clone())));
+        rows
+    }
+}

@@ -1,0 +1,109 @@
+//! The demo's performance as a capture system would have recorded it.
+use super::{rhytid, stderr};
+use rhytid_core::Take;
+use rhytid_formats::take::{Missing, read};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// Of the marker `j` in frame `f`, in millimetres with Z up; `None` where it was not seen.
+pub type Sample<'a> = &'a dyn Fn(usize, usize, [f64; 3]) -> Option<[f64; 3]>;
+
+/// A folder with a small demo's rig, made once.
+fn demo() -> &'static Path {
+    static DEMO: OnceLock<TempDir> = OnceLock::new();
+    DEMO.get_or_init(|| {
+        let folder = TempDir::new().unwrap();
+        let output = rhytid(&format!("demo {} --vertices 1000", folder.path().display())).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        folder
+    })
+    .path()
+}
+
+pub fn rig() -> PathBuf {
+    demo().join("face.safetensors")
+}
+
+/// What the raw takes are made of.
+pub fn truth() -> Take {
+    read(&demo().join("performance.csv"), None, Missing::Error).unwrap()
+}
+
+/// A TRC file's parts, to be spoilt before it is written.
+pub struct Raw {
+    pub folder: TempDir,
+    pub labels: Vec<String>,
+    pub rate: &'static str,
+    pub units: &'static str,
+    pub frames: usize,
+}
+
+impl Raw {
+    /// The performance, with the head turning and four markers of a cap behind those of the handles.
+    pub fn new() -> Self {
+        let take = truth();
+        let frames = take.frames();
+        let labels = take.labels.into_iter().chain((0..4).map(|i| format!("cap{i}"))).collect();
+        Self { folder: TempDir::new().unwrap(), labels, rate: "30", units: "mm", frames }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Writes `raw.trc`.
+    pub fn write(&self, sample: Sample<'_>) {
+        const CAP: [[f64; 3]; 4] =
+            [[0.0, 14.0, 5.0], [7.0, 10.0, -1.0], [-7.0, 10.0, -1.0], [0.0, 16.0, -4.0]];
+        let (take, frames) = (truth(), self.frames);
+        let m = take.labels.len();
+        let mut text = format!(
+            "PathFileType\t4\t(X/Y/Z)\traw.trc\n\
+             DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n\
+             {rate}\t{rate}\t{frames}\t{}\t{}\t{rate}\t1\t{frames}\nFrame#\tTime\t{}\n\t\t\n\n",
+            m + 4,
+            self.units,
+            self.labels.join("\t\t\t"),
+            rate = self.rate,
+        );
+        for f in 0..frames {
+            write!(text, "{}\t{:.6}", f + 1, f as f64 / 30.0).unwrap();
+            let (sin, cos) = (0.2 * (f as f64 / 40.0).sin()).sin_cos();
+            for (j, [x, y, z]) in take.positions[f * m..(f + 1) * m].iter().chain(&CAP).enumerate() {
+                let [x, y] = [x * cos - y * sin, x * sin + y * cos];
+                match sample(j, f, [10.0 * x, -10.0 * z, 1500.0 + 10.0 * y]) {
+                    Some([x, y, z]) => write!(text, "\t{x:.5}\t{y:.5}\t{z:.5}").unwrap(),
+                    None => text.push_str("\t\t\t"),
+                }
+            }
+            text.push('\n');
+        }
+        std::fs::write(self.path("raw.trc"), text).unwrap();
+    }
+
+    /// Runs `prepare` on it with these options; `clean.csv` comes out.
+    pub fn prepare(&self, options: &str) -> Output {
+        let [raw, out] = ["raw.trc", "clean.csv"].map(|name| self.path(name).display().to_string());
+        rhytid(&format!("prepare {raw} --rig {} -o {out} {options}", rig().display())).output().unwrap()
+    }
+
+    /// As [`Raw::prepare`], which must succeed: the clean take, what was warned of, and the report.
+    pub fn prepared(&self, options: &str) -> (Take, String, serde_json::Value) {
+        let report = self.path("report");
+        let output = self.prepare(&format!("{options} --report {}", report.display()));
+        assert!(output.status.success(), "{}", stderr(&output));
+        let take = read(&self.path("clean.csv"), Some(&truth().labels), Missing::Leave).unwrap();
+        let json = serde_json::from_slice(&std::fs::read(report.join("report.json")).unwrap()).unwrap();
+        (take, stderr(&output), json)
+    }
+}
+
+/// By how many millimetres a marker is off in a frame.
+pub fn off(found: &Take, truth: &Take, marker: usize, frame: usize) -> f64 {
+    let i = frame * truth.labels.len() + marker;
+    let pairs = found.positions[i].iter().zip(&truth.positions[i]);
+    10.0 * pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
