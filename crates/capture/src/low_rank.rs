@@ -11,8 +11,10 @@ use rayon::prelude::*;
 /// `x = mean + W c + noise`, with as many independent `c` of variance 1 as W has columns.
 pub struct Model {
     mean: Vec<f64>,
-    /// 3M × rank, row by row.
+    /// W: 3M × rank, row by row.
     weights: Vec<f64>,
+    /// Wᵀ W, of which the lower half is used: rank × rank, row by row.
+    gram: Vec<f64>,
     rank: usize,
     /// The noise's variance per coordinate.
     noise: f64,
@@ -86,27 +88,36 @@ impl Model {
         let rest: f64 = (rank..dimensions).map(variance).sum();
         let noise = (rest / (dimensions - rank) as f64).max(noise * noise).max(f64::MIN_POSITIVE);
         let scale: Vec<f64> = (0..rank).map(|k| (variance(k) - noise).max(0.0).sqrt()).collect();
-        let weights = (0..dimensions)
+        let weights: Vec<f64> = (0..dimensions)
             .flat_map(|i| (0..rank).map(move |k| (i, k)))
             .map(|(i, k)| vectors[(i, dimensions - 1 - k)] * scale[k])
             .collect();
-        Some(Self { mean, weights, rank, noise })
+        let mut gram = vec![0.0; rank * rank];
+        weights.chunks(rank).for_each(|row| add_square(&mut gram, row, 1.0));
+        Some(Self { mean, weights, gram, rank, noise })
     }
 
     /// The expected frame (3M numbers), given those of its numbers that are not NaN.
     pub fn complete(&self, frame: &[f64]) -> Vec<f64> {
         let rank = self.rank;
         let row = |i: usize| &self.weights[i * rank..(i + 1) * rank];
-        let mut precision = vec![0.0; rank * rank];
+        let known = |i: &usize| !frame[*i].is_nan();
+        let missing = frame.iter().filter(|x| x.is_nan()).count();
         let mut right = vec![0.0; rank];
-        for (i, x) in frame.iter().enumerate().filter(|(_, x)| !x.is_nan()) {
-            let w = row(i);
-            for (k, wk) in w.iter().enumerate() {
-                right[k] += wk * (x - self.mean[i]);
-                let line = &mut precision[k * rank..k * rank + k + 1];
-                line.iter_mut().zip(w).for_each(|(p, wl)| *p += wk * wl);
-            }
+        for i in (0..frame.len()).filter(known) {
+            let off = frame[i] - self.mean[i];
+            right.iter_mut().zip(row(i)).for_each(|(right, w)| *right += w * off);
         }
+        // Of the known rows; by those that are missing where these are fewer.
+        let precision = if 2 * missing < frame.len() {
+            let mut precision = self.gram.clone();
+            (0..frame.len()).filter(|i| !known(i)).for_each(|i| add_square(&mut precision, row(i), -1.0));
+            precision
+        } else {
+            let mut precision = vec![0.0; rank * rank];
+            (0..frame.len()).filter(known).for_each(|i| add_square(&mut precision, row(i), 1.0));
+            precision
+        };
         let matrix = Mat::from_fn(rank, rank, |k, l| {
             precision[k.max(l) * rank + k.min(l)] + if k == l { self.noise } else { 0.0 }
         });
@@ -132,6 +143,14 @@ impl Model {
         let mut frame = frame(tracks, f);
         frame[3 * marker..3 * marker + 3].fill(f64::NAN);
         DVec3::from_slice(&self.complete(&frame)[3 * marker..])
+    }
+}
+
+/// Adds `sign` times the lower half of `row`ᵀ `row`.
+fn add_square(to: &mut [f64], row: &[f64], sign: f64) {
+    for (k, wk) in row.iter().enumerate() {
+        let line = &mut to[k * row.len()..k * row.len() + k + 1];
+        line.iter_mut().zip(row).for_each(|(to, wl)| *to += sign * wk * wl);
     }
 }
 
