@@ -70,6 +70,7 @@ impl Look {
 pub fn legend(summary: &Summary) -> Markup {
     html! {
         ul.legend {
+            li { span.neutral {} b { "neutral" } ": where the face is at rest" }
             li { (swatch(&PreEscaped(String::new()))) b { "measured" } }
             @for look in LOOKS.iter().filter(|look| summary.count(look.kind) > 0) {
                 li { (swatch(&look.bar(1.0, 27.0, None))) b { (look.name) } ": " (look.meaning) }
@@ -205,7 +206,8 @@ fn axis(report: &Report) -> Markup {
                 span.neutral title={ "neutral: frames " (neutral.start) " to " (neutral.end - 1) }
                     style={ "left:" (at(neutral.start)) "%;width:" (at(neutral.len())) "%" } {}
             }
-            @for time in curve::ticks([report.start, end], 10) {
+            // At the right end there is no room for a number.
+            @for time in curve::ticks([report.start, end], 10).into_iter().filter(|time| end - time > 0.05 * (end - report.start)) {
                 span.tick style={ "left:" (percent(time)) "%" } { (human::number(time)) " s" }
             }
         }
