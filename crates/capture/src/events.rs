@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn confidence_is_that_of_the_least_trusted_event() {
         assert_eq!(confidence(&[event(Kind::Swap, 0, 0..2, 1.0)], 2, 2), None);
-        let events = [event(Kind::Spline, 1, 1..3, 0.8), event(Kind::Lost, 1, 2..3, 0.0)];
+        let events = [event(Kind::Lost, 1, 2..3, 0.0), event(Kind::Spline, 1, 1..3, 0.8)];
         assert_eq!(confidence(&events, 3, 2).unwrap(), [1.0, 1.0, 1.0, 0.8, 1.0, 0.0]);
     }
 

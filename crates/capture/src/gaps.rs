@@ -234,6 +234,21 @@ mod tests {
     }
 
     #[test]
+    fn what_is_filled_meets_both_ends_where_a_marker_moves_alone() {
+        let (mut truth, rest) = tracks();
+        for (f, p) in truth.columns[4].iter_mut().enumerate() {
+            *p += DVec3::X * 0.8 * (f as f64 / 110.0).sin();
+        }
+        let mut tracks = truth.clone();
+        tracks.columns[4][200..300].fill(DVec3::NAN);
+        fill(&mut tracks, &rest, 2.0, 0.05);
+        for f in [200, 299] {
+            let off = tracks.columns[4][f].distance(truth.columns[4][f]);
+            assert!(off < 0.05, "frame {f}: {off}");
+        }
+    }
+
+    #[test]
     fn when_all_is_lost_the_face_is_held() {
         let (truth, rest) = tracks();
         let mut tracks = truth.clone();

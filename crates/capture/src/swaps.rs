@@ -34,11 +34,13 @@ pub fn undo(tracks: &mut Tracks, neutral: usize, rest: &[DVec3], extent: f64) ->
     let mut swaps = follow(tracks, (neutral..frames).collect(), age, extent);
     swaps.extend(follow(tracks, (0..neutral.min(frames)).rev().collect(), age, extent));
     let neighbours = nearest(rest, 8);
-    // What makes the markers fit their neighbours worse was none.
-    let unfounded: Vec<Swap> =
-        swaps.iter().copied().filter(|swap| !is_better(tracks, swap, rest, &neighbours)).collect();
-    unfounded.iter().rev().for_each(|swap| exchange(tracks, swap.pair, swap.first..swap.end));
-    swaps.retain(|swap| !unfounded.contains(swap));
+    // What makes the markers fit their neighbours worse was none. The last is looked at first, since exchanges build on those before them.
+    for k in (0..swaps.len()).rev() {
+        if !is_better(tracks, &swaps[k], rest, &neighbours) {
+            let unfounded = swaps.remove(k);
+            exchange(tracks, unfounded.pair, unfounded.first..unfounded.end);
+        }
+    }
     swaps.sort_by_key(|swap| (swap.first, swap.pair));
     swaps
 }
@@ -181,5 +183,21 @@ mod tests {
         let before = tracks.clone();
         assert!(undo(&mut tracks, 250, &rest, 8.5).is_empty());
         assert_eq!(tracks, before);
+    }
+    #[test]
+    fn a_marker_that_comes_where_a_hidden_one_was_is_itself() {
+        // A mouth that snaps shut while a marker of the upper lip is hidden.
+        let (mut tracks, rest) = face();
+        for (column, rest) in tracks.columns.iter_mut().zip(&rest) {
+            column.iter_mut().for_each(|p| *p = rest.lerp(*p, 0.2));
+        }
+        tracks.columns[5][300..310].fill(DVec3::NAN);
+        for column in &mut tracks.columns[8..] {
+            column[305..].iter_mut().for_each(|p| *p -= DVec3::Y * 1.7);
+        }
+        let before = tracks.clone();
+        assert_eq!(undo(&mut tracks, 250, &rest, 8.5), []);
+        let mut pairs = tracks.columns.iter().flatten().zip(before.columns.iter().flatten());
+        assert!(pairs.all(|(a, b)| a == b || (a.is_nan() && b.is_nan())));
     }
 }

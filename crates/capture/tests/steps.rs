@@ -149,6 +149,21 @@ fn with_all_steps_the_truth_comes_out() {
 }
 
 #[test]
+fn the_neutral_face_is_the_rest_pose() {
+    let found = without(&[Step::LowPass]);
+    let neutral = found.report.setup.neutral.clone();
+    assert!(
+        neutral.end <= 125 && neutral.len() == 60,
+        "the face is at rest in the first second: {neutral:?}"
+    );
+    for (j, rest) in rest().iter().enumerate() {
+        let at = neutral.clone().map(|f| DVec3::from_array(found.take.positions[f * HANDLES + j]));
+        let mean = at.sum::<DVec3>() / neutral.len() as f64;
+        assert!(mean.distance(*rest) < 1e-9, "marker {j}: {mean} {rest}");
+    }
+}
+
+#[test]
 fn without_head() {
     let found = without(&[Step::Head]);
     assert!(found.take.head.is_none());
