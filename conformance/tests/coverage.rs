@@ -3,6 +3,7 @@ mod support;
 
 use rhytid_capture::coverage::coverage;
 use rhytid_core::{NoProgress, Rig, Take, solve};
+use rhytid_test_data::shared;
 use support::real::{clean_take, face, settings};
 
 /// Strains by their plain formula.
@@ -30,7 +31,7 @@ fn frame(take: &Take, frame: usize) -> &[[f64; 3]] {
 
 #[test]
 fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
-    let Some(shared) = support::shared() else { return };
+    let Some(shared) = shared("") else { return };
     let face = face(&shared, "face", settings());
     let rig = solve(&face, &NoProgress).unwrap();
     let take = clean_take(&shared, &rig);

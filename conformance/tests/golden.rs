@@ -7,6 +7,7 @@ use rhytid_core::{
     Animator, Backend, Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, Stage, StrainEdges,
     UpAxis, UploadOptions, solve,
 };
+use rhytid_test_data::shared;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -47,7 +48,7 @@ struct Frame {
 
 /// Every golden case, and the number that there must be.
 fn cases() -> Vec<(String, Case)> {
-    let Some(shared) = support::shared() else { return Vec::new() };
+    let Some(shared) = shared("") else { return Vec::new() };
     let mut paths: Vec<_> =
         std::fs::read_dir(shared.join("golden")).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();

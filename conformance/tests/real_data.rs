@@ -4,6 +4,7 @@ mod support;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions, solve};
+use rhytid_test_data::shared;
 use std::path::Path;
 use support::real::{clean_take, face, settings};
 
@@ -78,7 +79,7 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
 
 #[test]
 fn the_face_meets_its_markers_and_gives_its_examples_back() {
-    let Some(shared) = support::shared() else { return };
+    let Some(shared) = shared("") else { return };
     let face = face(&shared, "face", settings());
     let rig = solve(&face, &NoProgress).unwrap();
     assert_eq!(rig.strain_edges.len(), 236);
@@ -87,7 +88,7 @@ fn the_face_meets_its_markers_and_gives_its_examples_back() {
 
 #[test]
 fn the_head_meets_its_markers_and_gives_its_examples_back() {
-    let Some(shared) = support::shared() else { return };
+    let Some(shared) = shared("") else { return };
     let mut face = face(&shared, "head", settings());
     let rigid = solve(&face, &NoProgress).unwrap();
     check(&shared, &face, &rigid);
@@ -126,7 +127,7 @@ fn errors_to_the_truth(shared: &Path, rig: &Rig<f64>) -> [f64; 2] {
 
 #[test]
 fn the_errors_to_the_truth_are_those_of_an_independent_implementation() {
-    let Some(shared) = support::shared() else { return };
+    let Some(shared) = shared("") else { return };
     let rig = solve(&face(&shared, "face", settings()), &NoProgress).unwrap();
     let [large_scale, full] = errors_to_the_truth(&shared, &rig);
     println!("RMS to the truth: large scale {large_scale:.3} mm, full {full:.3} mm");
@@ -136,7 +137,7 @@ fn the_errors_to_the_truth_are_those_of_an_independent_implementation() {
 
 #[test]
 fn the_default_bending_length_is_nearly_as_good_as_any() {
-    let Some(shared) = support::shared() else { return };
+    let Some(shared) = shared("") else { return };
     let mut face = face(&shared, "face", Settings::default());
     let rig = solve(&face, &NoProgress).unwrap();
     let default = errors_to_the_truth(&shared, &rig);

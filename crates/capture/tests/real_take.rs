@@ -4,24 +4,12 @@ use glam::{DQuat, DVec3};
 use rhytid_capture::{Cleaned, Kind, Settings, Target, clean};
 use rhytid_core::{NoProgress, Take};
 use rhytid_formats::{mesh, raw_take, tables, take};
+use rhytid_test_data::shared;
 use std::io::Write;
-use std::path::{Path, PathBuf};
-
-fn shared(file: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(file);
-    if path.exists() {
-        return Some(path);
-    }
-    let required = std::env::var_os("RHYTID_REQUIRE_SHARED").is_some_and(|value| !value.is_empty());
-    assert!(!required, "{} is not there, and RHYTID_REQUIRE_SHARED is set", path.display());
-    // Straight to the stream: the test harness hides what passing tests print.
-    let _ = writeln!(std::io::stderr(), "SKIPPED, NOT TESTED: {} is not there", path.display());
-    None
-}
 
 fn target() -> Option<Target> {
-    let handles = tables::read_handles(&shared("markers.csv")?).unwrap();
-    let neutral = mesh::read(&shared("face/neutral.obj")?).unwrap();
+    let handles = tables::read_handles(&shared("data/markers.csv")?).unwrap();
+    let neutral = mesh::read(&shared("data/face/neutral.obj")?).unwrap();
     let rest = handles.vertices.iter().map(|&v| DVec3::from_array(neutral.positions[v as usize])).collect();
     Some(Target { labels: handles.labels, rest, metres_per_unit: 0.01 })
 }
@@ -34,7 +22,7 @@ fn cleaned(file: &str) -> Option<Cleaned> {
 
 /// frames × 89 positions in centimetres.
 fn truth() -> Vec<DVec3> {
-    let bytes = std::fs::read(shared("takes/rom_3_raw_truth.npy").unwrap()).unwrap();
+    let bytes = std::fs::read(shared("data/takes/rom_3_raw_truth.npy").unwrap()).unwrap();
     let numbers: Vec<f32> = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
     numbers.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect()
 }
@@ -54,7 +42,7 @@ fn rms(numbers: impl Iterator<Item = f64>) -> f64 {
 #[test]
 fn the_raw_take_comes_out_as_it_was() {
     let Some(Cleaned { take, report }) = cleaned("takes/rom_3_raw.c3d") else { return };
-    let raw = raw_take::read(&shared("takes/rom_3_raw.c3d").unwrap(), None).unwrap().tracks;
+    let raw = raw_take::read(&shared("data/takes/rom_3_raw.c3d").unwrap(), None).unwrap().tracks;
     let distances = distances(&take, &truth());
     let missing: Vec<bool> =
         (0..distances.len()).map(|i| raw.positions[i / 89 * raw.labels.len() + i % 89][0].is_nan()).collect();
@@ -84,10 +72,10 @@ fn the_raw_take_comes_out_as_it_was() {
 #[test]
 fn every_fault_of_the_raw_take_is_listed_and_few_others() {
     let Some(Cleaned { report, .. }) = cleaned("takes/rom_3_raw.c3d") else { return };
-    let raw = raw_take::read(&shared("takes/rom_3_raw.c3d").unwrap(), None).unwrap().tracks;
+    let raw = raw_take::read(&shared("data/takes/rom_3_raw.c3d").unwrap(), None).unwrap().tracks;
     // The faults, from the truth: the head's true motion puts every position where it should be.
     let truth = truth();
-    let head = std::fs::read_to_string(shared("takes/rom_3_raw_head.csv").unwrap()).unwrap();
+    let head = std::fs::read_to_string(shared("data/takes/rom_3_raw_head.csv").unwrap()).unwrap();
     let label = |name: &str| report.labels.iter().position(|l| l == name).unwrap();
     let mut ghosts = Vec::new();
     let mut gaps = vec![Vec::new(); 89];
@@ -143,7 +131,7 @@ fn every_fault_of_the_raw_take_is_listed_and_few_others() {
 #[test]
 fn the_heads_motion_is_the_true_one() {
     let Some(Cleaned { take, report }) = cleaned("takes/rom_3_raw.c3d") else { return };
-    let text = std::fs::read_to_string(shared("takes/rom_3_raw_head.csv").unwrap()).unwrap();
+    let text = std::fs::read_to_string(shared("data/takes/rom_3_raw_head.csv").unwrap()).unwrap();
     let truth: Vec<(DQuat, DVec3)> = text
         .lines()
         .skip(1)
@@ -197,7 +185,8 @@ fn c3d_and_trc_give_the_same_take() {
 #[test]
 fn a_clean_take_comes_back_unchanged() {
     let Some(Cleaned { take, report }) = cleaned("takes/rom_3_clean.csv") else { return };
-    let clean = take::read(&shared("takes/rom_3_clean.csv").unwrap(), None, take::Missing::Error).unwrap();
+    let clean =
+        take::read(&shared("data/takes/rom_3_clean.csv").unwrap(), None, take::Missing::Error).unwrap();
     assert_eq!((&take.labels, &take.times), (&clean.labels, &clean.times));
     let truth: Vec<DVec3> = clean.positions.iter().map(|p| DVec3::from_array(*p)).collect();
     let worst = distances(&take, &truth).into_iter().fold(0.0, f64::max);

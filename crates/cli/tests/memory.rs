@@ -3,6 +3,7 @@
 
 mod common;
 
+use rhytid_test_data::shared;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -46,7 +47,7 @@ fn peak_megabytes(dir: &Path, args: &str) -> f64 {
 
 #[test]
 fn animating_the_real_face() {
-    let Some(shared) = common::shared() else { return };
+    let Some(shared) = shared("") else { return };
     let data = shared.join("data").canonicalize().unwrap();
     let dir = TempDir::new().unwrap();
     let mut project = PROJECT.replace("DATA", data.to_str().unwrap());

@@ -2,25 +2,14 @@
 //! absence a failure.
 use rhytid_formats::tables::read_handles;
 use rhytid_formats::take::{Missing, read, write};
+use rhytid_test_data::shared;
 use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-fn shared(file: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(file);
-    if path.exists() {
-        return Some(path);
-    }
-    let required = std::env::var_os("RHYTID_REQUIRE_SHARED").is_some_and(|value| !value.is_empty());
-    assert!(!required, "{} is not there, and RHYTID_REQUIRE_SHARED is set", path.display());
-    // Straight to the stream: the test harness hides what passing tests print.
-    let _ = writeln!(std::io::stderr(), "SKIPPED, NOT TESTED: {} is not there", path.display());
-    None
-}
 
 #[test]
 fn the_real_markers_and_take_are_read_whole_and_fast() {
-    let (Some(markers), Some(clean)) = (shared("markers.csv"), shared("takes/rom_3_clean.csv")) else {
+    let (Some(markers), Some(clean)) = (shared("data/markers.csv"), shared("data/takes/rom_3_clean.csv"))
+    else {
         return;
     };
     let handles = read_handles(&markers).unwrap();
@@ -58,6 +47,6 @@ fn the_real_markers_and_take_are_read_whole_and_fast() {
 
 #[test]
 fn the_real_take_has_its_true_rate_although_its_times_are_rounded() {
-    let Some(clean) = shared("takes/rom_3_clean.csv") else { return };
+    let Some(clean) = shared("data/takes/rom_3_clean.csv") else { return };
     assert_eq!(read(&clean, None, Missing::Error).unwrap().rate(), 30.0);
 }

@@ -237,18 +237,3 @@ pub fn garbage(len: usize) -> Vec<u8> {
     };
     std::iter::repeat_with(next).take(len).collect()
 }
-
-/// The folder of optional test data; says loudly that it is not there, or fails if it is required.
-pub fn shared() -> Option<PathBuf> {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    if shared.join("data/face/neutral.obj").exists() {
-        return Some(shared);
-    }
-    assert!(
-        std::env::var_os("RHYTID_REQUIRE_SHARED").is_none_or(|value| value.is_empty()),
-        "RHYTID_REQUIRE_SHARED is set, and the test data is not at {}",
-        shared.display()
-    );
-    eprintln!("SKIPPED: the test data is not at {}; nothing was checked", shared.display());
-    None
-}

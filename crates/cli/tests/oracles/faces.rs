@@ -4,6 +4,7 @@ use crate::animation::Animation;
 use crate::common;
 use rhytid_core::{Example, Face, RigidMotion, Settings, UpAxis, Uvs};
 use rhytid_formats::{mesh, tables, take};
+use rhytid_test_data::shared;
 
 /// The demo's face as it comes: Y up, in centimetres, a texture coordinate per vertex. Its brows rise.
 pub fn demo() -> Animation {
@@ -59,7 +60,7 @@ fn cut(uvs: &Uvs, vertices: &[u32], chosen: &[bool]) -> Uvs {
 
 /// The real head, where the test data is there: many parts, seams, quads among triangles; two seconds of its take.
 pub fn real_head() -> Option<Animation> {
-    let data = common::shared()?.join("data");
+    let data = shared("data")?;
     let neutral_path = data.join("head/neutral.obj");
     let neutral = mesh::read(&neutral_path).unwrap();
     let poses = common::list(&data.join("head/poses")).into_iter().filter(|name| name.ends_with(".obj"));

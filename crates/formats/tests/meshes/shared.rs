@@ -1,26 +1,11 @@
 //! Real meshes, where they lie beside the repository.
 
 use rhytid_formats::mesh::{read, read_like};
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-/// `../shared/data`; `None`, loudly, where there is none and nobody insists.
-fn data() -> Option<PathBuf> {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    if data.is_dir() {
-        return Some(data);
-    }
-    let insists = std::env::var_os("RHYTID_REQUIRE_SHARED").is_some_and(|value| !value.is_empty());
-    assert!(!insists, "RHYTID_REQUIRE_SHARED is set, but there is no {}", data.display());
-    // Straight to the terminal: what goes through `eprintln!` is hidden where a test passes.
-    let line = format!("SKIPPED: the real meshes were not read, there is no {}\n", data.display());
-    std::io::stderr().write_all(line.as_bytes()).unwrap();
-    None
-}
+use rhytid_test_data::shared;
 
 #[test]
 fn reads_real_meshes_whole() {
-    let Some(data) = data() else { return };
+    let Some(data) = shared("data") else { return };
     let head = read(&data.join("head/neutral.obj")).unwrap();
     assert_eq!((head.positions.len(), head.faces.len()), (26_719, 26_384));
     let uvs = head.uvs.as_ref().unwrap();
@@ -37,7 +22,7 @@ fn reads_real_meshes_whole() {
 
 #[test]
 fn real_poses_are_like_their_neutral() {
-    let Some(data) = data() else { return };
+    let Some(data) = shared("data") else { return };
     for name in ["head", "face"] {
         let neutral_path = data.join(name).join("neutral.obj");
         let neutral = read(&neutral_path).unwrap();

@@ -2,24 +2,12 @@
 //! failure.
 use crate::is_missing;
 use rhytid_formats::raw_take::{is_take_csv, read};
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-fn shared(file: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(file);
-    if path.exists() {
-        return Some(path);
-    }
-    let required = std::env::var_os("RHYTID_REQUIRE_SHARED").is_some_and(|value| !value.is_empty());
-    assert!(!required, "{} is not there, and RHYTID_REQUIRE_SHARED is set", path.display());
-    // Straight to the stream: the test harness hides what passing tests print.
-    let _ = writeln!(std::io::stderr(), "SKIPPED, NOT TESTED: {} is not there", path.display());
-    None
-}
+use rhytid_test_data::shared;
 
 #[test]
 fn the_real_c3d_and_trc_are_one_take() {
-    let (Some(c3d), Some(trc)) = (shared("takes/rom_3_raw.c3d"), shared("takes/rom_3_raw.trc")) else {
+    let (Some(c3d), Some(trc)) = (shared("data/takes/rom_3_raw.c3d"), shared("data/takes/rom_3_raw.trc"))
+    else {
         return;
     };
     assert!(!is_take_csv(&c3d) && !is_take_csv(&trc));
@@ -42,7 +30,7 @@ fn the_real_c3d_and_trc_are_one_take() {
 
 #[test]
 fn the_clean_take_is_the_takes_own_csv() {
-    let Some(clean) = shared("takes/rom_3_clean.csv") else { return };
+    let Some(clean) = shared("data/takes/rom_3_clean.csv") else { return };
     assert!(is_take_csv(&clean));
     let take = read(&clean, None).unwrap();
     assert!(take.in_head_space && take.metres_per_unit.is_none());
