@@ -111,3 +111,42 @@ fn tiles<T: Copy + Default>(
     }
     tiles
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers(count: usize, seed: f32) -> Vec<f32> {
+        (0..count).map(|i| (i as f32 * 12.9898 + seed).sin() * 3.0).collect()
+    }
+
+    /// The last tile of a rig is seldom full.
+    #[test]
+    fn every_kind_of_vector_has_the_bits_of_a_plain_loop() {
+        let (handles, vertices) = (89, 61);
+        let basis = numbers(handles * TILE, 0.1);
+        let (u, rest) = (numbers(3 * handles, 0.2), numbers(3 * vertices, 0.3));
+        let (basis, u, rest) = (basis.as_chunks::<TILE>().0, u.as_chunks::<3>().0, rest.as_chunks::<3>().0);
+        let mut expected = rest.to_vec();
+        for (lane, x) in expected.iter_mut().enumerate() {
+            for c in 0..3 {
+                let mut sum = 0.0;
+                for h in 0..handles {
+                    sum += basis[h][lane] * u[h][c];
+                }
+                x[c] = rest[lane][c] + sum;
+            }
+        }
+        let check = |run: &dyn Fn(Tile<'_>)| {
+            let mut out = vec![[0.0; 3]; vertices];
+            run(Tile { basis, u, rest, out: &mut out });
+            assert!(out == expected);
+        };
+        check(&|tile| Simd::vectorize(pulp::Scalar, tile));
+        check(&|tile| Arch::new().dispatch(tile));
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx2) = pulp::x86::V3::try_new() {
+            check(&|tile| Simd::vectorize(avx2, tile));
+        }
+    }
+}
