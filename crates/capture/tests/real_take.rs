@@ -41,7 +41,7 @@ fn rms(numbers: impl Iterator<Item = f64>) -> f64 {
 
 #[test]
 fn the_raw_take_comes_out_as_it_was() {
-    let Some(Cleaned { take, report }) = cleaned("takes/rom_3_raw.c3d") else { return };
+    let Some(Cleaned { take, report }) = cleaned("data/takes/rom_3_raw.c3d") else { return };
     let raw = raw_take::read(&shared("data/takes/rom_3_raw.c3d").unwrap(), None).unwrap().tracks;
     let distances = distances(&take, &truth());
     let missing: Vec<bool> =
@@ -71,7 +71,7 @@ fn the_raw_take_comes_out_as_it_was() {
 
 #[test]
 fn every_fault_of_the_raw_take_is_listed_and_few_others() {
-    let Some(Cleaned { report, .. }) = cleaned("takes/rom_3_raw.c3d") else { return };
+    let Some(Cleaned { report, .. }) = cleaned("data/takes/rom_3_raw.c3d") else { return };
     let raw = raw_take::read(&shared("data/takes/rom_3_raw.c3d").unwrap(), None).unwrap().tracks;
     // The faults, from the truth: the head's true motion puts every position where it should be.
     let truth = truth();
@@ -130,7 +130,7 @@ fn every_fault_of_the_raw_take_is_listed_and_few_others() {
 
 #[test]
 fn the_heads_motion_is_the_true_one() {
-    let Some(Cleaned { take, report }) = cleaned("takes/rom_3_raw.c3d") else { return };
+    let Some(Cleaned { take, report }) = cleaned("data/takes/rom_3_raw.c3d") else { return };
     let text = std::fs::read_to_string(shared("data/takes/rom_3_raw_head.csv").unwrap()).unwrap();
     let truth: Vec<(DQuat, DVec3)> = text
         .lines()
@@ -166,7 +166,8 @@ fn the_heads_motion_is_the_true_one() {
 
 #[test]
 fn c3d_and_trc_give_the_same_take() {
-    let (Some(c3d), Some(trc)) = (cleaned("takes/rom_3_raw.c3d"), cleaned("takes/rom_3_raw.trc")) else {
+    let (Some(c3d), Some(trc)) = (cleaned("data/takes/rom_3_raw.c3d"), cleaned("data/takes/rom_3_raw.trc"))
+    else {
         return;
     };
     assert_eq!(c3d.take.labels, trc.take.labels);
@@ -184,7 +185,7 @@ fn c3d_and_trc_give_the_same_take() {
 
 #[test]
 fn a_clean_take_comes_back_unchanged() {
-    let Some(Cleaned { take, report }) = cleaned("takes/rom_3_clean.csv") else { return };
+    let Some(Cleaned { take, report }) = cleaned("data/takes/rom_3_clean.csv") else { return };
     let clean =
         take::read(&shared("data/takes/rom_3_clean.csv").unwrap(), None, take::Missing::Error).unwrap();
     assert_eq!((&take.labels, &take.times), (&clean.labels, &clean.times));
