@@ -67,7 +67,7 @@ impl Case {
     }
 }
 
-/// V, H, F, P, K, frames and room: straddling a tile and a workgroup (64), a task of the CPU backend (1024) and
+/// V, H, F, P, K, frames and room: straddling a tile and a workgroup (64), several blocks of the CPU backend (1025) and
 /// SwiftShader's largest workgroup (256), in vertices, strain edges and handles.
 const QUICK_SIZES: [[usize; 7]; 6] = [
     [1, 1, 0, 0, 0, 1, 1],

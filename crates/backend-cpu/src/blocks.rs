@@ -1,17 +1,19 @@
-//! Vertices in blocks: a block is one task, and takes what it reads of the rig through all frames of a batch.
+//! Vertices in blocks: a block is one task, small enough for its part of the face to stay in a core's caches.
+use rhytid_kernels::table::TILE;
+use std::ops::Range;
 
-/// Vertices of a block: what a task works on stays in the nearest caches.
-pub const BLOCK: usize = 1024;
+/// The largest block: what a task works on stays in the second-level cache, and few of its triangles are shared with others.
+const LARGEST: usize = 4096;
 
-/// Each block's part of frames × V results, frame after frame.
-pub fn blocks(results: &mut [[f32; 3]], vertices: usize) -> Vec<Vec<&mut [[f32; 3]]>> {
-    let frames = results.len() / vertices;
-    let mut blocks: Vec<Vec<&mut [[f32; 3]]>> = Vec::new();
-    blocks.resize_with(vertices.div_ceil(BLOCK), || Vec::with_capacity(frames));
-    for frame in results.chunks_exact_mut(vertices) {
-        for (part, block) in frame.chunks_mut(BLOCK).zip(&mut blocks) {
-            block.push(part);
-        }
-    }
-    blocks
+/// Blocks of which each thread gets several, so that none waits long for another.
+const PER_THREAD: usize = 8;
+
+/// The length of all blocks but the last, a multiple of the tiles'.
+pub fn block_length(vertices: usize) -> usize {
+    (vertices / (PER_THREAD * rayon::current_num_threads())).next_multiple_of(TILE).clamp(TILE, LARGEST)
+}
+
+/// The blocks of V vertices.
+pub fn blocks(vertices: usize, length: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..vertices).step_by(length).map(move |first| first..(first + length).min(vertices))
 }

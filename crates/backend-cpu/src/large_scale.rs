@@ -1,94 +1,192 @@
 //! The large scale: B times the handles' displacements.
-use crate::blocks::{BLOCK, blocks};
+use crate::lanes::{Lanes, load3, splat3, store3};
+use crate::rows::{GROUP, GroupVectors, TileRow};
+use crate::vectors::Vectors;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
-use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
+use pulp::{Simd, WithSimd};
 use rhytid_core::{BasisStorage, Rig};
 use rhytid_kernels::table::TILE;
+use rhytid_kernels::{Number, vec3};
 
-/// Vectors of each coordinate whose sums are in registers at once: as many as hide how long an addition takes.
-const VECTORS: usize = 4;
+/// Registers of each coordinate whose sums are computed at once: as many as hide how long an addition takes.
+const REGISTERS: usize = 4;
 
-/// B in tiles, `[V/64][H][64]`, rows past V being zero: one pass over it streams through memory, and the inner loop of
-/// the large scale is a whole number of SIMD registers.
+/// Vertices whose sums are computed at once in a group of frames, so that a displacement that is loaded serves all of them.
+const VERTICES: usize = 4;
+
+/// B in tiles, `[V/64][H][64]`, rows past V being zero: one pass over it streams through memory.
 #[derive(Debug)]
-pub enum BasisTiles {
-    F32(Vec<[f32; TILE]>),
-    F16(Vec<[f16; TILE]>),
+pub struct Basis {
+    handles: usize,
+    rows: Rows,
 }
 
-impl BasisTiles {
+/// A tile's row in halves.
+type HalfRow = [f16; TILE];
+
+#[derive(Debug)]
+enum Rows {
+    F32(Vec<TileRow>),
+    F16(Vec<HalfRow>),
+}
+
+impl Basis {
     pub fn new(rig: &Rig, storage: BasisStorage) -> Self {
         let (vertices, handles) = (rig.vertices(), rig.handles.len());
-        match storage {
-            BasisStorage::F32 => Self::F32(tiles(&rig.basis, vertices, handles, |b| b)),
-            BasisStorage::F16 => Self::F16(tiles(&rig.basis, vertices, handles, f16::from_f32)),
+        let rows = match storage {
+            BasisStorage::F32 => {
+                let mut rows = vec![TileRow::ZERO; vertices.div_ceil(TILE) * handles];
+                each_entry(&rig.basis, handles, |row, lane, b| rows[row].0[lane] = b);
+                Rows::F32(rows)
+            }
+            BasisStorage::F16 => {
+                let mut rows = vec![[f16::ZERO; TILE]; vertices.div_ceil(TILE) * handles];
+                each_entry(&rig.basis, handles, |row, lane, b| rows[row][lane] = f16::from_f32(b));
+                Rows::F16(rows)
+            }
+        };
+        Self { handles, rows }
+    }
+
+    /// rest + B u of consecutive vertices from the first one of a tile, in one frame. `u` has H displacements.
+    pub fn frame(
+        &self,
+        vectors: Vectors,
+        first: usize,
+        u: &[[f32; 3]],
+        rest: &[[f32; 3]],
+        out: &mut [[f32; 3]],
+        room: &mut Vec<TileRow>,
+    ) {
+        let tiles = first / TILE..(first + out.len()).div_ceil(TILE);
+        let range = tiles.start * self.handles..tiles.end * self.handles;
+        match &self.rows {
+            Rows::F32(rows) => vectors.run(Frame { rows: &rows[range], u, rest, out }),
+            Rows::F16(rows) => half_frame(vectors, &rows[range], u, rest, out, room),
         }
     }
 
-    /// rest + B u of all vertices in all frames; `displacements` is frames × H.
-    pub fn apply(&self, rest: &[[f32; 3]], displacements: &[[f32; 3]], handles: usize, out: &mut [[f32; 3]]) {
-        let work = blocks(out, rest.len()).into_par_iter().zip(rest.par_chunks(BLOCK)).enumerate();
-        work.for_each_init(Vec::new, |widened, (block, (frames, rest))| {
-            let mut frames: Vec<_> = frames.into_iter().map(|frame| frame.chunks_mut(TILE)).collect();
-            for (i, rest) in rest.chunks(TILE).enumerate() {
-                let basis = self.tile(block * (BLOCK / TILE) + i, handles, widened);
-                for (frame, u) in frames.iter_mut().zip(displacements.chunks_exact(handles)) {
-                    if let Some(out) = frame.next() {
-                        Arch::new().dispatch(Tile { basis, u, rest, out });
-                    }
-                }
-            }
-        });
-    }
-
-    /// The H rows of one tile; `widened` is room for them where they are stored in halves.
-    fn tile<'a>(
-        &'a self,
+    /// rest + B u of a tile's vertices, in a group of frames. `u` has H displacements.
+    pub fn group(
+        &self,
+        vectors: Vectors,
         tile: usize,
-        handles: usize,
-        widened: &'a mut Vec<[f32; TILE]>,
-    ) -> &'a [[f32; TILE]] {
-        match self {
-            Self::F32(rows) => &rows[tile * handles..][..handles],
-            Self::F16(rows) => {
-                widened.resize(handles, [0.0; TILE]);
-                let halves = rows[tile * handles..][..handles].as_flattened();
-                halves.convert_to_f32_slice(widened.as_flattened_mut());
-                widened
-            }
+        u: &[GroupVectors],
+        rest: &[[f32; 3]],
+        out: &mut [GroupVectors],
+        room: &mut Vec<TileRow>,
+    ) {
+        let range = tile * self.handles..(tile + 1) * self.handles;
+        let rows = match &self.rows {
+            Rows::F32(rows) => copied(&rows[range], room),
+            Rows::F16(rows) => widened(&rows[range], room),
+        };
+        vectors.run(Group { rows, u, rest, out });
+    }
+}
+
+/// Each entry of B, V×H, with its row and lane in tiles.
+fn each_entry(basis: &[f32], handles: usize, mut put: impl FnMut(usize, usize, f32)) {
+    for (v, entries) in basis.chunks_exact(handles).enumerate() {
+        for (h, &b) in entries.iter().enumerate() {
+            put(v / TILE * handles + h, v % TILE, b);
         }
     }
 }
 
-/// One tile of one frame.
-struct Tile<'a> {
-    basis: &'a [[f32; TILE]],
+/// The rows in `room`: memory is read faster in its order than in that of the work.
+fn copied<'a>(rows: &[TileRow], room: &'a mut Vec<TileRow>) -> &'a [TileRow] {
+    room.clear();
+    room.extend_from_slice(rows);
+    room
+}
+
+/// The rows as floats, in `room`.
+fn widened<'a>(rows: &[HalfRow], room: &'a mut Vec<TileRow>) -> &'a [TileRow] {
+    room.resize(rows.len(), TileRow::ZERO);
+    rows.as_flattened().convert_to_f32_slice(bytemuck::cast_slice_mut(room));
+    room
+}
+
+/// AVX-512 widens halves on their way into registers; otherwise they are widened a tile at a time.
+fn half_frame(
+    vectors: Vectors,
+    rows: &[HalfRow],
+    u: &[[f32; 3]],
+    rest: &[[f32; 3]],
+    out: &mut [[f32; 3]],
+    room: &mut Vec<TileRow>,
+) {
+    #[cfg(target_arch = "x86_64")]
+    if let (Vectors::Widest, Some(simd)) = (vectors, pulp::x86::V4::try_new()) {
+        return simd.vectorize(
+            #[inline(always)]
+            || frame(simd, rows, u, rest, out),
+        );
+    }
+    let tiles = rows.chunks_exact(u.len()).zip(rest.chunks(TILE).zip(out.chunks_mut(TILE)));
+    for (rows, (rest, out)) in tiles {
+        vectors.run(Frame { rows: widened(rows, room), u, rest, out });
+    }
+}
+
+/// A row of B whose registers can be loaded with `S`.
+trait Row<S: Simd> {
+    fn load(&self, simd: S, part: usize) -> S::f32s;
+}
+
+impl<S: Simd> Row<S> for TileRow {
+    #[inline(always)]
+    fn load(&self, _: S, part: usize) -> S::f32s {
+        S::as_simd_f32s(&self.0).0[part]
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Row<pulp::x86::V4> for HalfRow {
+    #[inline(always)]
+    fn load(&self, simd: pulp::x86::V4, part: usize) -> pulp::f32x16 {
+        let (registers, _) = self.reinterpret_cast().as_chunks::<16>();
+        pulp::cast(simd.avx512f._mm512_cvtph_ps(pulp::cast(registers[part])))
+    }
+}
+
+/// Consecutive vertices in one frame.
+struct Frame<'a> {
+    rows: &'a [TileRow],
     u: &'a [[f32; 3]],
     rest: &'a [[f32; 3]],
     out: &'a mut [[f32; 3]],
 }
 
-impl WithSimd for Tile<'_> {
+impl WithSimd for Frame<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for part in (0..TILE / S::F32_LANES).step_by(VECTORS) {
-            let mut sum = [[simd.splat_f32s(0.0); VECTORS]; 3];
-            for (row, u) in self.basis.iter().zip(self.u) {
-                let row = &S::as_simd_f32s(row).0[part..part + VECTORS];
+        frame(simd, self.rows, self.u, self.rest, self.out);
+    }
+}
+
+#[inline(always)]
+fn frame<S: Simd, R: Row<S>>(simd: S, rows: &[R], u: &[[f32; 3]], rest: &[[f32; 3]], out: &mut [[f32; 3]]) {
+    let tiles = rows.chunks_exact(u.len()).zip(rest.chunks(TILE).zip(out.chunks_mut(TILE)));
+    for (rows, (rest, out)) in tiles {
+        for first in (0..TILE / S::F32_LANES).step_by(REGISTERS) {
+            let mut sum = [[simd.splat_f32s(0.0); REGISTERS]; 3];
+            for (row, u) in rows.iter().zip(u) {
+                let b: [S::f32s; REGISTERS] = std::array::from_fn(|i| row.load(simd, first + i));
                 for (sum, u) in sum.iter_mut().zip(u) {
                     let u = simd.splat_f32s(*u);
-                    for (sum, b) in sum.iter_mut().zip(row) {
-                        *sum = simd.add_f32s(*sum, simd.mul_f32s(*b, u));
+                    for (sum, b) in sum.iter_mut().zip(b) {
+                        *sum = simd.mul_add_f32s(b, u, *sum);
                     }
                 }
             }
             let [x, y, z] = sum.each_ref().map(|sum| bytemuck::cast_slice::<_, f32>(sum));
-            let first = (part * S::F32_LANES).min(self.out.len());
-            let all = self.out[first..].iter_mut().zip(&self.rest[first..]).zip(x.iter().zip(y).zip(z));
+            let first = (first * S::F32_LANES).min(out.len());
+            let all = out[first..].iter_mut().zip(&rest[first..]).zip(x.iter().zip(y).zip(z));
             for ((out, rest), ((x, y), z)) in all {
                 *out = [rest[0] + x, rest[1] + y, rest[2] + z];
             }
@@ -96,57 +194,37 @@ impl WithSimd for Tile<'_> {
     }
 }
 
-/// B from V×H to `[V/64][H][64]`.
-fn tiles<T: Copy + Default>(
-    basis: &[f32],
-    vertices: usize,
-    handles: usize,
-    round: impl Fn(f32) -> T,
-) -> Vec<[T; TILE]> {
-    let mut tiles = vec![[T::default(); TILE]; vertices.div_ceil(TILE) * handles];
-    for (v, row) in basis.chunks_exact(handles).enumerate() {
-        for (h, &b) in row.iter().enumerate() {
-            tiles[v / TILE * handles + h][v % TILE] = round(b);
-        }
-    }
-    tiles
+/// A tile in a group of frames.
+struct Group<'a> {
+    rows: &'a [TileRow],
+    u: &'a [GroupVectors],
+    rest: &'a [[f32; 3]],
+    out: &'a mut [GroupVectors],
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl WithSimd for Group<'_> {
+    type Output = ();
 
-    fn numbers(count: usize, seed: f32) -> Vec<f32> {
-        (0..count).map(|i| (i as f32 * 12.9898 + seed).sin() * 3.0).collect()
-    }
-
-    /// The last tile of a rig is seldom full.
-    #[test]
-    fn every_kind_of_vector_has_the_bits_of_a_plain_loop() {
-        let (handles, vertices) = (89, 61);
-        let basis = numbers(handles * TILE, 0.1);
-        let (u, rest) = (numbers(3 * handles, 0.2), numbers(3 * vertices, 0.3));
-        let (basis, u, rest) = (basis.as_chunks::<TILE>().0, u.as_chunks::<3>().0, rest.as_chunks::<3>().0);
-        let mut expected = rest.to_vec();
-        for (lane, x) in expected.iter_mut().enumerate() {
-            for c in 0..3 {
-                let mut sum = 0.0;
-                for h in 0..handles {
-                    sum += basis[h][lane] * u[h][c];
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (i, out) in self.out.chunks_mut(VERTICES).enumerate() {
+            for part in 0..GROUP / S::F32_LANES {
+                let mut sum = [[Lanes::splat(simd, 0.0); 3]; VERTICES];
+                for (row, u) in self.rows.iter().zip(self.u) {
+                    let u = load3(simd, u, part);
+                    let (b, _) = row.0.as_chunks::<VERTICES>();
+                    for (sum, b) in sum.iter_mut().zip(&b[i]) {
+                        let b = Lanes::splat(simd, *b);
+                        for c in 0..3 {
+                            sum[c] = b.times_plus(u[c], sum[c]);
+                        }
+                    }
                 }
-                x[c] = rest[lane][c] + sum;
+                for (lane, (out, sum)) in out.iter_mut().zip(sum).enumerate() {
+                    let rest = splat3(simd, &self.rest[i * VERTICES + lane]);
+                    store3(vec3::add(rest, sum), out, part);
+                }
             }
-        }
-        let check = |run: &dyn Fn(Tile<'_>)| {
-            let mut out = vec![[0.0; 3]; vertices];
-            run(Tile { basis, u, rest, out: &mut out });
-            assert!(out == expected);
-        };
-        check(&|tile| Simd::vectorize(pulp::Scalar, tile));
-        check(&|tile| Arch::new().dispatch(tile));
-        #[cfg(target_arch = "x86_64")]
-        if let Some(avx2) = pulp::x86::V3::try_new() {
-            check(&|tile| Simd::vectorize(avx2, tile));
         }
     }
 }

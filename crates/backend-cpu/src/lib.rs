@@ -4,10 +4,16 @@
 mod blocks;
 mod detail;
 mod device;
+mod group;
+mod lanes;
 mod large_scale;
-mod normals;
+mod mesh;
+mod one_frame;
+mod resident;
+mod rows;
 mod session;
-mod simd;
+mod times;
+mod vectors;
 
 pub use device::Cpu;
 pub use session::CpuSession;

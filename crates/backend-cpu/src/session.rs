@@ -1,164 +1,214 @@
-use crate::blocks::BLOCK;
-use crate::detail::Detail;
-use crate::large_scale::BasisTiles;
-use crate::normals::Normals;
-use crate::simd::widest;
-use rayon::prelude::*;
+use crate::group::Group;
+use crate::one_frame::OneFrame;
+use crate::resident::Resident;
+use crate::rows::GROUP;
+use crate::times::Times;
 use rhytid_core::{HandleFrames, Result, Rig, Session, Stage, UploadOptions};
-use rhytid_kernels::{fine_scale, strain, vec3};
+use rhytid_kernels::{strain, vec3};
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// A rig in host memory, and the results of the last batch.
+/// Frames from which on a group of them is faster than one after the other.
+const FEWEST: usize = 5;
+
+/// A rig in host memory, and the last batch. Positions and normals are kept; the other stages are computed again when they are read.
 #[derive(Debug)]
 pub struct CpuSession {
-    handles: usize,
-    frames: usize,
-    rest: Vec<[f32; 3]>,
+    face: Resident,
     handle_rest: Vec<[f32; 3]>,
-    basis: BasisTiles,
-    triangles: Normals,
     strain_edges: Vec<[u32; 2]>,
     rest_lengths: Vec<f32>,
-    rbf: Detail,
-    frame_neighbors: Vec<u32>,
+    one_frame: OneFrame,
+    group: Option<Group>,
 
-    strain: Vec<f32>,
-    large_scale: Vec<[f32; 3]>,
-    large_scale_normals: Vec<[f32; 3]>,
-    detail: Vec<[f32; 3]>,
+    /// frames × F.
+    features: Vec<f32>,
+    /// frames × H.
+    displacements: Vec<[f32; 3]>,
+    /// max_frames × V.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
-    stage_times: [Duration; 6],
+    frames: usize,
+    times: Times,
 }
 
 impl CpuSession {
     pub(crate) fn new(rig: &Rig, options: UploadOptions) -> Self {
-        let max_frames = options.max_frames;
-        let vertices = rig.vertices();
-        let results = || vec![[0.0; 3]; max_frames * vertices];
+        let (vertices, max_frames) = (rig.vertices(), options.max_frames);
         Self {
-            handles: rig.handles.len(),
-            frames: 0,
-            rest: rig.rest.clone(),
+            face: Resident::new(rig, options.basis),
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
-            basis: BasisTiles::new(rig, options.basis),
-            triangles: Normals::new(vertices, rig.triangles.clone()),
             strain_edges: rig.strain_edges.clone(),
             rest_lengths: strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
-            rbf: Detail::new(rig),
-            frame_neighbors: rig.frame_neighbors.clone(),
-            strain: vec![0.0; max_frames * rig.strain_edges.len()],
-            large_scale: results(),
-            large_scale_normals: results(),
-            detail: results(),
-            positions: results(),
-            normals: results(),
-            stage_times: Default::default(),
+            one_frame: OneFrame::new(vertices),
+            group: (max_frames >= FEWEST).then(|| Group::new(vertices)),
+            features: Vec::new(),
+            displacements: Vec::new(),
+            positions: vec![[0.0; 3]; max_frames * vertices],
+            normals: vec![[0.0; 3]; max_frames * vertices],
+            frames: 0,
+            times: Times::default(),
         }
     }
 
-    /// The length of a per-vertex result of the current batch.
-    fn values(&self) -> usize {
-        self.frames * self.rest.len()
-    }
-
-    fn compute_strain(&mut self, handle_positions: &[[f32; 3]]) {
-        let params = strain::Params {
-            frames: self.frames as u32,
-            handles: self.handles as u32,
-            strain_edges: self.strain_edges.len() as u32,
-        };
-        strain::strain(
-            params,
-            handle_positions,
-            &self.handle_rest,
-            &self.strain_edges,
-            &self.rest_lengths,
-            &mut self.strain,
-        );
-    }
-
-    fn compute_large_scale(&mut self, handle_positions: &[[f32; 3]]) {
-        let displacements: Vec<[f32; 3]> = handle_positions
-            .chunks_exact(self.handles)
-            .flat_map(|p| p.iter().zip(&self.handle_rest).map(|(p, rest)| vec3::sub(*p, *rest)))
-            .collect();
-        let values = self.values();
-        self.basis.apply(&self.rest, &displacements, self.handles, &mut self.large_scale[..values]);
-    }
-
-    fn compute_fine_scale(&mut self) {
-        let vertices = self.rest.len();
-        for frame in 0..self.frames {
-            let all = frame * vertices..(frame + 1) * vertices;
-            let smooth = &self.large_scale[all.clone()];
-            let smooth_normals = &self.large_scale_normals[all.clone()];
-            let detail = self.detail[all.clone()].par_chunks(BLOCK);
-            let positions = self.positions[all].par_chunks_mut(BLOCK);
-            detail.zip(positions).enumerate().for_each(|(block, (detail, positions))| {
-                let first = block * BLOCK;
-                widest(
-                    #[inline(always)]
-                    || {
-                        for (i, (d, x)) in detail.iter().zip(positions).enumerate() {
-                            let v = first + i;
-                            let to_neighbor = vec3::sub(smooth[self.frame_neighbors[v] as usize], smooth[v]);
-                            let frame = fine_scale::local_frame(to_neighbor, smooth_normals[v]);
-                            *x = fine_scale::add_detail(smooth[v], frame, *d);
-                        }
-                    },
-                );
-            });
+    /// The batch in runs of consecutive frames that are evaluated together.
+    fn runs(&self) -> Vec<Range<usize>> {
+        let mut runs = Vec::new();
+        let mut first = 0;
+        while first < self.frames {
+            let left = self.frames - first;
+            let next = first + if left >= FEWEST { left.min(GROUP) } else { 1 };
+            runs.push(first..next);
+            first = next;
         }
+        runs
     }
 }
 
 impl Session for CpuSession {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
         self.frames = frames.frames;
-        let mut last = Instant::now();
-        let mut stage_times = Vec::with_capacity(6);
-        let mut finished = || {
-            let now = Instant::now();
-            stage_times.push(now - std::mem::replace(&mut last, now));
-        };
+        self.times = Times::default();
+        let start = Instant::now();
         let (handle_positions, _) = frames.positions.as_chunks::<3>();
-        self.compute_strain(handle_positions);
-        finished();
-        self.compute_large_scale(handle_positions);
-        finished();
-        let values = self.values();
-        let vertices = self.rest.len();
-        let normals = &mut self.large_scale_normals[..values];
-        self.triangles.apply(vertices, &self.large_scale[..values], normals);
-        finished();
-        let edges = self.strain_edges.len();
-        self.rbf.apply(&self.strain, edges, vertices, &mut self.detail[..values]);
-        finished();
-        self.compute_fine_scale();
-        finished();
-        self.triangles.apply(vertices, &self.positions[..values], &mut self.normals[..values]);
-        finished();
-        self.stage_times.copy_from_slice(&stage_times);
+        self.features.resize(self.frames * self.strain_edges.len(), 0.0);
+        strain::strain(
+            strain::Params {
+                frames: self.frames as u32,
+                handles: self.handle_rest.len() as u32,
+                strain_edges: self.strain_edges.len() as u32,
+            },
+            handle_positions,
+            &self.handle_rest,
+            &self.strain_edges,
+            &self.rest_lengths,
+            &mut self.features,
+        );
+        self.times.add(Stage::Strain, start);
+        let displacement = |(p, rest): (&[f32; 3], &[f32; 3])| vec3::sub(*p, *rest);
+        let rest = self.handle_rest.iter().cycle();
+        self.displacements = handle_positions.iter().zip(rest).map(displacement).collect();
+        for run in self.runs() {
+            let of = |n: usize| run.start * n..run.end * n;
+            let inputs = (
+                &self.displacements[of(self.handle_rest.len())],
+                &self.features[of(self.strain_edges.len())],
+            );
+            let results = of(self.face.rest.len());
+            let (positions, normals) = (&mut self.positions[results.clone()], &mut self.normals[results]);
+            match &mut self.group {
+                Some(group) if run.len() > 1 => {
+                    group.evaluate(&self.face, inputs, positions, normals, &self.times);
+                }
+                _ => self.one_frame.evaluate(&self.face, inputs, positions, normals, &self.times),
+            }
+        }
         Ok(())
     }
 
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
-        let values = self.values();
-        let result: &[f32] = match stage {
-            Stage::Strain => &self.strain[..self.frames * self.strain_edges.len()],
-            Stage::LargeScale => self.large_scale[..values].as_flattened(),
-            Stage::LargeScaleNormals => self.large_scale_normals[..values].as_flattened(),
-            Stage::Detail => self.detail[..values].as_flattened(),
-            Stage::Positions => self.positions[..values].as_flattened(),
-            Stage::Normals => self.normals[..values].as_flattened(),
-        };
+        let values = self.frames * self.face.rest.len();
         out.clear();
-        out.extend_from_slice(result);
+        match stage {
+            Stage::Strain => out.extend_from_slice(&self.features),
+            Stage::Positions => out.extend_from_slice(self.positions[..values].as_flattened()),
+            Stage::Normals => out.extend_from_slice(self.normals[..values].as_flattened()),
+            Stage::LargeScale | Stage::LargeScaleNormals | Stage::Detail => {
+                out.resize(3 * values, 0.0);
+                let (out, _) = out.as_chunks_mut::<3>();
+                for run in self.runs() {
+                    let of = |n: usize| run.start * n..run.end * n;
+                    let inputs = (
+                        &self.displacements[of(self.handle_rest.len())],
+                        &self.features[of(self.strain_edges.len())],
+                    );
+                    let out = &mut out[of(self.face.rest.len())];
+                    match &mut self.group {
+                        Some(group) if run.len() > 1 => group.stage(&self.face, inputs, stage, out),
+                        _ => self.one_frame.stage(&self.face, inputs, stage, out),
+                    }
+                }
+            }
+        }
         Ok(())
     }
 
     fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
-        Ok(Some(self.stage_times))
+        Ok(Some(self.times.durations()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vectors::Vectors;
+    use rhytid_core::{BasisStorage, NoProgress, solve};
+
+    /// Every stage of the first `frames` frames of the demo's performance.
+    fn stages(
+        rig: &Rig,
+        handles: &[f32],
+        frames: usize,
+        basis: BasisStorage,
+        vectors: Vectors,
+    ) -> Vec<Vec<u32>> {
+        let mut session = CpuSession::new(rig, UploadOptions { max_frames: frames, basis });
+        session.face.vectors = vectors;
+        let positions = &handles[..frames * rig.handles.len() * 3];
+        session.evaluate(HandleFrames { positions, frames }).unwrap();
+        let read = |stage| {
+            let mut out = Vec::new();
+            session.read(stage, &mut out).unwrap();
+            assert_eq!(out.len(), frames * stage.values_per_frame(rig));
+            out.into_iter().map(f32::to_bits).collect()
+        };
+        Stage::ALL.map(read).into()
+    }
+
+    /// Groups, single frames, what is left of a batch, and every kind of vectors: the same bits.
+    #[test]
+    fn batches_and_vectors_change_no_bit() {
+        let face = rhytid_demo::face(1_500);
+        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let handles = rhytid_demo::performance(&face).slice(0..40).handle_positions(&rig.labels).unwrap();
+        let mut kinds = vec![Vectors::Widest, Vectors::Single];
+        #[cfg(target_arch = "x86_64")]
+        kinds.extend(pulp::x86::V3::try_new().map(Vectors::Avx2));
+        for basis in [BasisStorage::F32, BasisStorage::F16] {
+            let mut one_by_one: Vec<Vec<u32>> = vec![Vec::new(); 6];
+            for frame in handles.chunks_exact(rig.handles.len() * 3) {
+                let stages = stages(&rig, frame, 1, basis, Vectors::Widest);
+                one_by_one.iter_mut().zip(stages).for_each(|(all, stage)| all.extend(stage));
+            }
+            for vectors in &kinds {
+                for frames in [1, 2, FEWEST - 1, FEWEST, 15, 16, 17, 16 + FEWEST, 33, 40] {
+                    let found = stages(&rig, &handles, frames, basis, *vectors);
+                    for (stage, (all, found)) in Stage::ALL.iter().zip(one_by_one.iter().zip(found)) {
+                        assert!(
+                            found == all[..found.len()],
+                            "{stage:?}, {frames} frames, {basis:?}, {vectors:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// A batch that is smaller than the last one leaves nothing of it behind.
+    #[test]
+    fn the_last_batch_alone_is_read() {
+        let face = rhytid_demo::face(1_000);
+        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let handles = rhytid_demo::performance(&face).slice(0..9).handle_positions(&rig.labels).unwrap();
+        let mut session = CpuSession::new(&rig, UploadOptions::frames(9));
+        session.evaluate(HandleFrames { positions: &handles, frames: 9 }).unwrap();
+        let (_, last) = handles.split_at(7 * rig.handles.len() * 3);
+        session.evaluate(HandleFrames { positions: last, frames: 2 }).unwrap();
+        let expected = stages(&rig, last, 2, BasisStorage::F32, Vectors::Widest);
+        for (stage, expected) in Stage::ALL.into_iter().zip(expected) {
+            let mut out = Vec::new();
+            session.read(stage, &mut out).unwrap();
+            assert!(out.into_iter().map(f32::to_bits).eq(expected), "{stage:?}");
+        }
     }
 }

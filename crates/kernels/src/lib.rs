@@ -10,10 +10,12 @@ pub mod detail;
 pub mod fine_scale;
 pub mod large_scale;
 pub mod normals;
+mod number;
 mod params;
 mod real;
 pub mod strain;
 pub mod table;
 pub mod vec3;
 
+pub use number::Number;
 pub use real::Real;

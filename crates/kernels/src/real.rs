@@ -1,8 +1,10 @@
+use crate::Number;
 use std::fmt::{Debug, Display};
 
 /// A floating-point type that the twins can be evaluated in: `f32` or `f64`.
 pub trait Real:
     num_traits::Float
+    + Number
     + bytemuck::Pod
     + std::ops::AddAssign
     + std::iter::Sum

@@ -62,7 +62,7 @@ pub fn feature_distance<T: Real>(edges: &[u32], weights: &[T], f: &[T], f_j: &[T
     let mut sum = T::zero();
     for (&e, &alpha) in edges.iter().zip(weights) {
         let difference = f[e as usize] - f_j[e as usize];
-        sum += alpha * (difference * difference);
+        sum = alpha.times_plus(difference * difference, sum);
     }
     sum.sqrt()
 }
@@ -83,7 +83,7 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, f: &[T],
     for j in (0..n).filter(|&j| j != pivot) {
         let r = distance(j) - r_pivot;
         for c in 0..3 {
-            d[c] += w[j][c] * r;
+            d[c] = w[j][c].times_plus(r, d[c]);
         }
     }
     d

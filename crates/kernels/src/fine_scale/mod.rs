@@ -1,6 +1,6 @@
 #![doc = include_str!("README.md")]
 use crate::params::parameter_block;
-use crate::{Real, vec3};
+use crate::{Number, Real, vec3};
 
 parameter_block!(
     /// Frames in the batch.
@@ -22,14 +22,16 @@ impl Params {
 }
 
 /// The columns t, b, n of a local frame (method, section 5), from the way to the frame neighbour.
-pub fn local_frame<T: Real>(to_neighbor: [T; 3], n: [T; 3]) -> [[T; 3]; 3] {
+#[inline(always)]
+pub fn local_frame<T: Number>(to_neighbor: [T; 3], n: [T; 3]) -> [[T; 3]; 3] {
     let along = vec3::dot(to_neighbor, n);
     let t = vec3::normalize(std::array::from_fn(|c| to_neighbor[c] - along * n[c]));
     [t, vec3::cross(n, t), n]
 }
 
 /// x̃ + R d.
-pub fn add_detail<T: Real>(large_scale: [T; 3], [t, b, n]: [[T; 3]; 3], d: [T; 3]) -> [T; 3] {
+#[inline(always)]
+pub fn add_detail<T: Number>(large_scale: [T; 3], [t, b, n]: [[T; 3]; 3], d: [T; 3]) -> [T; 3] {
     std::array::from_fn(|c| large_scale[c] + (t[c] * d[0] + b[c] * d[1] + n[c] * d[2]))
 }
 

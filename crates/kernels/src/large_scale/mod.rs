@@ -51,7 +51,7 @@ pub fn large_scale<T: Real>(
             for h in 0..handles {
                 let u = vec3::sub(p[h], handle_rest[h]);
                 for c in 0..3 {
-                    sum[c] += row[h] * u[c];
+                    sum[c] = row[h].times_plus(u[c], sum[c]);
                 }
             }
             large_scale_positions[frame * vertices + v] = std::array::from_fn(|c| rest[v][c] + sum[c]);

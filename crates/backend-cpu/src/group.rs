@@ -1,0 +1,222 @@
+//! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
+//! read once for all of them.
+use crate::lanes::{Lanes, load3, store3};
+use crate::resident::Resident;
+use crate::rows::{GROUP, GroupRow, GroupVectors};
+use crate::times::Times;
+use pulp::{Simd, WithSimd};
+use rayon::prelude::*;
+use rhytid_core::Stage;
+use rhytid_kernels::table::TILE;
+use rhytid_kernels::{fine_scale, vec3};
+use std::time::Instant;
+
+/// Room for the results of a group, V each.
+#[derive(Debug)]
+pub struct Group {
+    smooth: Vec<GroupVectors>,
+    fine: Vec<GroupVectors>,
+}
+
+/// What a thread computes on the way.
+struct Scratch {
+    /// Of a tile.
+    normals: [GroupVectors; TILE],
+    details: [GroupVectors; TILE],
+    /// Of a vertex.
+    distances: Vec<GroupRow>,
+}
+
+const ZERO: GroupVectors = [GroupRow::ZERO; 3];
+
+impl Group {
+    pub fn new(vertices: usize) -> Self {
+        Self { smooth: vec![ZERO; vertices], fine: vec![ZERO; vertices] }
+    }
+
+    /// The positions and normals from frames × H displacements and frames × F features, of as many frames as fill `positions`, at most [`GROUP`].
+    pub fn evaluate(
+        &mut self,
+        face: &Resident,
+        (u, features): (&[[f32; 3]], &[f32]),
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+        times: &Times,
+    ) {
+        let frames = positions.len() / face.rest.len();
+        self.large_scale(face, u, frames, times);
+        self.fine(face, features, Stage::Positions, times);
+        let start = Instant::now();
+        let fine = &self.fine;
+        let blocks = tiles(positions, face).zip(tiles(normals, face)).enumerate();
+        blocks.for_each_init(
+            || [ZERO; TILE],
+            |room, (i, (positions, normals))| {
+                let first = i * TILE;
+                let count = (fine.len() - first).min(TILE);
+                interleave(&fine[first..first + count], positions);
+                face.vectors.run(Normals { face, positions: fine, first, out: &mut room[..count] });
+                interleave(&room[..count], normals);
+            },
+        );
+        times.add(Stage::Normals, start);
+    }
+
+    /// Another stage of the same.
+    pub fn stage(
+        &mut self,
+        face: &Resident,
+        (u, features): (&[[f32; 3]], &[f32]),
+        stage: Stage,
+        out: &mut [[f32; 3]],
+    ) {
+        let times = Times::default();
+        self.large_scale(face, u, out.len() / face.rest.len(), &times);
+        let result = if stage == Stage::LargeScale {
+            &self.smooth
+        } else {
+            self.fine(face, features, stage, &times);
+            &self.fine
+        };
+        tiles(out, face).zip(result.par_chunks(TILE)).for_each(|(out, result)| interleave(result, out));
+    }
+
+    fn large_scale(&mut self, face: &Resident, u: &[[f32; 3]], frames: usize, times: &Times) {
+        let start = Instant::now();
+        let handles = u.len() / frames;
+        let mut by_handles = vec![ZERO; handles];
+        for (i, u) in u.iter().enumerate() {
+            for c in 0..3 {
+                by_handles[i % handles][c].0[i / handles] = u[c];
+            }
+        }
+        let tiles = self.smooth.par_chunks_mut(TILE).zip(face.rest.par_chunks(TILE));
+        tiles.enumerate().for_each_init(Vec::new, |room, (tile, (out, rest))| {
+            face.basis.group(face.vectors, tile, &by_handles, rest, out, room);
+        });
+        times.add(Stage::LargeScale, start);
+    }
+
+    /// From the large scale to `stage`: its normals, the detail or the positions.
+    fn fine(&mut self, face: &Resident, features: &[f32], stage: Stage, times: &Times) {
+        let table = face.detail.group_table(features);
+        let smooth = &self.smooth;
+        times.shared(|times| {
+            self.fine.par_chunks_mut(TILE).enumerate().for_each_init(
+                || Scratch {
+                    normals: [ZERO; TILE],
+                    details: [ZERO; TILE],
+                    distances: face.detail.group_scratch(),
+                },
+                |scratch, (i, out)| {
+                    let first = i * TILE;
+                    face.vectors.run(Fine { face, smooth, table: &table, scratch, first, stage, out, times });
+                },
+            );
+        });
+    }
+}
+
+/// Each tile's parts of frames × V results.
+fn tiles<'a>(
+    results: &'a mut [[f32; 3]],
+    face: &Resident,
+) -> impl IndexedParallelIterator<Item = Vec<&'a mut [[f32; 3]]>> {
+    let vertices = face.rest.len();
+    let mut tiles: Vec<Vec<&mut [[f32; 3]]>> = Vec::new();
+    tiles.resize_with(vertices.div_ceil(TILE), || Vec::with_capacity(GROUP));
+    for frame in results.chunks_exact_mut(vertices) {
+        for (part, tile) in frame.chunks_mut(TILE).zip(&mut tiles) {
+            tile.push(part);
+        }
+    }
+    tiles.into_par_iter()
+}
+
+/// From one vertex in all frames to one frame of all vertices.
+fn interleave(vectors: &[GroupVectors], frames: Vec<&mut [[f32; 3]]>) {
+    for (lane, out) in frames.into_iter().enumerate() {
+        let (out, rest) = out.as_chunks_mut::<4>();
+        let (vectors, last) = vectors.as_chunks::<4>();
+        for (out, vectors) in out.iter_mut().zip(vectors) {
+            *out = vectors.each_ref().map(|[x, y, z]| [x.0[lane], y.0[lane], z.0[lane]]);
+        }
+        for (out, [x, y, z]) in rest.iter_mut().zip(last) {
+            *out = [x.0[lane], y.0[lane], z.0[lane]];
+        }
+    }
+}
+
+/// A tile from the large scale on.
+struct Fine<'a> {
+    face: &'a Resident,
+    smooth: &'a [GroupVectors],
+    table: &'a [GroupRow],
+    scratch: &'a mut Scratch,
+    first: usize,
+    stage: Stage,
+    out: &'a mut [GroupVectors],
+    times: &'a Times,
+}
+
+impl WithSimd for Fine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { face, smooth, first, .. } = self;
+        let Scratch { normals, details, distances } = self.scratch;
+        let (normals, details) = (&mut normals[..self.out.len()], &mut details[..self.out.len()]);
+        let start = Instant::now();
+        Normals { face, positions: smooth, first, out: normals }.with_simd(simd);
+        let start = self.times.add(Stage::LargeScaleNormals, start);
+        for (i, d) in details.iter_mut().enumerate() {
+            *d = face.detail.group(simd, first + i, self.table, distances);
+        }
+        let start = self.times.add(Stage::Detail, start);
+        match self.stage {
+            Stage::LargeScaleNormals => self.out.copy_from_slice(normals),
+            Stage::Detail => self.out.copy_from_slice(details),
+            _ => {
+                for (i, out) in self.out.iter_mut().enumerate() {
+                    let neighbor = face.frame_neighbors[first + i] as usize;
+                    for part in 0..GROUP / S::F32_LANES {
+                        let load = |rows| load3(simd, rows, part);
+                        let own = load(&smooth[first + i]);
+                        let to_neighbor = vec3::sub(load(&smooth[neighbor]), own);
+                        let frame = fine_scale::local_frame(to_neighbor, load(&normals[i]));
+                        store3(fine_scale::add_detail(own, frame, load(&details[i])), out, part);
+                    }
+                }
+            }
+        }
+        self.times.add(Stage::Positions, start);
+    }
+}
+
+/// The normals of consecutive vertices.
+struct Normals<'a> {
+    face: &'a Resident,
+    positions: &'a [GroupVectors],
+    first: usize,
+    out: &'a mut [GroupVectors],
+}
+
+impl WithSimd for Normals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (i, out) in self.out.iter_mut().enumerate() {
+            for part in 0..GROUP / S::F32_LANES {
+                let mut sum = [Lanes::splat(simd, 0.0); 3];
+                for &t in self.face.vertex_triangles.at(self.first + i) {
+                    let corners = self.face.triangles[t as usize];
+                    let [a, b, c] = corners.map(|v| load3(simd, &self.positions[v as usize], part));
+                    sum = vec3::add(sum, vec3::cross(vec3::sub(b, a), vec3::sub(c, a)));
+                }
+                store3(vec3::normalize(sum), out, part);
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! A rig in host memory, laid out for the processor.
+use crate::blocks::block_length;
+use crate::detail::Detail;
+use crate::large_scale::Basis;
+use crate::mesh::BlockMesh;
+use crate::vectors::Vectors;
+use rhytid_core::{BasisStorage, Rig};
+use rhytid_kernels::normals::VertexTriangles;
+
+/// What every frame reads.
+#[derive(Debug)]
+pub struct Resident {
+    pub vectors: Vectors,
+    /// V rest positions.
+    pub rest: Vec<[f32; 3]>,
+    pub basis: Basis,
+    pub detail: Detail,
+    /// Vertices of a block.
+    pub block: usize,
+    pub meshes: Vec<BlockMesh>,
+    pub triangles: Vec<[u32; 3]>,
+    pub vertex_triangles: VertexTriangles,
+    pub frame_neighbors: Vec<u32>,
+}
+
+impl Resident {
+    pub fn new(rig: &Rig, storage: BasisStorage) -> Self {
+        let vertices = rig.vertices();
+        let block = block_length(vertices);
+        let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
+        Self {
+            vectors: Vectors::Widest,
+            rest: rig.rest.clone(),
+            basis: Basis::new(rig, storage),
+            detail: Detail::new(rig),
+            block,
+            meshes: BlockMesh::all(block, vertices, &rig.triangles, &vertex_triangles, &rig.frame_neighbors),
+            triangles: rig.triangles.clone(),
+            vertex_triangles,
+            frame_neighbors: rig.frame_neighbors.clone(),
+        }
+    }
+}

@@ -1,0 +1,49 @@
+use std::ops::{Add, Div, Mul, Sub};
+
+/// What vectors are made of: a floating-point number, or several of them side by side in a processor's register.
+///
+/// There is no comparison, so that what is written with it runs the same way for every lane.
+pub trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// |x|.
+    fn magnitude(self) -> Self;
+    /// The larger of two numbers.
+    fn larger(self, other: Self) -> Self;
+    /// √x.
+    fn root(self) -> Self;
+    /// x, or 1 where x is 0.
+    fn or_one(self) -> Self;
+    /// x y + sum, rounded once.
+    fn times_plus(self, y: Self, sum: Self) -> Self;
+}
+
+macro_rules! number {
+    ($type:ty) => {
+        impl Number for $type {
+            #[inline(always)]
+            fn magnitude(self) -> Self {
+                self.abs()
+            }
+            #[inline(always)]
+            fn larger(self, other: Self) -> Self {
+                self.max(other)
+            }
+            #[inline(always)]
+            fn root(self) -> Self {
+                self.sqrt()
+            }
+            #[inline(always)]
+            fn or_one(self) -> Self {
+                if self == 0.0 { 1.0 } else { self }
+            }
+            #[inline(always)]
+            fn times_plus(self, y: Self, sum: Self) -> Self {
+                self.mul_add(y, sum)
+            }
+        }
+    };
+}
+
+number!(f32);
+number!(f64);
