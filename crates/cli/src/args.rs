@@ -7,7 +7,7 @@ use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub use setup::Setup;
 use std::path::PathBuf;
-pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice};
+pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice, StorageChoice};
 use values::{parse_millimetres, parse_rate};
 
 const GLOBAL: &str = "Options of every command";
@@ -150,6 +150,18 @@ Examples:
   rhytid conform --quick
   rhytid conform --device vulkan:0 --report report")]
     Conform(Conform),
+
+    /// Measure how fast devices are, stage by stage.
+    ///
+    /// Each time is compared with what its bytes take at the speed of the memory, which is measured first. Without RIG, a rig is made of as many vertices as --vertices says, with 89 handles and six examples as in the chapter that the method is from.
+    /// Nothing else should run meanwhile. docs/benchmarks.md has figures of ours.
+    #[command(after_help = "\
+Examples:
+  rhytid bench
+  rhytid bench --device all --vertices 100000
+  rhytid bench FACE.safetensors --device cpu:0 --frames 32 --storage f16
+  rhytid bench --json > bench.json")]
+    Bench(Bench),
 
     /// Look at a project for everything that would hurt its solve.
     ///
@@ -428,6 +440,33 @@ pub struct Conform {
     /// A few small cases, in seconds.
     #[arg(long)]
     pub quick: bool,
+}
+
+/// `rhytid bench`
+#[derive(Debug, clap::Args)]
+pub struct Bench {
+    /// The rig file that `solve` wrote [default: a rig made for it].
+    pub rig: Option<PathBuf>,
+
+    /// The device to measure, as `rhytid devices` names it, or all.
+    #[arg(long, default_value = "cpu:0")]
+    pub device: String,
+
+    /// About how many vertices the rig has that is made.
+    #[arg(long, value_name = "N", default_value_t = 530_000, conflicts_with = "rig", value_parser = clap::value_parser!(u32).range(1_000..=4_000_000))]
+    pub vertices: u32,
+
+    /// Frames in a batch.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub frames: u32,
+
+    /// How the device keeps the basis.
+    #[arg(long, value_enum, default_value_t = StorageChoice::F32)]
+    pub storage: StorageChoice,
+
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `rhytid doctor`

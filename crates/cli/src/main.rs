@@ -11,6 +11,7 @@ mod fade;
 mod frames;
 mod human;
 mod interrupt;
+mod measure;
 mod memory;
 mod output;
 mod player;

@@ -2,31 +2,12 @@
 
 mod common;
 
-use common::{Fixture, list, rhytid, stderr};
+use common::{Fixture, assert_documented, list, rhytid, stderr};
 use serde_json::Value;
 use tempfile::TempDir;
 
 fn json(f: &Fixture, args: &str) -> Value {
     serde_json::from_str(&f.done(args)).unwrap()
-}
-
-/// The keys that docs/cli.md promises for `what`: those in the first column of the table under that heading.
-fn documented(what: &str) -> Vec<String> {
-    let page = include_str!("../../../docs/cli.md");
-    let heading = format!("\n#### {what}\n");
-    let section = page.split_once(&heading).unwrap_or_else(|| panic!("no section {what}")).1;
-    let section = section.split("\n#").next().unwrap();
-    let rows = section.lines().filter(|line| line.starts_with("| `"));
-    rows.map(|row| row.split('`').nth(1).unwrap().to_owned()).collect()
-}
-
-/// Asserts that an object has exactly the documented keys.
-fn assert_documented(value: &Value, what: &str) {
-    let mut promised = documented(what);
-    promised.sort();
-    let mut found: Vec<&String> = value.as_object().unwrap().keys().collect();
-    found.sort();
-    assert_eq!(found, promised.iter().collect::<Vec<_>>(), "{what}");
 }
 
 /// Without a file of any kind: demo, then everything that can be asked about what it made.
@@ -355,6 +336,7 @@ fn every_command_has_help_with_an_example() {
         "info",
         "devices",
         "conform",
+        "bench",
         "doctor",
         "demo",
         "completions",
@@ -378,7 +360,7 @@ fn man_pages_and_completions() {
     let dir = TempDir::new().unwrap();
     rhytid("man pages").current_dir(dir.path()).assert().success();
     let pages = list(&dir.path().join("pages"));
-    assert_eq!(pages.len(), 15, "{pages:?}");
+    assert_eq!(pages.len(), 16, "{pages:?}");
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
     let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");

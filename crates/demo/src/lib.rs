@@ -11,8 +11,10 @@ mod grid;
 mod handles;
 mod performance;
 mod shape;
+mod sized;
 
 pub use performance::performance;
+pub use sized::{Size, sized_rig};
 
 use expressions::{EXPRESSIONS, Skin};
 use grid::Grid;

@@ -1,7 +1,7 @@
 //! What flags can be given, where it is more than a number or a path.
 
 use clap::ValueEnum;
-use rhytid_core::Stage;
+use rhytid_core::{BasisStorage, Stage};
 use serde::Deserialize;
 use std::str::FromStr;
 
@@ -28,6 +28,24 @@ impl StageChoice {
         match self {
             StageChoice::LargeScale => [Stage::LargeScale, Stage::LargeScaleNormals],
             StageChoice::Full => [Stage::Positions, Stage::Normals],
+        }
+    }
+}
+
+/// `--storage`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StorageChoice {
+    /// As the rig has it.
+    F32,
+    /// Rounded to halves.
+    F16,
+}
+
+impl From<StorageChoice> for BasisStorage {
+    fn from(choice: StorageChoice) -> Self {
+        match choice {
+            StorageChoice::F32 => Self::F32,
+            StorageChoice::F16 => Self::F16,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One file per command.
 
 mod animate;
+mod bench;
 mod completions;
 mod conform;
 mod coverage;
@@ -36,6 +37,7 @@ pub fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,
         Command::Conform(args) => return conform::run(args, ui),
+        Command::Bench(args) => bench::run(args, ui)?,
         Command::Doctor(args) => return doctor::run(args, ui),
         Command::Demo(args) => demo::run(args, ui)?,
         Command::Completions(args) => completions::run(args)?,

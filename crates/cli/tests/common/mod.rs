@@ -237,3 +237,22 @@ pub fn garbage(len: usize) -> Vec<u8> {
     };
     std::iter::repeat_with(next).take(len).collect()
 }
+
+/// The keys that docs/cli.md promises for `what`: those in the first column of the table under that heading.
+pub fn documented(what: &str) -> Vec<String> {
+    let page = include_str!("../../../../docs/cli.md");
+    let heading = format!("\n#### {what}\n");
+    let section = page.split_once(&heading).unwrap_or_else(|| panic!("no section {what}")).1;
+    let section = section.split("\n#").next().unwrap();
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    rows.map(|row| row.split('`').nth(1).unwrap().to_owned()).collect()
+}
+
+/// Asserts that an object has exactly the documented keys.
+pub fn assert_documented(value: &serde_json::Value, what: &str) {
+    let mut promised = documented(what);
+    promised.sort();
+    let mut found: Vec<&String> = value.as_object().unwrap().keys().collect();
+    found.sort();
+    assert_eq!(found, promised.iter().collect::<Vec<_>>(), "{what}");
+}

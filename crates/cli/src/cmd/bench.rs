@@ -1,0 +1,165 @@
+//! `rhytid bench`
+
+use crate::progress::Ui;
+use crate::{args, device_choice, human, measure, output};
+use measure::{Measured, Whole};
+use rhytid_conformance::{COMMIT, read_bandwidth};
+use rhytid_core::{BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, rig_file};
+use rhytid_demo::{Size, sized_rig};
+use serde::Serialize;
+
+/// Milliseconds of the chapter's GeForce 8800 GTX (large scale, its normals, fine scale, normals), its face having 530,000 vertices.
+const CHAPTER: [f64; 4] = [4.0, 5.0, 13.0, 5.0];
+
+#[derive(Serialize)]
+struct Report {
+    version: &'static str,
+    commit: &'static str,
+    threads: usize,
+    vertices: usize,
+    handles: usize,
+    strain_edges: usize,
+    influences: usize,
+    centers: usize,
+    storage: &'static str,
+    frames: usize,
+    read_bandwidth_gb_s: f64,
+    devices: Vec<DeviceTimes>,
+}
+
+#[derive(Serialize)]
+struct DeviceTimes {
+    device: String,
+    name: String,
+    driver: String,
+    /// Why there are no times.
+    error: Option<String>,
+    whole: Option<Whole>,
+    stages: Vec<Measured>,
+}
+
+/// Times every stage and whole frames on the devices, and compares them with what their bytes take.
+///
+/// # Errors
+/// As reading a rig's; [`Error::Device`] if the device that was asked for is absent or fails; [`Error::Cancelled`].
+pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
+    let devices = match args.device.as_str() {
+        "all" => rhytid_backends::devices().devices,
+        id => vec![device_choice::find(id)?],
+    };
+    let rig = match &args.rig {
+        Some(path) => rig_file::read(path)?,
+        None => {
+            let size = Size { vertices: args.vertices as usize, ..Size::CHAPTER };
+            ui.timed("make a rig", || sized_rig(size)).0
+        }
+    };
+    let bandwidth = ui.timed("measure the memory", read_bandwidth).0;
+    let options = UploadOptions { max_frames: args.frames as usize, basis: args.storage.into() };
+    let mut report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        commit: COMMIT,
+        threads: rayon::current_num_threads(),
+        vertices: rig.vertices(),
+        handles: rig.handles.len(),
+        strain_edges: rig.strain_edges.len(),
+        influences: rig.influences(),
+        centers: rig.centers(),
+        storage: if options.basis == BasisStorage::F16 { "f16" } else { "f32" },
+        frames: options.max_frames,
+        read_bandwidth_gb_s: bandwidth / 1e9,
+        devices: Vec::new(),
+    };
+    for info in &devices {
+        if ui.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let times = device_times(info, &rig, options, bandwidth, ui);
+        match times {
+            Err(error) if args.device != "all" => return Err(error),
+            times => report.devices.push(times.unwrap_or_else(|error| DeviceTimes::failed(info, &error))),
+        }
+    }
+    ui.clear();
+    if args.json { output::json(&report) } else { output::say(&report.to_terminal()) }
+}
+
+fn device_times(
+    info: &DeviceInfo,
+    rig: &Rig,
+    options: UploadOptions,
+    bandwidth: f64,
+    ui: &Ui,
+) -> Result<DeviceTimes> {
+    ui.report("measure", 0, 1);
+    let (whole, stages) = measure::measure(info, rig, options, bandwidth)?;
+    Ok(DeviceTimes { error: None, whole: Some(whole), stages, ..DeviceTimes::of(info) })
+}
+
+impl DeviceTimes {
+    fn of(info: &DeviceInfo) -> Self {
+        let (name, driver) = (info.name.clone(), info.driver.clone());
+        Self { device: info.id(), name, driver, error: None, whole: None, stages: Vec::new() }
+    }
+
+    fn failed(info: &DeviceInfo, error: &Error) -> Self {
+        Self { error: Some(error.to_string()), ..Self::of(info) }
+    }
+}
+
+impl Report {
+    fn to_terminal(&self) -> String {
+        let batch = if self.frames == 1 {
+            "one frame".to_owned()
+        } else {
+            format!("batches of {}, per frame", human::count(self.frames))
+        };
+        let mut text = format!(
+            "{} vertices, {} handles, {} strain edges, {} centres, {} influences; basis in {}; {batch}\n\
+             memory reads at {:.1} GB/s with {} threads\n",
+            human::count(self.vertices),
+            self.handles,
+            self.strain_edges,
+            self.centers,
+            self.influences,
+            self.storage,
+            self.read_bandwidth_gb_s,
+            self.threads,
+        );
+        for device in &self.devices {
+            text += &format!("\n{} ({}; {})\n", device.device, device.name, device.driver);
+            text += &device.to_terminal();
+        }
+        let [large_scale, its_normals, fine_scale, normals] = CHAPTER;
+        text + &format!(
+            "\nThe chapter's GeForce 8800 GTX (2010; 530,000 vertices): {large_scale} ms large scale, {its_normals} its normals, \
+             {fine_scale} detail and positions, {normals} normals; 30 fps, drawing included."
+        )
+    }
+}
+
+impl DeviceTimes {
+    fn to_terminal(&self) -> String {
+        if let Some(error) = &self.error {
+            return format!("  {error}\n");
+        }
+        let heading = ["  stage", "ms", "MB", "GB/s", "of the memory"].map(str::to_owned);
+        let row = |name: &str, ms: f64, bytes: f64, share: f64| {
+            [
+                format!("  {name}"),
+                format!("{ms:.2}"),
+                format!("{:.1}", bytes / 1e6),
+                format!("{:.1}", bytes / ms / 1e6),
+                format!("{:.0} %", 100.0 * share),
+            ]
+        };
+        let stages = self.stages.iter().map(|s| row(s.stage, s.ms, s.bytes, s.share_of_bandwidth));
+        let mut rows: Vec<_> = std::iter::once(heading).chain(stages).collect();
+        let mut text = String::new();
+        if let Some(whole) = &self.whole {
+            rows.push(row("whole frame", whole.ms, whole.bytes, whole.share_of_bandwidth));
+            text = format!("  {:.0} frames a second\n", whole.fps);
+        }
+        output::table(&rows) + "\n" + &text
+    }
+}

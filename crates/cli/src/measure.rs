@@ -1,0 +1,141 @@
+//! How long a device takes for a rig, and what the least is that it has to move for it.
+
+use rhytid_conformance::stage_name;
+use rhytid_core::{BasisStorage, DeviceInfo, Result, Rig, Stage, UploadOptions};
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Rounds before and while measuring, and how long measuring takes at most.
+const WARM_UP: usize = 2;
+const ROUNDS: usize = 25;
+const LIMIT: Duration = Duration::from_secs(10);
+
+/// A stage's time and bytes for one frame.
+#[derive(Debug, Clone, Serialize)]
+pub struct Measured {
+    pub stage: &'static str,
+    pub ms: f64,
+    pub bytes: f64,
+    /// The time that the processor's memory needs for the bytes, of the time that the stage takes.
+    pub share_of_bandwidth: f64,
+}
+
+/// A whole frame: from handle positions to positions and normals.
+#[derive(Debug, Clone, Serialize)]
+pub struct Whole {
+    pub ms: f64,
+    pub bytes: f64,
+    pub share_of_bandwidth: f64,
+    pub fps: f64,
+}
+
+/// Medians of many batches of `options.max_frames` frames, per frame; stages are left out where the device does not time them.
+///
+/// # Errors
+/// The device's.
+pub fn measure(
+    info: &DeviceInfo,
+    rig: &Rig,
+    options: UploadOptions,
+    bandwidth: f64,
+) -> Result<(Whole, Vec<Measured>)> {
+    let frames = options.max_frames;
+    let mut animator = rhytid_backends::open(info)?.upload(rig, options)?;
+    let handle_positions = swaying(rig, frames);
+    let (mut wholes, mut stages) = (Vec::new(), vec![Vec::new(); 6]);
+    let mut first = Vec::new();
+    let start = Instant::now();
+    for round in 0..WARM_UP + ROUNDS {
+        let begin = Instant::now();
+        animator.evaluate(&handle_positions)?;
+        // Asking for the times, or for the smallest result, waits for the last kernel.
+        let times = animator.stage_times()?;
+        if times.is_none() {
+            animator.read(Stage::Strain, &mut first)?;
+        }
+        let whole = begin.elapsed();
+        if round >= WARM_UP {
+            wholes.push(whole.as_secs_f64() * 1e3 / frames as f64);
+            for (stage, time) in stages.iter_mut().zip(times.into_iter().flatten()) {
+                stage.push(time.as_secs_f64() * 1e3 / frames as f64);
+            }
+            if start.elapsed() > LIMIT {
+                break;
+            }
+        }
+    }
+    let bytes = least_bytes(rig, options);
+    let share = |bytes: f64, ms: f64| bytes / bandwidth * 1e3 / ms;
+    let (ms, sum) = (median(&mut wholes), bytes.iter().sum());
+    let whole = Whole { ms, bytes: sum, share_of_bandwidth: share(sum, ms), fps: 1e3 / ms };
+    let measured = Stage::ALL.into_iter().zip(stages).zip(bytes).filter(|((_, times), _)| !times.is_empty());
+    let measured = measured.map(|((stage, mut times), bytes)| {
+        let ms = median(&mut times);
+        Measured { stage: stage_name(stage), ms, bytes, share_of_bandwidth: share(bytes, ms) }
+    });
+    Ok((whole, measured.collect()))
+}
+
+/// The least that each stage has to read of the rig, once a batch, and to write and read of results that do not fit into caches, in bytes a
+/// frame. Triangles are not counted: how many bytes they take is a matter of order and encoding.
+pub fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
+    let per_vertex = |constants: usize, results: usize| {
+        (constants as f64 / options.max_frames as f64 + results as f64) * rig.vertices() as f64
+    };
+    let entry = if options.basis == BasisStorage::F16 { 2 } else { 4 };
+    let index = if rig.strain_edges.len() <= 256 { 1 } else { 2 };
+    let (position, neighbor) = (12, 4);
+    Stage::ALL.map(|stage| match stage {
+        Stage::Strain => (4 * rig.strain_edges.len()) as f64,
+        Stage::LargeScale => per_vertex(entry * rig.handles.len() + position, position),
+        Stage::LargeScaleNormals => per_vertex(0, position),
+        Stage::Detail => per_vertex((index + 4) * rig.influences() + 12 * rig.centers(), 0),
+        Stage::Positions => per_vertex(neighbor, position),
+        Stage::Normals => per_vertex(0, position),
+    })
+}
+
+/// Handle positions that move by some millimetres, in each frame otherwise.
+fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
+    let size = (0.002 / rig.metres_per_unit) as f32;
+    let frame = |frame: usize| {
+        let at_rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
+        at_rest.enumerate().map(move |(i, x)| x + size * (i as f32 + 0.3 * frame as f32).sin())
+    };
+    (0..frames).flat_map(frame).collect()
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_demo::{Size, sized_rig};
+
+    #[test]
+    fn the_chapters_frame_moves_584_bytes_a_vertex_and_half_of_the_basis_less_in_halves() {
+        let rig = sized_rig(Size { vertices: 10_000, ..Size::CHAPTER });
+        let strain = (4 * rig.strain_edges.len()) as f64;
+        let per_vertex = |basis, max_frames| {
+            let bytes: f64 = least_bytes(&rig, UploadOptions { max_frames, basis }).iter().sum();
+            (bytes - strain) / rig.vertices() as f64
+        };
+        assert_eq!(per_vertex(BasisStorage::F32, 1), 584.0);
+        assert_eq!(per_vertex(BasisStorage::F16, 1), 584.0 - 178.0);
+        assert_eq!(per_vertex(BasisStorage::F32, 8), (584.0 - 48.0) / 8.0 + 48.0);
+    }
+
+    #[test]
+    fn times_add_up() {
+        let rig = sized_rig(Size { vertices: 20_000, handles: 20, examples: 2 });
+        let cpu = rhytid_backends::find("cpu:0").unwrap();
+        let (whole, stages) = measure(&cpu, &rig, UploadOptions::frames(2), 1e10).unwrap();
+        let sum: f64 = stages.iter().map(|stage| stage.ms).sum();
+        assert!(stages.len() == 6 && sum > 0.0 && sum < 1.5 * whole.ms, "{sum} of {}", whole.ms);
+        assert!((whole.fps * whole.ms - 1e3).abs() < 1e-6);
+        assert!((whole.share_of_bandwidth - whole.bytes / 1e10 * 1e3 / whole.ms).abs() < 1e-12);
+    }
+}
