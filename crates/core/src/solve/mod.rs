@@ -1,13 +1,16 @@
 //! From scans to a [`Rig`]: sections 1 to 7 of the method (`docs/method.md`), one step a file, all in float64.
 pub mod basis;
 pub mod bind;
+pub mod cholesky;
 pub mod detail;
+pub mod dissection;
 pub mod driven;
 pub mod frames;
 pub mod geodesic;
 pub mod influences;
 pub mod laplacian;
 pub mod rbf;
+pub mod system;
 
 use crate::doctor;
 use crate::progress::step;
@@ -59,7 +62,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         None => default_bending_length(&rest_lengths).unwrap_or_else(|| 0.25 * diagonal(face)),
     };
     let laplacian = laplacian::laplacian(rest, &triangles);
-    let mut basis = basis::basis(&laplacian, handles, &driven, bending_length, progress)?;
+    let mut basis = basis::basis(rest, &laplacian, handles, &driven, bending_length, progress)?;
     drop(laplacian);
     if face.settings.bind == Bind::Nearest {
         step(progress, "bind", 0, 1)?;
