@@ -73,15 +73,55 @@ impl Cutter<'_> {
     /// each is at most half as large, so that 32 bits suffice.
     fn divide(&self, subset: &mut [u32], first: usize, part: u32) -> Part {
         let places = first..first + subset.len();
+        let extent = self.extent(subset);
         if subset.len() <= SMALLEST {
-            self.sort(subset);
+            self.sort(subset, extent.max_position());
             return Part { columns: places.clone(), places, halves: None };
         }
-        let axis = self.longest_axis(subset);
+        let mut separator = self.cut_best(subset, extent, part);
+        separator.iter().for_each(|&v| self.put(v, 0));
+        // Neighbours in space stand together, so that what a smaller part needs of a separator is a run of it.
+        let separator_extent = self.extent(&separator);
+        self.sort(&mut separator, separator_extent.max_position());
+        let half = |label: u32| -> Vec<u32> {
+            subset.iter().copied().filter(|&v| self.part(v) == label).collect()
+        };
+        let ordered = [half(2 * part), half(2 * part + 1), separator];
+        let [left, right, separator] = ordered.each_ref().map(Vec::len);
+        subset.copy_from_slice(&ordered.concat());
+        drop(ordered);
+
+        let (left, right) = subset[..left + right].split_at_mut(left);
+        let second = first + left.len();
+        let (mut divide_left, mut divide_right) =
+            (|| self.divide(left, first, 2 * part), || self.divide(right, second, 2 * part + 1));
+        let halves = match places.len() > WORTH_A_THREAD {
+            true => rayon::join(divide_left, divide_right).into(),
+            false => [divide_left(), divide_right()],
+        };
+        let columns = places.end - separator..places.end;
+        Part { places, columns, halves: Some(Box::new(halves)) }
+    }
+
+    /// Cuts across an axis, and gives the smallest separator of those tried. Across the longest one it is usually the
+    /// smallest, but not where the surface is bent; short ones are not worth the time.
+    fn cut_best(&self, subset: &mut [u32], extent: DVec3, part: u32) -> Vec<u32> {
+        let long = |axis: &usize| extent[*axis] >= 0.5 * extent.max_element();
+        let axes: Vec<usize> = (0..3).filter(long).collect();
+        let axis = match axes[..] {
+            [axis] => Some(axis),
+            _ => axes.into_iter().min_by_key(|&axis| self.cut(subset, axis, part).len()),
+        };
+        self.cut(subset, axis.unwrap_or(0), part)
+    }
+
+    /// Puts each half of `subset` in a part of its own, and gives those of one half that share an entry with the other:
+    /// the half with fewer of these.
+    fn cut(&self, subset: &mut [u32], axis: usize, part: u32) -> Vec<u32> {
         let middle = subset.len() / 2;
         subset.select_nth_unstable_by(middle, |a, b| self.compare(axis, a, b));
-        let (low, high) = (2 * part, 2 * part + 1);
         let (lower, upper) = subset.split_at(middle);
+        let (low, high) = (2 * part, 2 * part + 1);
         lower.iter().for_each(|&v| self.put(v, low));
         upper.iter().for_each(|&v| self.put(v, high));
         let touching = |half: &[u32], other: u32| -> Vec<u32> {
@@ -89,28 +129,7 @@ impl Cutter<'_> {
             half.par_iter().with_min_len(WORTH_A_THREAD).filter(touches).copied().collect()
         };
         let (below, above) = (touching(lower, high), touching(upper, low));
-        let mut separator = if below.len() <= above.len() { below } else { above };
-        separator.iter().for_each(|&v| self.put(v, 0));
-        self.sort(&mut separator);
-        let left: Vec<u32> = lower.iter().copied().filter(|&v| self.part(v) == low).collect();
-        let right: Vec<u32> = upper.iter().copied().filter(|&v| self.part(v) == high).collect();
-        let columns = places.end - separator.len()..places.end;
-        let second = first + left.len();
-        subset[..left.len()].copy_from_slice(&left);
-        subset[left.len()..columns.start - first].copy_from_slice(&right);
-        subset[columns.start - first..].copy_from_slice(&separator);
-        drop((separator, left, right));
-
-        let (halves, _) = subset.split_at_mut(columns.start - first);
-        let (left, right) = halves.split_at_mut(second - first);
-        let mut divide_left = || self.divide(left, first, low);
-        let mut divide_right = || self.divide(right, second, high);
-        let (left, right) = if places.len() > WORTH_A_THREAD {
-            rayon::join(divide_left, divide_right)
-        } else {
-            (divide_left(), divide_right())
-        };
-        Part { places, columns, halves: Some(Box::new([left, right])) }
+        if below.len() <= above.len() { below } else { above }
     }
 
     fn part(&self, v: u32) -> u32 {
@@ -127,16 +146,15 @@ impl Cutter<'_> {
         along(a).total_cmp(&along(b)).then(a.cmp(&b))
     }
 
-    /// Neighbours in space stand together, so that a smaller part's share of a separator is a run of it.
-    fn sort(&self, subset: &mut [u32]) {
-        let axis = self.longest_axis(subset);
+    fn sort(&self, subset: &mut [u32], axis: usize) {
         subset.sort_unstable_by(|a, b| self.compare(axis, a, b));
     }
 
-    fn longest_axis(&self, subset: &[u32]) -> usize {
+    /// The size of the bounding box.
+    fn extent(&self, subset: &[u32]) -> DVec3 {
         let position = |&v: &u32| DVec3::from_array(self.positions[v as usize]);
         let low = subset.iter().map(position).fold(DVec3::INFINITY, DVec3::min);
         let high = subset.iter().map(position).fold(DVec3::NEG_INFINITY, DVec3::max);
-        (high - low).max_position()
+        high - low
     }
 }
