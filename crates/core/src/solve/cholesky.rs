@@ -4,6 +4,7 @@
 //! the two halves below leave of it. So all arithmetic is dense, and parts that share nothing are eliminated at
 //! the same time. No order of a sum depends on the number of threads.
 use super::dissection::Part;
+use super::sparse::Columns;
 use crate::progress::step;
 use crate::{Error, Progress, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -22,24 +23,6 @@ const WORTH_A_THREAD: usize = 4096;
 /// Rows of a front that one thread computes at a time.
 const ROWS_AT_ONCE: usize = 192;
 
-/// The lower triangle of a symmetric matrix, by columns.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lower {
-    /// n + 1 entries: where each column begins.
-    pub offsets: Vec<usize>,
-    /// Rows, ascending in each column, the diagonal first.
-    pub rows: Vec<u32>,
-    /// Their values.
-    pub values: Vec<f64>,
-}
-
-impl Lower {
-    fn column(&self, j: usize) -> (&[u32], &[f64]) {
-        let range = self.offsets[j]..self.offsets[j + 1];
-        (&self.rows[range.clone()], &self.values[range])
-    }
-}
-
 /// L of A = L Lᵀ, as a tree: the columns of one part of the dissection, which all have their entries in the same
 /// rows.
 #[derive(Debug, Clone)]
@@ -57,7 +40,7 @@ impl Factor {
     ///
     /// # Errors
     /// [`Error::Input`] if the matrix is not positive definite in floating point, [`Error::Cancelled`].
-    pub fn new(matrix: &Lower, root: &Part, progress: &dyn Progress) -> Result<Self> {
+    pub fn new(matrix: &Columns, root: &Part, progress: &dyn Progress) -> Result<Self> {
         let elimination = Elimination {
             matrix,
             progress,
@@ -146,7 +129,7 @@ fn whole_cost(part: &Part) -> u64 {
 type Update = Vec<f64>;
 
 struct Elimination<'a> {
-    matrix: &'a Lower,
+    matrix: &'a Columns,
     progress: &'a dyn Progress,
     total: u64,
     done: AtomicU64,
@@ -209,7 +192,8 @@ impl Elimination<'_> {
 
     /// The rows below a part's columns in which these have entries: those of A, and those of the parts below.
     fn rows(&self, part: &Part, halves: &[Factor]) -> Vec<u32> {
-        let mut rows: Vec<u32> = part.columns.clone().flat_map(|j| self.matrix.column(j).0).copied().collect();
+        let mut rows: Vec<u32> =
+            part.columns.clone().flat_map(|j| self.matrix.column(j).0).copied().collect();
         rows.extend(halves.iter().flat_map(|half| &half.rows));
         rows.retain(|&row| row as usize >= part.columns.end);
         rows.sort_unstable();
@@ -310,7 +294,15 @@ fn subtract_square(rows: MatRef<'_, f64>, from: MatMut<'_, f64>) {
     if rows.nrows() <= ROWS_AT_ONCE {
         let (whole, transposed) = (Rectangular, rows.transpose());
         return triangular::matmul(
-            from, TriangularLower, Accum::Add, rows, whole, transposed, whole, -1.0, Par::Seq,
+            from,
+            TriangularLower,
+            Accum::Add,
+            rows,
+            whole,
+            transposed,
+            whole,
+            -1.0,
+            Par::Seq,
         );
     }
     let half = rows.nrows() / 2;

@@ -83,9 +83,8 @@ impl Cutter<'_> {
         // Neighbours in space stand together, so that what a smaller part needs of a separator is a run of it.
         let separator_extent = self.extent(&separator);
         self.sort(&mut separator, separator_extent.max_position());
-        let half = |label: u32| -> Vec<u32> {
-            subset.iter().copied().filter(|&v| self.part(v) == label).collect()
-        };
+        let half =
+            |label: u32| -> Vec<u32> { subset.iter().copied().filter(|&v| self.part(v) == label).collect() };
         let ordered = [half(2 * part), half(2 * part + 1), separator];
         let [left, right, separator] = ordered.each_ref().map(Vec::len);
         subset.copy_from_slice(&ordered.concat());

@@ -10,6 +10,7 @@ pub mod geodesic;
 pub mod influences;
 pub mod laplacian;
 pub mod rbf;
+pub mod sparse;
 pub mod system;
 
 use crate::doctor;

@@ -1,11 +1,14 @@
 //! Section 2's matrix, A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ².
-use super::cholesky::Lower;
 use super::dissection::Graph;
 use super::laplacian::Laplacian;
+use super::sparse::Columns;
 use rayon::prelude::*;
 
 /// Rows assembled by one thread at a time.
 const ROWS_AT_ONCE: usize = 4096;
+
+/// A vertex that is not in an order has this place in it.
+pub const NONE: u32 = u32::MAX;
 
 /// A, row by row: its entries are made when they are asked for.
 pub struct System<'a> {
@@ -59,35 +62,50 @@ impl<'a> System<'a> {
         self.rings.neighbors(v).iter().copied().zip(self.laplacian[range].iter().copied())
     }
 
-    /// The rows and columns of `order`, in that order: `place[v]` is where `v` stands in it, or
-    /// [`u32::MAX`].
-    pub fn lower(&self, order: &[u32], place: &[u32]) -> Lower {
+    /// The lower triangle of A for the vertices `order` (distinct), in that order. Rows ascend in each column.
+    pub fn lower(&self, order: &[u32]) -> Columns {
+        let place = self.places(order);
         let assemble = |(block, vertices): (usize, &[u32])| {
-            let mut values = Vec::new();
-            let mut entries = Vec::new();
-            let mut part = Lower { offsets: Vec::new(), rows: Vec::new(), values: Vec::new() };
-            for (i, &v) in vertices.iter().enumerate() {
-                let column = (block * ROWS_AT_ONCE + i) as u32;
+            let mut columns = Columns::default();
+            let (mut values, mut entries) = (Vec::new(), Vec::new());
+            for (j, &v) in (block * ROWS_AT_ONCE..).zip(vertices) {
                 self.row(v, &mut values);
-                entries.clear();
                 let rows = self.pattern.neighbors(v).iter().map(|&w| place[w as usize]);
-                entries.extend(rows.zip(values.iter().copied()).filter(|&(row, _)| row >= column && row != u32::MAX));
-                entries.sort_unstable_by_key(|e| e.0);
-                part.rows.extend(entries.iter().map(|e| e.0));
-                part.values.extend(entries.iter().map(|e| e.1));
-                part.offsets.push(part.rows.len());
+                entries.clear();
+                entries.extend(
+                    rows.zip(values.iter().copied()).filter(|(row, _)| *row >= j as u32 && *row != NONE),
+                );
+                entries.sort_unstable_by_key(|entry| entry.0);
+                columns.push(entries.iter().copied());
             }
-            part
+            columns
         };
-        let parts: Vec<Lower> = order.par_chunks(ROWS_AT_ONCE).enumerate().map(assemble).collect();
-        let mut whole = Lower { offsets: vec![0], rows: Vec::new(), values: Vec::new() };
-        for part in parts {
-            let first = whole.rows.len();
-            whole.offsets.extend(part.offsets.iter().map(|offset| first + offset));
-            whole.rows.extend(part.rows);
-            whole.values.extend(part.values);
-        }
+        let parts: Vec<Columns> = order.par_chunks(ROWS_AT_ONCE).enumerate().map(assemble).collect();
+        let mut whole = Columns::default();
+        parts.into_iter().for_each(|part| whole.append(part));
         whole
+    }
+
+    /// The right-hand sides −A_fH: a column for each of `handles`, over the vertices `order`.
+    pub fn right(&self, order: &[u32], handles: &[u32]) -> Columns {
+        let place = self.places(order);
+        let mut right = Columns::default();
+        let mut values = Vec::new();
+        for &h in handles {
+            self.row(h, &mut values);
+            let rows = self.pattern.neighbors(h).iter().map(|&w| place[w as usize]);
+            right.push(rows.zip(&values).filter(|(row, _)| *row != NONE).map(|(row, value)| (row, -value)));
+        }
+        right
+    }
+
+    /// Where each vertex of the mesh stands in `order`; [`NONE`] where it does not.
+    pub fn places(&self, order: &[u32]) -> Vec<u32> {
+        let mut place = vec![NONE; self.mass.len()];
+        for (i, &v) in order.iter().enumerate() {
+            place[v as usize] = i as u32;
+        }
+        place
     }
 }
 
