@@ -1,4 +1,4 @@
-//! How much memory a rig needs on a device.
+//! How much memory a rig needs on a device, and how much this process had.
 
 use rhytid_core::{Rig, Stage};
 
@@ -32,4 +32,12 @@ pub fn frame_bytes(rig: &Rig) -> usize {
 /// Frames in a batch.
 pub fn batch_frames(rig: &Rig) -> usize {
     (BATCH_BYTES / frame_bytes(rig).max(1)).clamp(1, MAX_BATCH)
+}
+
+/// The most memory that this process held at any time, in bytes; `None` on systems that do not say.
+pub fn peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    kilobytes.checked_mul(1024)
 }

@@ -23,6 +23,7 @@ enum Mode {
 pub struct Ui {
     mode: Mode,
     step: Mutex<Option<Step>>,
+    finished: Mutex<Vec<(&'static str, Duration)>>,
 }
 
 #[derive(Debug)]
@@ -42,7 +43,7 @@ impl Ui {
             false if io::stderr().is_terminal() => Mode::Bars,
             false => Mode::Lines,
         };
-        Self { mode, step: Mutex::new(None) }
+        Self { mode, step: Mutex::default(), finished: Mutex::default() }
     }
 
     /// Whether summaries and notes are wanted.
@@ -62,6 +63,11 @@ impl Ui {
         let result = human::timed(work);
         self.report(step, 1, 1);
         result
+    }
+
+    /// The steps finished so far and how long each took; none where the user wants no summary.
+    pub fn finished(&self) -> Vec<(&'static str, Duration)> {
+        self.finished.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Takes the bar away, if any.
@@ -122,6 +128,7 @@ impl Progress for Ui {
         if done >= total {
             step.bar.finish_and_clear();
             let taken = step.started.elapsed();
+            self.finished.lock().unwrap_or_else(PoisonError::into_inner).push((name, taken));
             if self.mode == Mode::Bars || taken >= Duration::from_secs(1) {
                 write_above(None, &format!("{name}: {}", human::duration(taken)));
             }

@@ -63,7 +63,7 @@ fn main() -> Outcome<()> {
     let mut free = DrivenComponents::new(&input.rest, &input.triangles, &input.handles).driven;
     input.handles.iter().for_each(|&v| free[v as usize] = false);
     let free: Vec<u32> = (0..).zip(&free).filter(|(_, free)| **free).map(|(v, _)| v).collect();
-    let (system, time) = timed(|| System::new(&laplacian, input.bending_length));
+    let (system, time) = timed(|| System::new(laplacian, input.bending_length));
     println!("pattern               {time:7.2} s");
     let (Dissection { order, root }, ordering) =
         timed(|| dissect(&input.rest, system.pattern(), free.clone()));

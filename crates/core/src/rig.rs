@@ -1,4 +1,5 @@
 use crate::{Faces, Materials, UpAxis, Uvs};
+use rayon::prelude::*;
 use rhytid_kernels::{Real, strain};
 
 /// A solved face: immutable plain data, the same for every backend.
@@ -113,7 +114,7 @@ impl<T: Real> Rig<T> {
             handles: self.handles.clone(),
             triangles: self.triangles.clone(),
             rest: self.rest.iter().map(vector).collect(),
-            basis: self.basis.iter().map(number).collect(),
+            basis: self.basis.par_iter().map(number).collect(),
             strain_edges: self.strain_edges.clone(),
             influence_edges: self.influence_edges.clone(),
             influence_weights: self.influence_weights.iter().map(number).collect(),

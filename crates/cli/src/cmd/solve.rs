@@ -2,7 +2,7 @@
 
 use super::doctor;
 use crate::progress::Ui;
-use crate::{args, human, output};
+use crate::{args, human, memory, output};
 use rhytid_core::{Error, Progress, Report, Result, Rig, Severity, WriteBeside, rig_file};
 use std::path::Path;
 use std::time::Duration;
@@ -45,7 +45,11 @@ pub fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
         human::unit(rig.metres_per_unit),
         human::duration(solved.solving),
         human::bytes(solved.bytes)
-    ))
+    ))?;
+    let steps: Vec<String> =
+        ui.finished().iter().map(|(step, time)| format!("{step} {}", human::duration(*time))).collect();
+    let peak = memory::peak().map_or(String::new(), |bytes| format!("; peak memory {}", human::bytes(bytes)));
+    output::say(&format!("{}{peak}", steps.join(", ")))
 }
 
 /// From a project file to a rig file.
@@ -59,13 +63,17 @@ pub fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
     let (report, examining) = ui.timed("examine", || rhytid_core::examine(&face));
     show(&report, ui)?;
     let (rig, solving) = human::timed(|| rhytid_core::solve(&face, ui));
-    let rig = rig?.cast::<f32>();
+    let rig = rig?;
     drop(face);
     if ui.cancelled() {
         return Err(Error::Cancelled);
     }
-    let (written, writing) = ui.timed("write the rig", || rig_file::write(output, &rig));
-    written?;
+    let (written, writing) = ui.timed("write the rig", || {
+        let rounded = rig.cast::<f32>();
+        drop(rig);
+        rig_file::write(output, &rounded).map(|()| rounded)
+    });
+    let rig = written?;
     let bytes = std::fs::metadata(output).map_err(Error::io(output))?.len();
     Ok(Solved { rig, reading, examining, solving, writing, bytes })
 }

@@ -1,7 +1,7 @@
 //! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
 use super::cholesky::Factor;
 use super::dissection::{Dissection, dissect};
-use super::laplacian::Laplacian;
+use super::laplacian::laplacian;
 use super::system::{NONE, System};
 use crate::progress::step;
 use crate::{Progress, Result};
@@ -17,7 +17,7 @@ const COLUMNS_AT_ONCE: usize = 16;
 /// [`Error::Input`] if the system is not positive definite in floating point, [`Error::Cancelled`].
 pub fn basis(
     rest: &[[f64; 3]],
-    laplacian: &Laplacian,
+    triangles: &[[u32; 3]],
     handles: &[u32],
     driven: &[bool],
     bending_length: f64,
@@ -34,7 +34,7 @@ pub fn basis(
     let free: Vec<u32> = (0..vertices as u32).filter(|&v| free[v as usize]).collect();
 
     step(progress, "assemble", 0, 1)?;
-    let system = System::new(laplacian, bending_length);
+    let system = System::new(laplacian(rest, triangles), bending_length);
     let Dissection { order, root } = dissect(rest, system.pattern(), free);
     let matrix = system.lower(&order);
     step(progress, "assemble", 1, 1)?;

@@ -116,12 +116,13 @@ const STEP: &str = "factorise";
 /// About what it costs to eliminate the columns of a part itself, in a unit of its own.
 fn cost(part: &Part) -> u64 {
     let n = part.columns.len() as u64;
-    n * n * n + 4096 * n
+    n.saturating_pow(3).saturating_add(4096 * n)
 }
 
 /// And with it the parts below.
 fn whole_cost(part: &Part) -> u64 {
-    cost(part) + part.halves.iter().flat_map(|halves| halves.iter()).map(whole_cost).sum::<u64>()
+    let halves = part.halves.iter().flat_map(|halves| halves.iter());
+    halves.map(whole_cost).fold(cost(part), u64::saturating_add)
 }
 
 /// What the columns of a part, once eliminated, take from the rows below: the lower triangle of a square,

@@ -5,6 +5,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_kernels::{fine_scale, large_scale, normals, strain, vec3};
 
+/// Vertices that one thread moves at a time.
+const VERTICES_AT_ONCE: usize = 4096;
+
 /// The features of the centres (N×F, the rest pose first) and the detail of the examples (P×V×3 in mesh units,
 /// components along t, b, n of the frames on the large-scale result).
 ///
@@ -38,15 +41,7 @@ pub fn features_and_detail(
             rest_lengths,
             &mut features[(j + 1) * edges..][..edges],
         );
-        let mut smooth = vec![[0.0; 3]; vertices];
-        large_scale::large_scale(
-            large_scale::Params::whole(1, vertices, rig.handles.len()),
-            &rig.rest,
-            &rig.basis,
-            &handle_rest,
-            &handle_positions,
-            &mut smooth,
-        );
+        let smooth = smooth(rig, &handle_rest, &handle_positions);
         detail[j * vertices..][..vertices].par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(
             |(v, d)| {
                 let n = normals::vertex_normal(&smooth, &rig.triangles, topology.vertex_triangles.at(v));
@@ -59,4 +54,16 @@ pub fn features_and_detail(
     }
     step(progress, "detail", examples.len() as u64, examples.len() as u64)?;
     Ok((features, detail))
+}
+
+/// The large-scale positions of all vertices.
+fn smooth(rig: &Rig<f64>, handle_rest: &[[f64; 3]], handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let handles = rig.handles.len();
+    let mut smooth = vec![[0.0; 3]; rig.vertices()];
+    let parts = smooth.par_chunks_mut(VERTICES_AT_ONCE).zip(rig.rest.par_chunks(VERTICES_AT_ONCE));
+    parts.zip(rig.basis.par_chunks(VERTICES_AT_ONCE * handles)).for_each(|((smooth, rest), basis)| {
+        let params = large_scale::Params::whole(1, rest.len(), handles);
+        large_scale::large_scale(params, rest, basis, handle_rest, handle_positions, smooth);
+    });
+    smooth
 }

@@ -1,13 +1,17 @@
 //! Section 5: the neighbour that orients each vertex's local frame.
 use crate::Topology;
 use glam::DVec3;
+use rayon::prelude::*;
+use rhytid_kernels::normals;
 
 /// For each vertex the one-ring neighbour whose edge has the longest part tangential to the rest normal (ties:
 /// the lowest index); the vertex itself where it has no neighbour.
-pub fn frame_neighbors(rest: &[[f64; 3]], normals: &[[f64; 3]], topology: &Topology) -> Vec<u32> {
+pub fn frame_neighbors(rest: &[[f64; 3]], triangles: &[[u32; 3]], topology: &Topology) -> Vec<u32> {
     (0..rest.len())
+        .into_par_iter()
         .map(|v| {
-            let (p, n) = (DVec3::from_array(rest[v]), DVec3::from_array(normals[v]));
+            let normal = normals::vertex_normal(rest, triangles, topology.vertex_triangles.at(v));
+            let (p, n) = (DVec3::from_array(rest[v]), DVec3::from_array(normal));
             let mut best = (v as u32, -1.0);
             for &w in topology.neighbors(v) {
                 let e = DVec3::from_array(rest[w as usize]) - p;
@@ -27,9 +31,10 @@ mod tests {
 
     #[test]
     fn the_longest_tangential_part_wins_and_ties_go_to_the_lowest_index() {
-        let rest = [[0.0; 3], [1.0, 0.0, 5.0], [0.0, 2.0, 0.0], [-2.0, 0.0, 0.0], [9.0; 3]];
-        let topology = Topology::new(5, &[[0, 1, 2], [0, 2, 3], [0, 3, 1]]);
-        let got = frame_neighbors(&rest, &[[0.0, 0.0, 1.0]; 5], &topology);
-        assert_eq!((got[0], got[4]), (2, 4));
+        // The first and the third edge are the longest, but along the normal.
+        let rest = [[0.0; 3], [1.0, 0.0, 5.0], [0.0, 2.0, 0.0], [-1.0, 0.0, 5.0], [0.0, -2.0, 0.0], [9.0; 3]];
+        let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
+        let got = frame_neighbors(&rest, &triangles, &Topology::new(6, &triangles));
+        assert_eq!((got[0], got[5]), (2, 5));
     }
 }

@@ -11,8 +11,8 @@ const ROWS_AT_ONCE: usize = 4096;
 pub const NONE: u32 = u32::MAX;
 
 /// A, row by row: its entries are made when they are asked for.
-pub struct System<'a> {
-    mass: &'a [f64],
+pub struct System {
+    mass: Vec<f64>,
     bending: f64,
     /// Which vertices share an edge of the mesh, each with itself: where C has entries.
     rings: Graph,
@@ -22,13 +22,13 @@ pub struct System<'a> {
     pattern: Graph,
 }
 
-impl<'a> System<'a> {
+impl System {
     /// For ℓ in mesh units.
-    pub fn new(laplacian: &'a Laplacian, bending_length: f64) -> Self {
-        let (rings, values) = rows(laplacian);
+    pub fn new(laplacian: Laplacian, bending_length: f64) -> Self {
+        let (rings, values) = rows(&laplacian);
         let pattern = two_rings(&rings);
         let bending = bending_length * bending_length;
-        Self { mass: &laplacian.mass, bending, rings, laplacian: values, pattern }
+        Self { mass: laplacian.mass, bending, rings, laplacian: values, pattern }
     }
 
     /// Where A has entries.

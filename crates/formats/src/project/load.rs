@@ -1,6 +1,7 @@
 //! A [`Project`] and the files it names to a [`Face`].
-use super::{Edges, Project};
+use super::{Edges, ExampleSection, Project};
 use crate::{mesh, tables};
+use rayon::prelude::*;
 use rhytid_core::{Error, Example, Face, Handles, Result, Settings, StrainEdges};
 use std::path::{Path, PathBuf};
 
@@ -26,13 +27,15 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
         }
     };
 
-    let mut examples = Vec::new();
-    for example in &project.examples {
+    let read_example = |example: &ExampleSection| {
         let key = format!("[[example]] {:?}: mesh", example.name);
         let example_path = existing(path, &example.mesh, &key)?;
         let positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
-        examples.push(Example { name: example.name.clone(), positions });
-    }
+        Ok(Example { name: example.name.clone(), positions })
+    };
+    // Of several errors the first in the file's order is told.
+    let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();
+    let examples = examples.into_iter().collect::<Result<_>>()?;
 
     let stem = || path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     Ok(Face {
