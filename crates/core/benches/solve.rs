@@ -3,7 +3,8 @@
 //! `cargo bench -p rhytid-core --bench solve -- [--vertices N | --rig FILE] [--peer PYTHON] [--superlu]`
 //!
 //! The system is that of a rig file, or of a sheet made here. The peer is `benches/peers/solve.py`, run by the
-//! Python named, which needs NumPy, SciPy and scikit-sparse.
+//! Python named, which needs NumPy, SciPy and scikit-sparse; without a name by that in `target/venv-peers`, if it is
+//! there.
 use npyz::WriterBuilder;
 use rhytid_core::NoProgress;
 use rhytid_core::solve::basis::solve_columns;
@@ -84,7 +85,11 @@ fn main() -> Outcome<()> {
     println!("ordering, factorisation and solves together: {ours:.2} s");
     drop(factor);
 
-    let Some(python) = python else { return Ok(()) };
+    let usual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv-peers/bin/python");
+    let Some(python) = python.or_else(|| usual.exists().then_some(usual)) else {
+        println!("no peer: there is no target/venv-peers, and --peer names none");
+        return Ok(());
+    };
     let folder = tempfile::tempdir()?;
     write_system(folder.path(), &system, &free, &input.handles, &basis)?;
     drop((system, basis));
@@ -110,7 +115,7 @@ fn peer(python: &Path, folder: &Path, superlu: bool) -> Outcome<f64> {
     for line in String::from_utf8(output.stdout)?.lines() {
         let Told { name, seconds, difference } = serde_json::from_str(line)?;
         // Also where it is no number.
-        if !(difference <= TOLERANCE) {
+        if difference.is_nan() || difference > TOLERANCE {
             return Err(format!(
                 "{name}: its solution differs by {difference:.1e}, expected {TOLERANCE:.0e} at most"
             )

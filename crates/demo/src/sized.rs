@@ -2,7 +2,7 @@
 use rayon::prelude::*;
 use rhytid_core::solve::{frames, geodesic, influences};
 use rhytid_core::{Faces, Rig, Topology, UpAxis};
-use rhytid_kernels::{normals, strain};
+use rhytid_kernels::strain;
 
 /// How large a rig is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,10 +48,6 @@ pub fn sized_rig(size: Size) -> Rig {
     let rest_lengths = strain::rest_lengths(&rest, &handles, &strain_edges);
     let handle_rest: Vec<[f64; 3]> = handles.iter().map(|&v| rest[v as usize]).collect();
     let influences = influences::influences(&rest, &handle_rest, &strain_edges, &rest_lengths, INFLUENCES);
-    let mut rest_normals = vec![[0.0; 3]; rest.len()];
-    let params = normals::Params::whole(1, rest.len());
-    normals::normals(params, &rest, &triangles, &topology.vertex_triangles, &mut rest_normals);
-
     let spacing = (500.0 / handles.len() as f64).sqrt();
     let mut basis = vec![0.0; rest.len() * handles.len()];
     basis.par_chunks_mut(handles.len()).zip(&rest).for_each(|(row, v)| {
@@ -80,7 +76,7 @@ pub fn sized_rig(size: Size) -> Rig {
         materials: None,
         bending_length: spacing,
         beta: influences.beta,
-        frame_neighbors: frames::frame_neighbors(&rest, &rest_normals, &topology),
+        frame_neighbors: frames::frame_neighbors(&rest, &triangles, &topology),
         pose_features: (0..centers * strain_edges.len())
             .map(|i| if i < strain_edges.len() { 0.0 } else { 0.2 * wave(i) })
             .collect(),
