@@ -1,0 +1,59 @@
+//! The files by which peers and this program tell each other numbers.
+use crate::FRAMES;
+use npyz::{AutoSerialize, NpyFile, WriteOptions, WriterBuilder};
+use rhytid_core::{Error, Result, Rig};
+use std::fs::File;
+use std::io::{BufReader, BufWriter};
+use std::path::Path;
+use tempfile::TempDir;
+
+/// Writes the arrays of `rig` that a frame needs, under their names in the rig file, and `handles_over_time`, into a
+/// folder that is removed when it is dropped.
+pub fn write(rig: &Rig, handles_over_time: &[f32]) -> Result<TempDir> {
+    let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir()))?;
+    let (v, h, f) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len());
+    let (n, k) = (rig.centers(), rig.influences());
+    let path = folder.path();
+    write_array(path, "rest", rig.rest.as_flattened(), &[v, 3])?;
+    write_array(path, "triangles", rig.triangles.as_flattened(), &[rig.triangles.len(), 3])?;
+    write_array(path, "handles", &rig.handles, &[h])?;
+    write_array(path, "basis", &rig.basis, &[v, h])?;
+    write_array(path, "strain_edges", rig.strain_edges.as_flattened(), &[f, 2])?;
+    write_array(path, "influence_edges", &rig.influence_edges, &[v, k])?;
+    write_array(path, "influence_weights", &rig.influence_weights, &[v, k])?;
+    write_array(path, "frame_neighbors", &rig.frame_neighbors, &[v])?;
+    write_array(path, "pose_features", &rig.pose_features, &[n, f])?;
+    write_array(path, "rbf_weights", rig.rbf_weights.as_flattened(), &[v, n, 3])?;
+    write_array(path, "handles_over_time", handles_over_time, &[FRAMES, h, 3])?;
+    Ok(folder)
+}
+
+fn write_array<T: AutoSerialize + Copy>(
+    folder: &Path,
+    name: &str,
+    values: &[T],
+    shape: &[usize],
+) -> Result<()> {
+    let path = folder.join(format!("{name}.npy"));
+    let file = BufWriter::new(File::create(&path).map_err(Error::io(&path))?);
+    let shape: Vec<u64> = shape.iter().map(|&extent| extent as u64).collect();
+    let write = || {
+        let mut npy = WriteOptions::new().default_dtype().shape(&shape).writer(file).begin_nd()?;
+        npy.extend(values.iter().copied())?;
+        npy.finish()
+    };
+    write().map_err(Error::io(&path))
+}
+
+/// The array that `peer` wrote as `name`, which must have this shape.
+pub fn read_array(folder: &Path, name: &str, shape: &[usize], peer: &str) -> Result<Vec<f32>> {
+    let path = folder.join(format!("{name}.npy"));
+    let file = File::open(&path).map_err(Error::io(&path))?;
+    let npy = NpyFile::new(BufReader::new(file)).map_err(Error::io(&path))?;
+    let expected: Vec<u64> = shape.iter().map(|&extent| extent as u64).collect();
+    if npy.shape() != expected {
+        let found = npy.shape();
+        return Err(Error::Internal(format!("{peer}: {name} has shape {found:?}, expected {expected:?}")));
+    }
+    npy.into_vec().map_err(Error::io(&path))
+}

@@ -1,0 +1,144 @@
+//! Timing several sides in turns.
+use rhytid_core::Result;
+use serde::{Deserialize, Serialize};
+
+/// How long an evaluation took, by part; milliseconds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Times {
+    pub large_scale: f64,
+    pub large_scale_normals: f64,
+    /// Strain, detail and local frames.
+    pub detail: f64,
+    pub normals: f64,
+    /// Putting frames one after the other, where they were computed side by side.
+    #[serde(default)]
+    pub rearranging: f64,
+    pub whole: f64,
+}
+
+impl Times {
+    /// In the order of the fields.
+    pub fn parts(&self) -> [f64; 6] {
+        let Self { large_scale, large_scale_normals, detail, normals, rearranging, whole } = *self;
+        [large_scale, large_scale_normals, detail, normals, rearranging, whole]
+    }
+
+    /// From the order of the fields.
+    fn from_parts(parts: [f64; 6]) -> Self {
+        let [large_scale, large_scale_normals, detail, normals, rearranging, whole] = parts;
+        Self { large_scale, large_scale_normals, detail, normals, rearranging, whole }
+    }
+}
+
+/// What is evaluated: the first frame, or all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum What {
+    Frame,
+    Batch,
+}
+
+impl What {
+    /// As peers are asked for it, and as their files' names begin.
+    pub fn name(self) -> &'static str {
+        match self {
+            What::Frame => "frame",
+            What::Batch => "batch",
+        }
+    }
+
+    pub fn frames(self) -> usize {
+        match self {
+            What::Frame => 1,
+            What::Batch => crate::FRAMES,
+        }
+    }
+}
+
+/// One that evaluates.
+pub trait Side {
+    /// Evaluates once more.
+    ///
+    /// # Errors
+    /// As the side has them.
+    fn evaluate(&mut self, what: What) -> Result<Times>;
+}
+
+/// How often each side evaluates.
+#[derive(Debug, Clone, Copy)]
+pub struct Schedule {
+    what: What,
+    rounds: usize,
+    /// Evaluations at the beginning of each turn that are not counted: others had the caches before.
+    uncounted: usize,
+    counted: usize,
+}
+
+/// One frame.
+pub const FRAME: Schedule = Schedule { what: What::Frame, rounds: 8, uncounted: 1, counted: 5 };
+/// A batch, long enough that its beginning does not matter.
+pub const BATCH: Schedule = Schedule { what: What::Batch, rounds: 5, uncounted: 0, counted: 1 };
+
+/// The medians of `sides`, per frame, each part's for itself. They take turns, so that whatever else happens on the
+/// machine happens to all.
+///
+/// # Errors
+/// The first of a side.
+pub fn in_turns<const N: usize>(sides: &mut [&mut dyn Side; N], schedule: Schedule) -> Result<[Times; N]> {
+    let mut samples = [(); N].map(|()| Vec::new());
+    for _ in 0..schedule.rounds {
+        for (side, samples) in sides.iter_mut().zip(&mut samples) {
+            for i in 0..schedule.uncounted + schedule.counted {
+                let times = side.evaluate(schedule.what)?;
+                if i >= schedule.uncounted {
+                    samples.push(times.parts());
+                }
+            }
+        }
+    }
+    let frames = schedule.what.frames() as f64;
+    Ok(samples.map(|samples| {
+        let median_of = |part| median(samples.iter().map(|parts| parts[part]).collect()) / frames;
+        Times::from_parts([0, 1, 2, 3, 4, 5].map(median_of))
+    }))
+}
+
+/// Of an even number of values, the lower one in the middle; of none, NaN.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len().saturating_sub(1) / 2).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::RefCell;
+
+    struct Counting<'a>(char, f64, &'a RefCell<String>);
+
+    impl Side for Counting<'_> {
+        fn evaluate(&mut self, _: What) -> Result<Times> {
+            self.2.borrow_mut().push(self.0);
+            self.1 += 10.0;
+            Ok(Times { whole: self.1, ..Times::default() })
+        }
+    }
+
+    #[test]
+    fn sides_take_turns_and_the_first_of_each_turn_does_not_count() {
+        let order = RefCell::default();
+        let schedule = Schedule { what: What::Frame, rounds: 2, uncounted: 1, counted: 2 };
+        let (mut a, mut b) = (Counting('a', 0.0, &order), Counting('b', 1000.0, &order));
+        let [a, b] = in_turns(&mut [&mut a, &mut b], schedule).unwrap();
+        assert_eq!(order.into_inner(), "aaabbbaaabbb");
+        // a took 10, then 20 and 30; 40, then 50 and 60.
+        assert_eq!((a.whole, b.whole), (30.0, 1030.0));
+    }
+
+    #[test]
+    fn a_batch_is_given_per_frame() {
+        let order = RefCell::default();
+        let schedule = Schedule { what: What::Batch, rounds: 3, uncounted: 0, counted: 1 };
+        let [times] = in_turns(&mut [&mut Counting('a', 0.0, &order)], schedule).unwrap();
+        assert_eq!(times.whole, 20.0 / crate::FRAMES as f64);
+    }
+}
