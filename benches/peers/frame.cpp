@@ -9,10 +9,10 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <omp.h>
 #include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 constexpr int FRAMES = 32;
@@ -120,16 +120,16 @@ struct Rig {
 struct Stopwatch {
     using Clock = std::chrono::steady_clock;
     Clock::time_point start = Clock::now(), last = start;
-    std::vector<std::pair<std::string, double>> parts;
+    std::map<std::string, double> parts;
 
     static double ms(Clock::duration d) { return std::chrono::duration<double, std::milli>(d).count(); }
     void lap(const char *part) {
         const auto now = Clock::now();
-        parts.emplace_back(part, ms(now - last));
+        parts[part] += ms(now - last);
         last = now;
     }
     void print() {
-        parts.emplace_back("whole", ms(Clock::now() - start));
+        parts["whole"] = ms(Clock::now() - start);
         std::string line;
         for (const auto &[part, ms] : parts) line += (line.empty() ? "{\"" : ", \"") + part + "\": " + std::to_string(ms);
         std::cout << line << "}" << std::endl;

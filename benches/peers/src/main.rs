@@ -109,9 +109,9 @@ fn run(args: &Args) -> Result<()> {
         return quick::run(&report, args.store);
     }
     if args.json {
-        table::print_json(&report)
+        table::print_json(&report);
     } else {
-        table::print(&report)
+        table::print(&report);
     }
     Ok(())
 }

@@ -18,6 +18,11 @@ impl<'a> Ours<'a> {
         Ok(Self { animator, handles })
     }
 
+    /// What it is evaluated at: frames × H × 3.
+    pub fn handles(&self, what: What) -> &'a [f32] {
+        &self.handles[..self.handles.len() / FRAMES * what.frames()]
+    }
+
     /// Positions and normals, each frames × V × 3.
     pub fn results(&mut self, what: What) -> Result<[Vec<f32>; 2]> {
         self.evaluate(what)?;
@@ -30,7 +35,7 @@ impl<'a> Ours<'a> {
 
 impl Side for Ours<'_> {
     fn evaluate(&mut self, what: What) -> Result<Times> {
-        let handles = &self.handles[..self.handles.len() / FRAMES * what.frames()];
+        let handles = self.handles(what);
         let start = Instant::now();
         self.animator.evaluate(handles)?;
         let ms = |time: Duration| time.as_secs_f64() * 1e3;

@@ -1,4 +1,5 @@
 //! What was measured, for people and for programs.
+use crate::compare::{Differences, TOLERANCE};
 use crate::times::Times;
 use crate::{FRAMES, Measured, Report, Row};
 
@@ -31,13 +32,17 @@ pub fn print(report: &Report) {
     print_part("One frame, ms", peers, |row| &row.frame);
     print_part(&format!("{FRAMES} frames at once, ms per frame"), peers, |row| &row.batch);
     println!(
-        "Medians. “detail” is with strain and local frames. The two columns at the right: how many times as fast Rhytid"
+        "Medians. “detail” is with strain and local frames. The two columns at the right: how many times as fast"
     );
-    println!("was in turns with that peer, with its basis as f32 and as f16. Every peer agrees with Rhytid:");
-    for Row { name, detail, differences, .. } in peers {
-        let (positions, normals) = (differences.positions, differences.normals);
+    println!(
+        "Rhytid was in turns with that peer, with its basis as f32 and as f16. Every peer agrees with Rhytid:"
+    );
+    for Row { name, detail, differences: Differences { positions, rounded, normals }, .. } in peers {
+        println!("  {name} ({detail})");
         println!(
-            "  {name} ({detail}): positions within {positions:.0e} of the largest displacement, normals within {normals:.0e}"
+            "    positions to {positions:.1e} of the largest displacement ({rounded} of {} beyond {TOLERANCE:e}, where \
+             large weights cancel), normals to {normals:.1e}",
+            vertices * (FRAMES + 1)
         );
     }
 }
