@@ -30,18 +30,34 @@ const PACKAGES: [&str; 18] = [
     "libxt6",
 ];
 
+/// What the bench's peers are built with.
+pub const PEERS: [&str; 2] = ["g++", "libsuitesparse-dev"];
+
 /// The SwiftShader driver of Debian's Chromium: its description for the Vulkan loader.
 pub const SWIFTSHADER_ICD: &str = "/usr/lib/chromium/vk_swiftshader_icd.json";
 
-/// Those of [`PACKAGES`] that are not installed. Where there is no dpkg to ask, it says what is needed, and
-/// takes it as being there.
+/// Those of [`PACKAGES`] that are not installed, as [`missing`].
 pub fn missing_packages() -> Vec<&'static str> {
+    missing(&PACKAGES)
+}
+
+/// Those of `packages` that are not installed. Where there is no dpkg to ask, it says what is needed, and
+/// takes it as being there.
+fn missing(packages: &[&'static str]) -> Vec<&'static str> {
     if !succeeds(command("dpkg-query", &["--version"])) {
-        eprintln!("setup cannot tell without dpkg whether these are installed, by Debian's names:");
-        eprintln!("    {}", PACKAGES.join(" "));
+        eprintln!("it cannot be told without dpkg whether these are installed, by Debian's names:");
+        eprintln!("    {}", packages.join(" "));
         return Vec::new();
     }
-    PACKAGES.into_iter().filter(|package| !is_installed(package)).collect()
+    packages.iter().copied().filter(|package| !is_installed(package)).collect()
+}
+
+/// Installs those of `packages` that are not installed.
+pub fn install_missing(packages: &[&'static str]) -> Result {
+    match missing(packages).as_slice() {
+        [] => Ok(()),
+        missing => install(missing),
+    }
 }
 
 /// Also says no to what was removed and has left its settings.

@@ -1,6 +1,7 @@
-//! The project's chores: `cargo xtask setup | test | kernels | fuzz`, one file each.
+//! The project's chores: `cargo xtask setup | test | kernels | fuzz | bench`, one file each.
 #![forbid(unsafe_code)]
 
+mod bench;
 mod debian;
 mod fuzz;
 mod kernels;
@@ -32,6 +33,8 @@ enum Chore {
         #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
         seconds: u32,
     },
+    /// Time Rhytid beside the same computation in other languages.
+    Bench(bench::Bench),
 }
 
 fn main() -> ExitCode {
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         Chore::Test => test::test(),
         Chore::Kernels { check } => kernels::kernels(check),
         Chore::Fuzz { seconds } => fuzz::fuzz(seconds),
+        Chore::Bench(options) => bench::bench(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,5 +1,6 @@
-//! The Python environments of the tests, each with the packages of a file in `xtask/`.
+//! The Python environments of the tests and the bench, each with the packages of a file in `xtask/`.
 use crate::run::{Result, command, copy, output, root, run, same_text, succeeds};
+use std::path::PathBuf;
 
 /// The only Python that both Blender's module and the oldest USD are made for.
 const PYTHON: &str = "3.11";
@@ -19,15 +20,34 @@ const ENVIRONMENTS: [Environment; 3] = [
     Environment { folder: "venv-blender", requirements: "requirements-blender.txt", modules: "bpy" },
 ];
 
-/// Makes each environment that is missing or has other packages than its file names.
+const PEERS: Environment = Environment {
+    folder: "venv-peers",
+    requirements: "requirements-peers.txt",
+    modules: "numba, scipy.sparse, sksparse.cholmod",
+};
+
+/// Makes the environment of the bench's peers where it is missing; returns its Python.
+pub fn peers() -> Result<PathBuf> {
+    PEERS.make()?;
+    Ok(PEERS.python())
+}
+
+/// Makes each environment of the tests that is missing or has other packages than its file names.
 pub fn python_packages() -> Result {
     ENVIRONMENTS.iter().try_for_each(Environment::make)
 }
 
 impl Environment {
+    fn path(&self) -> PathBuf {
+        root().join("target").join(self.folder)
+    }
+
+    fn python(&self) -> PathBuf {
+        self.path().join("bin/python")
+    }
+
     fn make(&self) -> Result {
-        let venv = root().join("target").join(self.folder);
-        let python = venv.join("bin/python");
+        let (venv, python) = (self.path(), self.python());
         let wanted = root().join("xtask").join(self.requirements);
         // Written last, so that it stands for a finished installation.
         let installed = venv.join("requirements.txt");
@@ -65,7 +85,7 @@ fn interpreter() -> Result<&'static str> {
     }
     let found = version("python3").map_or("no python3".into(), |version| format!("Python {version}"));
     Err(format!(
-        "the tests need Python {PYTHON}, the only one that Blender's module bpy 5.0.1 is made for, and there is \
+        "the Python packages need Python {PYTHON}, the only one that Blender's module bpy 5.0.1 is made for, and there is \
          {found}: install it, with venv, so that `python{PYTHON}` is in the PATH, then try again"
     ))
 }
