@@ -35,29 +35,30 @@ def make_evaluate(rig):
     )
     # Components first, so that each is one contiguous array.
     rest = np.ascontiguousarray(rig.rest.T)
-    rbf_weights = np.ascontiguousarray(rig.rbf_weights.transpose(2, 0, 1))
+    basis = np.ascontiguousarray(rig.basis.T)
+    rbf_weights = np.ascontiguousarray(rig.rbf_weights.transpose(2, 1, 0))
     neighbors = rig.frame_neighbors.astype(np.int32)
 
     def vertex_normals(x):
         a, b, c = (np.take(x, corner, axis=1) for corner in triangles)
-        return normalised((corners @ cross(b - a, c - a).T).T)
+        return normalised(np.stack([corners @ component for component in cross(b - a, c - a)]))
 
     def evaluate(handles, watch):
         frames = len(handles)
-        displacements = (handles - rig.handle_rest).transpose(1, 2, 0).reshape(-1, 3 * frames)
-        moved = rig.basis @ displacements
+        displacements = (handles - rig.handle_rest).transpose(0, 2, 1).reshape(3 * frames, -1)
+        moved = (displacements @ basis).reshape(frames, 3, v)
         watch.lap("large_scale")
         squares = rig.squared_differences(handles)
         positions = np.empty((frames, v, 3), np.float32)
         normals = np.empty((frames, v, 3), np.float32)
         watch.lap("detail")
         for frame in range(frames):
-            smooth = rest + moved[:, frame::frames].T
+            smooth = rest + moved[frame]
             watch.lap("large_scale")
             n = vertex_normals(smooth)
             watch.lap("large_scale_normals")
-            distances = np.sqrt(influences @ squares[frame])
-            d = np.einsum("cvn,vn->cv", rbf_weights, distances)
+            distances = np.sqrt(np.ascontiguousarray((influences @ squares[frame]).T))
+            d = np.einsum("cnv,nv->cv", rbf_weights, distances)
             edge = np.take(smooth, neighbors, axis=1) - smooth
             tangent = normalised(edge - np.einsum("cv,cv->v", edge, n) * n)
             x = smooth + tangent * d[0] + cross(n, tangent) * d[1] + n * d[2]
