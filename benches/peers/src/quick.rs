@@ -3,6 +3,7 @@ use crate::{Measured, Report, Row};
 use rhytid_core::{Error, Result, WriteBeside};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
 use std::process::Command;
@@ -37,9 +38,10 @@ pub fn run(report: &Report, store: bool) -> Result<()> {
         println!("\nstored in {STORED}");
         return Ok(());
     }
-    let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
-    let stored = serde_json::from_str(&text)
-        .map_err(|e| Error::input(format!("{STORED}: {e}; make it anew with --quick --store")))?;
+    let unreadable =
+        |e: &dyn Display| Error::input(format!("{STORED}: {e}; make it anew with --quick --store"));
+    let text = std::fs::read_to_string(path).map_err(|e| unreadable(&e))?;
+    let stored = serde_json::from_str(&text).map_err(|e| unreadable(&e))?;
     println!("\n{}", compare(&found, &stored)?);
     Ok(())
 }
