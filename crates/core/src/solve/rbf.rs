@@ -229,11 +229,12 @@ mod tests {
         for (a, b) in plain.as_flattened().iter().zip(by_eigenvalues.as_flattened()) {
             assert!((a - b).abs() < 1e-11 * b.abs().max(1.0), "{a} {b}");
         }
-        // Two poses that look the same: singular.
-        for j in 0..7 {
-            workspace.matrix[(6, j)] = workspace.matrix[(5, j)];
-            workspace.matrix[(j, 6)] = workspace.matrix[(j, 5)];
+        // Two poses that look nearly the same: an eigenvalue within the tolerance, yet not zero.
+        for j in 0..5 {
+            let nearly = workspace.matrix[(5, j)] + 1e-9;
+            (workspace.matrix[(6, j)], workspace.matrix[(j, 6)]) = (nearly, nearly);
         }
+        (workspace.matrix[(5, 6)], workspace.matrix[(6, 5)]) = (1e-9, 1e-9);
         assert!(inverse(&mut workspace).is_none());
     }
 }
