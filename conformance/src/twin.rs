@@ -1,6 +1,6 @@
 use rhytid_core::{Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{Real, detail, fine_scale, large_scale, normals, strain};
+use rhytid_kernels::{Real, detail, differences, fine_scale, large_scale, normals, strain};
 
 /// Every stage of a batch, as the twin computes them.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,11 +73,10 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
     detail::detail(
         detail::Params::whole(frames, vertices, strain_edges, rig.influences(), rig.centers()),
-        &results.strain,
+        &squared_differences(rig, &results.strain),
         &detail::Buffers {
             influence_edges: &rig.influence_edges,
             influence_weights: &rig.influence_weights,
-            pose_features: &rig.pose_features,
             rbf_weights: &rbf_weights,
             pivots: &pivots,
         },
@@ -93,4 +92,15 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     );
     normals_of(&results.positions, &mut results.normals);
     results
+}
+
+/// What the kernel `differences` makes of a batch's features.
+pub fn squared_differences<T: Real>(rig: &Rig<T>, features: &[T]) -> Vec<T> {
+    let (edges, centers) = (rig.strain_edges.len(), rig.centers());
+    let frames = features.len().checked_div(edges).unwrap_or(0);
+    let params =
+        differences::Params { frames: frames as u32, strain_edges: edges as u32, centers: centers as u32 };
+    let mut table = vec![T::zero(); frames * differences::table_len(edges, centers)];
+    differences::differences(params, features, &rig.pose_features, &mut table);
+    table
 }

@@ -1,7 +1,7 @@
 //! The CPU backend has the bits of the kernels' f32 twins, and the reference is the f64 twin.
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::reference::{Expected, Found, reference};
-use rhytid_conformance::{Case, Suite, cases, evaluate};
+use rhytid_conformance::{Case, Suite, cases, evaluate, squared_differences};
 use rhytid_core::{Animator, Backend, BasisStorage, Stage};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, normals};
@@ -72,11 +72,11 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
             let buffers = detail::Buffers {
                 influence_edges: &rig.influence_edges,
                 influence_weights: &rig.influence_weights,
-                pose_features: &rig.pose_features,
                 rbf_weights: &rbf_weights,
                 pivots: &pivots,
             };
-            detail::detail(params, &widened(Stage::Strain), &buffers, &mut out);
+            let table = squared_differences(rig, &widened(Stage::Strain));
+            detail::detail(params, &table, &buffers, &mut out);
         }
         Stage::Positions => fine_scale::fine_scale(
             fine_scale::Params::whole(frames, vertices),

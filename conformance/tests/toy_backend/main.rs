@@ -52,7 +52,7 @@ fn arrays_and_batches_split_to_the_least_that_is_possible_still_conform() {
                 continue;
             }
             let plan = Plan::new(&rig, case.options, limits, "toy:0").unwrap();
-            split += usize::from(plan.dispatches(case.options.max_frames).len() > 6);
+            split += usize::from(plan.dispatches(case.options.max_frames).len() > 7);
             for outcome in run_case(&device(limits), case) {
                 assert_eq!(outcome.verdict, Verdict::Pass, "{limits:?} {}: {}", outcome.name, outcome.reason);
             }

@@ -4,12 +4,15 @@ use crate::status::Status;
 use ocl::ffi::*;
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
-use rhytid_kernels::table::{KERNELS, Kernel, WORKGROUP_SIZE};
+use rhytid_kernels::table::{GPU_TILE, Kernel, WORKGROUP_SIZE, builds};
 use std::sync::{Mutex, PoisonError};
 
 /// No option that trades accuracy for speed: relaxed or unsafe arithmetic would let a device reorder sums, drop
 /// infinities and take squares of small numbers for zero, and the devices would no longer agree.
 const BUILD_OPTIONS: &str = "-cl-std=CL1.2";
+
+/// A kernel's name, and the frames that a work item computes.
+type Build = (&'static str, u32);
 
 /// An OpenCL device, with its kernels built. Sessions may outlive it.
 #[derive(Debug)]
@@ -17,7 +20,9 @@ pub struct OpenCl {
     pub(crate) name: String,
     pub(crate) device: DeviceId,
     pub(crate) context: Context,
-    programs: Vec<(&'static str, Program)>,
+    programs: Vec<(Build, Program)>,
+    /// Vertices of a work item in the kernels that have a choice, if it is a processor.
+    vertices: Option<u32>,
     pub(crate) limits: PlanLimits,
     pub(crate) memory_bytes: u64,
 }
@@ -68,8 +73,15 @@ impl OpenCl {
         };
         let memory_bytes = device.number(CL_DEVICE_GLOBAL_MEM_SIZE).map_err(asking())?;
         let context = Context::of(device).map_err(Status::of(&name, "making a context"))?;
-        let build = |kernel: &&'static Kernel| {
-            let program = Program::build(&context, device, &source(kernel), BUILD_OPTIONS);
+        // What is a vector for a GPU's workgroup is one for a processor's work item.
+        let vertices = (info.kind == DeviceKind::Cpu).then_some(GPU_TILE as u32);
+        let build = |(kernel, frames): (&'static Kernel, u32)| {
+            let mut options = BUILD_OPTIONS.to_owned();
+            if kernel.batched {
+                let vertices = vertices.unwrap_or(kernel.at_once);
+                options += &format!(" -D FRAMES={frames} -D VERTICES={vertices}");
+            }
+            let program = Program::build(&context, device, &source(kernel), &options);
             let program = program.map_err(|failure| match failure {
                 BuildError::Log(log) => {
                     let message =
@@ -80,18 +92,26 @@ impl OpenCl {
                     Status::of(&name, &format!("building the kernel {}", kernel.name))(status)
                 }
             });
-            Ok((kernel.name, program?))
+            Ok(((kernel.name, frames), program?))
         };
-        let programs = KERNELS.iter().map(build).collect::<Result<_>>()?;
-        Ok(Self { name, device, context, programs, limits, memory_bytes })
+        let programs = builds().map(build).collect::<Result<_>>()?;
+        Ok(Self { name, device, context, programs, vertices, limits, memory_bytes })
     }
 
-    /// A kernel object of its own for the caller, without arguments.
-    pub(crate) fn kernel(&self, kernel: &Kernel) -> Result<cl::Kernel> {
-        let Some((name, program)) = self.programs.iter().find(|(name, _)| *name == kernel.name) else {
-            return Err(Error::Internal(format!("no OpenCL program has the kernel {}", kernel.name)));
-        };
-        cl::Kernel::of(program, name).map_err(Status::of(&self.name, "making a kernel"))
+    /// Kernel objects of their own for the caller, without arguments: one for each number of frames at once.
+    pub(crate) fn kernels(&self, kernel: &Kernel) -> Result<Vec<(u32, cl::Kernel)>> {
+        let programs = self.programs.iter().filter(|((name, _), _)| *name == kernel.name);
+        let made = programs.map(|((name, frames), program)| {
+            let made = cl::Kernel::of(program, name).map_err(Status::of(&self.name, "making a kernel"))?;
+            Ok((*frames, made))
+        });
+        made.collect()
+    }
+
+    /// Work items of a workgroup.
+    pub(crate) fn workgroup_size(&self, kernel: &Kernel) -> usize {
+        let vertices = self.vertices.filter(|_| kernel.batched).unwrap_or(kernel.at_once);
+        (WORKGROUP_SIZE * kernel.at_once / vertices) as usize
     }
 }
 

@@ -2,9 +2,8 @@ use crate::OpenCl;
 use crate::cl::{self, Buffer, Event, Queue};
 use crate::status::{Name, Status};
 use ocl::ffi::{CL_MEM_READ_ONLY, CL_MEM_READ_WRITE};
-use rhytid_core::plan::{Dispatch, Plan, Role};
+use rhytid_core::plan::{Dispatch, Input, Plan, Role};
 use rhytid_core::{DeviceErrorKind, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
-use rhytid_kernels::table::WORKGROUP_SIZE;
 use std::time::Duration;
 
 /// A rig in an OpenCL device's memory, and the results of the last batch.
@@ -15,16 +14,38 @@ pub struct OpenClSession {
     queue: Queue,
     /// In the plan's order.
     buffers: Vec<Buffer>,
-    /// One for each dispatch of the largest batch, its buffers bound once and for all.
-    kernels: Vec<cl::Kernel>,
+    /// For each dispatch of the largest batch, its buffers bound once and for all.
+    kernels: Vec<Bound>,
     /// Frames of the last batch, and what it ran. The kernels have these parameters.
     frames: usize,
     dispatches: Vec<Dispatch>,
     /// What `writes` copy from.
-    handle_positions: Vec<f32>,
+    inputs: Vec<Vec<f32>>,
     writes: Vec<Event>,
     /// One for each of `dispatches`.
     runs: Vec<Event>,
+}
+
+/// A kernel with its buffers.
+#[derive(Debug)]
+struct Bound {
+    workgroup_size: usize,
+    /// For each number of frames at once.
+    builds: Vec<(u32, cl::Kernel)>,
+}
+
+impl Bound {
+    /// What runs `dispatch`.
+    fn build(&mut self, dispatch: &Dispatch) -> Result<&mut cl::Kernel> {
+        let mut builds = self.builds.iter_mut();
+        let found = builds.find(|(frames, _)| *frames == dispatch.frames_at_once);
+        found.map(|(_, kernel)| kernel).ok_or_else(|| {
+            let (name, frames) = (dispatch.kernel.name, dispatch.frames_at_once);
+            Error::Internal(format!(
+                "there is no OpenCL program of the kernel {name} for {frames} frames at once"
+            ))
+        })
+    }
 }
 
 impl OpenClSession {
@@ -45,7 +66,7 @@ impl OpenClSession {
         let queue = Queue::of(&on.context, on.device).map_err(Status::of(&device, "making a queue"))?;
         let mut buffers = Vec::with_capacity(plan.buffers().len());
         for (index, planned) in plan.buffers().iter().enumerate() {
-            let flags = if matches!(planned.role, Role::Result { .. }) {
+            let flags = if matches!(planned.role, Role::Result { .. } | Role::Scratch { .. }) {
                 CL_MEM_READ_WRITE
             } else {
                 CL_MEM_READ_ONLY
@@ -62,12 +83,14 @@ impl OpenClSession {
         }
         let mut kernels = Vec::new();
         for dispatch in plan.dispatches(options.max_frames) {
-            let mut kernel = on.kernel(dispatch.kernel)?;
+            let mut builds = on.kernels(dispatch.kernel)?;
             for (argument, &buffer) in dispatch.buffers.iter().enumerate() {
                 let doing = format!("binding {} to {}", plan.buffers()[buffer].name, dispatch.kernel.name);
-                kernel.set_buffer(argument, &buffers[buffer]).map_err(Status::of(&device, &doing))?;
+                for (_, kernel) in &mut builds {
+                    kernel.set_buffer(argument, &buffers[buffer]).map_err(Status::of(&device, &doing))?;
+                }
             }
-            kernels.push(kernel);
+            kernels.push(Bound { workgroup_size: on.workgroup_size(dispatch.kernel), builds });
         }
         Ok(Self {
             device,
@@ -77,7 +100,7 @@ impl OpenClSession {
             kernels,
             frames: 0,
             dispatches: Vec::new(),
-            handle_positions: Vec::new(),
+            inputs: Vec::new(),
             writes: Vec::new(),
             runs: Vec::new(),
         })
@@ -90,9 +113,10 @@ impl OpenClSession {
         }
         self.frames = 0;
         self.dispatches = self.plan.dispatches(frames);
-        for (dispatch, kernel) in self.dispatches.iter().zip(&mut self.kernels) {
+        for (dispatch, bound) in self.dispatches.iter().zip(&mut self.kernels) {
             let doing = format!("setting the parameters of {}", dispatch.kernel.name);
-            kernel
+            bound
+                .build(dispatch)?
                 .set_words(dispatch.buffers.len(), &dispatch.params)
                 .map_err(Status::of(&self.device, &doing))?;
         }
@@ -106,28 +130,29 @@ impl OpenClSession {
 }
 
 impl Session for OpenClSession {
-    fn evaluate(&mut self, HandleFrames { positions, frames }: HandleFrames<'_>) -> Result<()> {
-        let copying = || Status::of(&self.device, "copying the handle positions");
+    fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
+        let copying = || Status::of(&self.device, "copying the inputs");
         // They are about to be overwritten.
         Event::wait(&self.writes).map_err(copying())?;
         self.writes.clear();
         self.runs.clear();
-        self.prepare(frames)?;
-        self.handle_positions.clear();
-        self.handle_positions.extend_from_slice(positions);
+        self.prepare(frames.frames)?;
+        self.inputs.clear();
 
-        let copying = || Status::of(&self.device, "copying the handle positions");
-        let per_frame = self.plan.handle_positions_bytes();
-        for slice in self.plan.slices(frames) {
-            let bytes = bytemuck::cast_slice(&self.handle_positions);
-            let bytes = &bytes[slice.frames.start * per_frame..slice.frames.end * per_frame];
-            // SAFETY: whoever changes or drops the handle positions waits for the writes.
-            let event = unsafe { self.queue.start_write(&self.buffers[slice.handle_positions], bytes) };
+        let copying = || Status::of(&self.device, "copying the inputs");
+        for Input { buffer, numbers } in self.plan.inputs(frames) {
+            self.inputs.push(numbers.into_owned());
+            let numbers = &self.inputs[self.inputs.len() - 1];
+            // SAFETY: whoever changes or drops the inputs waits for the writes.
+            let event =
+                unsafe { self.queue.start_write(&self.buffers[buffer], bytemuck::cast_slice(numbers)) };
             self.writes.push(event.map_err(copying())?);
         }
-        for (dispatch, kernel) in self.dispatches.iter().zip(&self.kernels) {
+        for (dispatch, bound) in self.dispatches.iter().zip(&mut self.kernels) {
+            let workgroup_size = bound.workgroup_size;
+            let kernel = bound.build(dispatch)?;
             // SAFETY: buffers and parameters are the plan's for this rig, whose indices were checked.
-            let event = unsafe { self.queue.run(kernel, dispatch.workgroups, WORKGROUP_SIZE as usize) };
+            let event = unsafe { self.queue.run(kernel, dispatch.workgroups, workgroup_size) };
             let doing = || format!("starting the kernel {}", dispatch.kernel.name);
             self.runs.push(event.map_err(|status| Status::of(&self.device, &doing())(status))?);
         }
@@ -167,7 +192,7 @@ impl Session for OpenClSession {
 
 impl Drop for OpenClSession {
     fn drop(&mut self) {
-        // The device may be copying from the handle positions, which end here.
+        // The device may be copying from the inputs, which end here.
         if let Err(status) = self.queue.finish() {
             log::debug!("{}: waiting for the last batch returned {status:?}", self.device);
         }

@@ -8,7 +8,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{DeviceErrorKind, DeviceInfo, Result};
-use rhytid_kernels::table::{KERNELS, Kernel};
+use rhytid_kernels::table::{KERNELS, Kernel, builds};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -119,7 +119,8 @@ impl Context {
         // SAFETY: the device is alive.
         let cache = unsafe { context.device.create_pipeline_cache(&create, None) };
         context.cache = cache.map_err(failed(&context.id, "making a pipeline cache"))?;
-        context.pipelines = KERNELS.map(Pipeline::new).into();
+        context.pipelines =
+            builds().map(|(kernel, frames_at_once)| Pipeline::new(kernel, frames_at_once)).collect();
         for pipeline in &mut context.pipelines {
             pipeline.build(&context.device, &context.id, context.cache)?;
         }
@@ -169,8 +170,11 @@ impl Context {
         Err(too_large(&self.id, &what))
     }
 
-    pub(crate) fn pipeline(&self, kernel: &Kernel) -> &Pipeline {
-        let found = self.pipelines.iter().find(|pipeline| pipeline.kernel.name == kernel.name);
+    pub(crate) fn pipeline(&self, kernel: &Kernel, frames_at_once: u32) -> &Pipeline {
+        let is = |pipeline: &&Pipeline| {
+            (pipeline.kernel.name, pipeline.frames_at_once) == (kernel.name, frames_at_once)
+        };
+        let found = self.pipelines.iter().find(is);
         found.expect("every kernel has a pipeline")
     }
 

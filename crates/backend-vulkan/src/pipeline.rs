@@ -9,15 +9,18 @@ use std::io::Cursor;
 /// Null where it could not be made; destroying it is sound all the same.
 pub(crate) struct Pipeline {
     pub(crate) kernel: &'static Kernel,
+    /// The kernel's constant `FRAMES`.
+    pub(crate) frames_at_once: u32,
     pub(crate) set_layout: vk::DescriptorSetLayout,
     pub(crate) layout: vk::PipelineLayout,
     pub(crate) raw: vk::Pipeline,
 }
 
 impl Pipeline {
-    pub(crate) fn new(kernel: &'static Kernel) -> Self {
+    pub(crate) fn new(kernel: &'static Kernel, frames_at_once: u32) -> Self {
         Self {
             kernel,
+            frames_at_once,
             set_layout: vk::DescriptorSetLayout::null(),
             layout: vk::PipelineLayout::null(),
             raw: vk::Pipeline::null(),
@@ -64,7 +67,11 @@ impl Pipeline {
         // SAFETY: as above; the words are a valid module, as is shown where they are made.
         let module =
             unsafe { device.create_shader_module(&create, None) }.map_err(failed("shader module"))?;
+        let frames = self.frames_at_once.to_ne_bytes();
+        let constants = [vk::SpecializationMapEntry::default().constant_id(0).size(frames.len())];
+        let constants = vk::SpecializationInfo::default().map_entries(&constants).data(&frames);
         let stage = vk::PipelineShaderStageCreateInfo::default()
+            .specialization_info(&constants)
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module)
             .name(&entry_point);

@@ -6,7 +6,7 @@ use crate::copy::{STAGING_BYTES, region, upload};
 use crate::error::failed;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
-use rhytid_core::plan::{Plan, PlanLimits, Role};
+use rhytid_core::plan::{Dispatch, Plan, PlanLimits, Role};
 use rhytid_core::{Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,8 +23,8 @@ pub struct VulkanSession {
     frames: usize,
     /// As in the plan.
     buffers: Vec<Buffer>,
-    /// The handle positions of a batch, where the host can write them.
-    handle_positions: Buffer,
+    /// The inputs of a batch, where the host can write them.
+    inputs: Buffer,
     /// Where the host can read a piece of a result.
     readback: Buffer,
     descriptor_pool: vk::DescriptorPool,
@@ -66,6 +66,7 @@ impl VulkanSession {
         for planned in plan.buffers() {
             let usage = match planned.role {
                 Role::Constant { .. } | Role::Input { .. } => Usage::STORAGE_BUFFER | Usage::TRANSFER_DST,
+                Role::Scratch { .. } => Usage::STORAGE_BUFFER,
                 Role::Result { .. } => Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::VERTEX_BUFFER,
             };
             let location = MemoryLocation::GpuOnly;
@@ -80,9 +81,9 @@ impl VulkanSession {
             context: context.clone(),
             max_frames,
             frames: 0,
-            handle_positions: host_buffer(
-                "handle positions from the host",
-                max_frames * plan.handle_positions_bytes(),
+            inputs: host_buffer(
+                "inputs from the host",
+                max_frames * plan.input_bytes(),
                 Usage::TRANSFER_SRC,
                 MemoryLocation::CpuToGpu,
             )?,
@@ -121,7 +122,8 @@ impl VulkanSession {
             vk::DescriptorPoolCreateInfo::default().max_sets(dispatches.len() as u32).pool_sizes(&sizes);
         // SAFETY: the device is alive, here and in the whole file.
         self.descriptor_pool = unsafe { device.create_descriptor_pool(&create, None) }.map_err(failed())?;
-        let layouts: Vec<_> = dispatches.iter().map(|d| self.context.pipeline(d.kernel).set_layout).collect();
+        let layouts: Vec<_> =
+            dispatches.iter().map(|d| self.context.pipeline(d.kernel, d.frames_at_once).set_layout).collect();
         let allocate = vk::DescriptorSetAllocateInfo::default()
             .descriptor_pool(self.descriptor_pool)
             .set_layouts(&layouts);
@@ -185,27 +187,33 @@ impl VulkanSession {
         signal: &[vk::Semaphore],
     ) -> Result<()> {
         let HandleFrames { positions, frames } = frames;
-        let bytes: &[u8] = bytemuck::cast_slice(positions);
-        let expected = frames.checked_mul(self.plan.handle_positions_bytes());
-        if frames == 0 || frames > self.max_frames || expected != Some(bytes.len()) {
+        let expected = frames.checked_mul(self.plan.values_per_frame());
+        if frames == 0 || frames > self.max_frames || expected != Some(positions.len()) {
             return Err(Error::input(format!(
                 "a batch of {frames} frames has {} numbers, expected 1 to {} frames of {}",
                 positions.len(),
                 self.max_frames,
-                self.plan.handle_positions_bytes() / 4
+                self.plan.values_per_frame()
             )));
         }
         let commands = self.batch.begin()?;
-        self.handle_positions.mapped()[..bytes.len()].copy_from_slice(bytes);
-        self.record(commands, frames);
+        let mut copies = Vec::new();
+        let mut filled = 0;
+        for input in self.plan.inputs(HandleFrames { positions, frames }) {
+            let bytes: &[u8] = bytemuck::cast_slice(&input.numbers);
+            self.inputs.mapped()[filled..][..bytes.len()].copy_from_slice(bytes);
+            copies.push((self.buffers[input.buffer].raw, region(filled, 0, bytes.len())));
+            filled += bytes.len();
+        }
+        self.record(commands, frames, &copies);
         // SAFETY: the buffers live until the batch is done, and the caller answers for the semaphores.
         unsafe { self.batch.submit(wait, signal) }?;
         self.frames = frames;
         self.context.check()
     }
 
-    /// Records a batch: handle positions in, then slice by slice one stage after the other.
-    fn record(&self, commands: vk::CommandBuffer, frames: usize) {
+    /// Records a batch: the inputs in, by `copies`, then slice by slice one stage after the other.
+    fn record(&self, commands: vk::CommandBuffer, frames: usize, copies: &[(vk::Buffer, vk::BufferCopy)]) {
         let device = &self.context.device;
         let measured = self.timestamps != vk::QueryPool::null();
         let slices: Vec<_> = self.plan.slices(frames).collect();
@@ -214,12 +222,9 @@ impl VulkanSession {
             // SAFETY: the pool has at least as many, and the last batch is done with it.
             unsafe { device.cmd_reset_query_pool(commands, self.timestamps, 0, count) };
         }
-        for slice in &slices {
-            let of_frames = |frames: usize| frames * self.plan.handle_positions_bytes();
-            let region = region(of_frames(slice.frames.start), 0, of_frames(slice.frames.len()));
-            let (from, to) = (self.handle_positions.raw, self.buffers[slice.handle_positions].raw);
+        for &(to, region) in copies {
             // SAFETY: the region is within both buffers.
-            unsafe { device.cmd_copy_buffer(commands, from, to, &[region]) };
+            unsafe { device.cmd_copy_buffer(commands, self.inputs.raw, to, &[region]) };
         }
         self.context.barrier(commands, Access::COPY_WRITE, Access::KERNEL_READ);
 
@@ -235,9 +240,14 @@ impl VulkanSession {
         for slice in 0..slices.len() {
             timestamp(slice * TIMESTAMPS);
             for (i, stage) in Stage::ALL.into_iter().enumerate() {
+                let mut before: Option<&Dispatch> = None;
                 while let Some((dispatch, &set)) = dispatches.next_if(|(dispatch, _)| dispatch.stage == stage)
                 {
-                    let pipeline = self.context.pipeline(dispatch.kernel);
+                    if before.is_some_and(|before| dispatch.follows(before)) {
+                        self.context.barrier(commands, Access::KERNEL_WRITE, Access::KERNEL_READ);
+                    }
+                    before = Some(dispatch);
+                    let pipeline = self.context.pipeline(dispatch.kernel, dispatch.frames_at_once);
                     let [x, y] = dispatch.workgroups;
                     // SAFETY: pipeline and set are alive and fit together; the plan keeps within the limits.
                     unsafe {

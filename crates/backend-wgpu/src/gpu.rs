@@ -2,7 +2,7 @@
 use crate::faults::{Faults, Pending, error, error_of, scoped};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{DeviceErrorKind, Error, Result};
-use rhytid_kernels::table::{Access, KERNELS, Kernel, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Access, KERNELS, Kernel, WORKGROUP_SIZE, builds};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The device, its queue and its pipelines.
@@ -14,7 +14,7 @@ pub(crate) struct Gpu {
     pub queue: wgpu::Queue,
     /// What one buffer and one dispatch may be.
     pub limits: PlanLimits,
-    /// In the order of [`KERNELS`].
+    /// In the order of [`builds`].
     pipelines: Vec<wgpu::ComputePipeline>,
     faults: Arc<Faults>,
     turn: Option<Mutex<()>>,
@@ -28,8 +28,9 @@ impl Gpu {
             return Err(error(DeviceErrorKind::Unsupported, &id, lacking));
         }
         let mut pending = Pending::default();
-        let pipelines =
-            scoped(&device, &mut pending, || KERNELS.iter().map(|k| pipeline(&device, k)).collect());
+        let pipelines = scoped(&device, &mut pending, || {
+            builds().map(|(k, frames)| pipeline(&device, k, frames)).collect()
+        });
         let gl = device.adapter_info().backend == wgpu::Backend::Gl;
         let gpu = Self {
             id,
@@ -52,8 +53,8 @@ impl Gpu {
         Ok(gpu)
     }
 
-    pub fn pipeline(&self, kernel: &Kernel) -> &wgpu::ComputePipeline {
-        let index = KERNELS.iter().position(|k| k.name == kernel.name);
+    pub fn pipeline(&self, kernel: &Kernel, frames_at_once: u32) -> &wgpu::ComputePipeline {
+        let index = builds().position(|(k, frames)| (k.name, frames) == (kernel.name, frames_at_once));
         &self.pipelines[index.unwrap_or_else(|| unreachable!("{} is one of the kernels", kernel.name))]
     }
 
@@ -144,7 +145,7 @@ pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
     })
 }
 
-fn pipeline(device: &wgpu::Device, kernel: &Kernel) -> wgpu::ComputePipeline {
+fn pipeline(device: &wgpu::Device, kernel: &Kernel, frames_at_once: u32) -> wgpu::ComputePipeline {
     let storage = kernel
         .bindings
         .iter()
@@ -169,12 +170,16 @@ fn pipeline(device: &wgpu::Device, kernel: &Kernel) -> wgpu::ComputePipeline {
     });
     let source = wgpu::ShaderSource::Wgsl(kernel.wgsl.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+    let constants = [("FRAMES", f64::from(frames_at_once))];
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label,
         layout: Some(&layout),
         module: &module,
         entry_point: Some(kernel.name),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: if kernel.batched { &constants } else { &[] },
+            ..Default::default()
+        },
         cache: None,
     })
 }

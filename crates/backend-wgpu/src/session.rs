@@ -57,6 +57,7 @@ impl WgpuSession {
                     BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::VERTEX
                 }
                 Role::Result { .. } => BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+                Role::Scratch { .. } => BufferUsages::STORAGE,
             };
             let doing = format!("uploading {}", planned.name);
             let submission = scoped(&gpu.device, &mut pending, || {
@@ -222,8 +223,8 @@ impl WgpuSession {
             queries += 2;
             let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
             let mut pass = encoder.begin_compute_pass(&descriptor);
-            pass.set_pipeline(self.gpu.pipeline(dispatches[0].kernel));
             for (dispatch, bind_group) in dispatches.iter().zip(&mut bind_groups) {
+                pass.set_pipeline(self.gpu.pipeline(dispatch.kernel, dispatch.frames_at_once));
                 pass.set_bind_group(0, bind_group, &[]);
                 let [x, y] = dispatch.workgroups;
                 pass.dispatch_workgroups(x, y, 1);
@@ -257,11 +258,9 @@ impl Session for WgpuSession {
                 }
                 self.gpu.queue.write_buffer(&self.params, 0, &blocks);
             }
-            let positions: &[u8] = bytemuck::cast_slice(frames.positions);
-            let frame_bytes = self.plan.handle_positions_bytes();
-            for slice in &self.slices {
-                let bytes = slice.frames.start * frame_bytes..slice.frames.end * frame_bytes;
-                self.gpu.queue.write_buffer(&self.buffers[slice.handle_positions], 0, &positions[bytes]);
+            for input in self.plan.inputs(frames) {
+                let bytes = bytemuck::cast_slice(&input.numbers);
+                self.gpu.queue.write_buffer(&self.buffers[input.buffer], 0, bytes);
             }
             self.submit();
         });
@@ -311,7 +310,7 @@ impl Timer {
     }
 }
 
-/// The dispatches that share a pass: a stage's parts do not depend on one another.
+/// The dispatches that share a pass: those of a stage, so that it can be timed. wgpu orders what depends on each other.
 fn passes(dispatches: &[Dispatch]) -> impl Iterator<Item = &[Dispatch]> {
     dispatches.chunk_by(|a, b| a.stage == b.stage)
 }
@@ -341,7 +340,7 @@ fn bind_group(
         .collect();
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some(dispatch.kernel.name),
-        layout: &gpu.pipeline(dispatch.kernel).get_bind_group_layout(0),
+        layout: &gpu.pipeline(dispatch.kernel, dispatch.frames_at_once).get_bind_group_layout(0),
         entries: &entries,
     })
 }

@@ -1,15 +1,22 @@
 //! What every GPU backend does with a rig: which buffers it makes, what is in them, and which kernels it runs on them.
 //! A backend adds how its API makes a buffer and runs a kernel, and nothing else.
+mod contents;
+
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
-use half::f16;
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::table::{DETAIL, FINE_SCALE, Kernel, LARGE_SCALE, NORMALS, STRAIN, TILE, WORKGROUP_SIZE};
-use rhytid_kernels::{detail, fine_scale, large_scale, normals, strain};
+use rhytid_kernels::table::{
+    DETAIL, DIFFERENCES, FINE_SCALE, FRAMES_AT_ONCE, GPU_TILE as TILE, Kernel, LARGE_SCALE, NORMALS, STRAIN,
+    WORKGROUP_SIZE,
+};
+use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
 use std::borrow::Cow;
 use std::ops::Range;
 
 /// The smallest buffer: some APIs refuse empty ones, and a rig may have no strain edges.
 const SMALLEST_BUFFER: u64 = 16;
+
+/// The bytes of a triangle's corner.
+const CORNER: usize = 8;
 
 /// Kernels count in 32 bits, so no array is larger than this whatever the device could do.
 const LARGEST_BINDING: u64 = 1 << 31;
@@ -31,6 +38,8 @@ pub struct PlanLimits {
 pub struct Plan {
     sizes: Sizes,
     half_basis: bool,
+    /// H×3.
+    handle_rest: Vec<[f32; 3]>,
     parts: Vec<Range<usize>>,
     max_frames: usize,
     frames_per_slice: usize,
@@ -65,8 +74,13 @@ pub enum Role {
         /// The vertices it is about, where it is tiled; otherwise it is whole.
         part: Option<Range<usize>>,
     },
-    /// Filled for each batch with the handle positions of a slice.
+    /// Filled for each batch, from [`Plan::inputs`].
     Input {
+        /// Which slice.
+        slice: usize,
+    },
+    /// Written by a kernel for another, and not for the host.
+    Scratch {
         /// Which slice.
         slice: usize,
     },
@@ -84,10 +98,17 @@ pub enum Role {
 pub struct Slice {
     /// The frames, counted from the first of the batch.
     pub frames: Range<usize>,
-    /// The index of the buffer that takes their handle positions.
-    pub handle_positions: usize,
     /// The indices of the buffers of their results, in the order of [`Stage::ALL`].
     pub results: [usize; 6],
+}
+
+/// What a buffer is filled with for a batch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input<'a> {
+    /// The index of the buffer.
+    pub buffer: usize,
+    /// What it starts with from now on.
+    pub numbers: Cow<'a, [f32]>,
 }
 
 /// One run of a kernel.
@@ -95,7 +116,10 @@ pub struct Slice {
 pub struct Dispatch {
     /// Which kernel.
     pub kernel: &'static Kernel,
-    /// The stage that it computes, or a part of it. It needs the stages before it finished.
+    /// Frames of an invocation, the kernel's constant `FRAMES`: 1 where it has none.
+    pub frames_at_once: u32,
+    /// The stage that it computes, or a part of it. It needs the stages before it finished, and of its own stage the
+    /// dispatches of another kernel before it.
     pub stage: Stage,
     /// The indices of its buffers, in the order of its bindings.
     pub buffers: Vec<usize>,
@@ -103,6 +127,13 @@ pub struct Dispatch {
     pub params: Vec<u32>,
     /// Workgroups along x and y; z has one.
     pub workgroups: [u32; 2],
+}
+
+impl Dispatch {
+    /// Whether this needs `before`, the dispatch before it, finished.
+    pub fn follows(&self, before: &Self) -> bool {
+        (self.stage, self.kernel.name) != (before.stage, before.kernel.name)
+    }
 }
 
 impl Plan {
@@ -134,18 +165,14 @@ impl Plan {
         let basis_bytes = sizes.handles * if half_basis { 2 } else { 4 };
         let tile_bytes = TILE * basis_bytes.max(sizes.influences * 4).max(sizes.centers * 12);
         if tile_bytes > limit {
-            return Err(unsupported("a binding of 64 vertices, in bytes,", tile_bytes, limit));
+            return Err(unsupported("a binding of 16 vertices, in bytes,", tile_bytes, limit));
         }
-        let per_part = (limit / tile_bytes).min(most_vertices / TILE).max(1) * TILE;
-        let parts: Vec<Range<usize>> = (0..sizes.vertices)
-            .step_by(per_part)
-            .map(|first| first..(first + per_part).min(sizes.vertices))
-            .collect();
-
-        let frame_bytes = (sizes.vertices * 12).max(sizes.handles * 12).max(sizes.edges * 4);
-        let topology_bytes = (rig.triangles.len() * 12).max((sizes.vertices + 1) * 4);
-        let features_bytes = sizes.centers * sizes.edges * 4;
-        let whole = frame_bytes.max(topology_bytes).max(features_bytes).max(sizes.edges * 8);
+        let triangles = VertexTriangles::new(sizes.vertices, &rig.triangles);
+        let parts = parts(&triangles.offsets, (limit / tile_bytes).min(most_vertices / TILE).max(1), limit);
+        let frame_bytes = (sizes.vertices * 12).max(sizes.handles * 16).max(sizes.table_len() * 4);
+        let corners_bytes =
+            parts.iter().map(|part| corners(&triangles.offsets, part) * CORNER).max().unwrap_or(0);
+        let whole = frame_bytes.max(corners_bytes).max(sizes.edges * 8);
         if whole > limit {
             return Err(unsupported("a binding, in bytes,", whole, limit));
         }
@@ -155,17 +182,21 @@ impl Plan {
         let mut plan = Self {
             sizes,
             half_basis,
+            handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
             parts,
             max_frames: options.max_frames,
             frames_per_slice,
             buffers: Vec::new(),
         };
-        plan.plan_buffers(rig.triangles.len());
+        plan.plan_buffers(&triangles.offsets);
         Ok(plan)
     }
 
-    fn plan_buffers(&mut self, triangles: usize) {
+    /// `corner_offsets` says where each vertex's corners begin.
+    fn plan_buffers(&mut self, corner_offsets: &[u32]) {
         let Sizes { vertices, handles, edges, influences, centers } = self.sizes;
+        let table_len = self.sizes.table_len();
+        let edge_words = influences.div_ceil(detail::edges_per_word(edges));
         let mut add = |name: &'static str, bytes: usize, role: Role| {
             let bytes = (bytes as u64).max(SMALLEST_BUFFER);
             self.buffers.push(PlannedBuffer { name, bytes, role });
@@ -175,9 +206,6 @@ impl Plan {
             ("handle_rest", handles * 12),
             ("strain_edges", edges * 8),
             ("rest_lengths", edges * 4),
-            ("triangles", triangles * 12),
-            ("triangle_offsets", (vertices + 1) * 4),
-            ("vertex_triangles", triangles * 12),
             ("pose_features", centers * edges * 4),
             ("frame_neighbors", vertices * 4),
         ] {
@@ -188,10 +216,12 @@ impl Plan {
             let tiled = part.len().next_multiple_of(TILE);
             for (name, bytes) in [
                 ("basis", tiled * handles * basis_bytes),
-                ("influence_edges", tiled * influences * 4),
+                ("influence_edges", tiled * edge_words * 4),
                 ("influence_weights", tiled * influences * 4),
                 ("rbf_weights", tiled * centers * 12),
                 ("pivots", tiled * 4),
+                ("corner_offsets", (part.len() + 1) * 4),
+                ("corners", corners(corner_offsets, part) * CORNER),
             ] {
                 add(name, bytes, Role::Constant { part: Some(part.clone()) });
             }
@@ -199,6 +229,8 @@ impl Plan {
         for slice in 0..self.max_frames.div_ceil(self.frames_per_slice) {
             let frames = self.frames_per_slice.min(self.max_frames - slice * self.frames_per_slice);
             add("handle_positions", frames * handles * 12, Role::Input { slice });
+            add("displacements", frames * handles * 16, Role::Input { slice });
+            add("squared_differences", frames * table_len * 4, Role::Scratch { slice });
             for stage in Stage::ALL {
                 let values = if stage == Stage::Strain { edges } else { vertices * 3 };
                 add(result_name(stage), frames * values * 4, Role::Result { slice, stage });
@@ -216,50 +248,12 @@ impl Plan {
         self.buffers.iter().map(|buffer| buffer.bytes).sum()
     }
 
-    /// What a constant buffer starts with; what is behind that is never read. Empty for the other buffers.
-    ///
-    /// `rig` is the one that the plan was made for.
-    pub fn contents<'a>(&self, rig: &'a Rig, buffer: usize) -> Cow<'a, [u8]> {
-        let Role::Constant { part } = &self.buffers[buffer].role else { return Cow::Borrowed(&[]) };
-        let part = part.clone().unwrap_or_default();
-        let Sizes { handles, influences, centers, .. } = self.sizes;
-        let of_part = |per_vertex: usize| part.start * per_vertex..part.end * per_vertex;
-        match self.buffers[buffer].name {
-            "rest" => Cow::Borrowed(bytemuck::cast_slice(&rig.rest)),
-            "handle_rest" => {
-                owned(&rig.handles.iter().map(|&v| rig.rest[v as usize]).collect::<Vec<[f32; 3]>>())
-            }
-            "strain_edges" => Cow::Borrowed(bytemuck::cast_slice(&rig.strain_edges)),
-            "rest_lengths" => owned(&strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges)),
-            "triangles" => Cow::Borrowed(bytemuck::cast_slice(&rig.triangles)),
-            "triangle_offsets" => owned(&VertexTriangles::new(rig.vertices(), &rig.triangles).offsets),
-            "vertex_triangles" => owned(&VertexTriangles::new(rig.vertices(), &rig.triangles).triangles),
-            "pose_features" => Cow::Borrowed(bytemuck::cast_slice(&rig.pose_features)),
-            "frame_neighbors" => Cow::Borrowed(bytemuck::cast_slice(&rig.frame_neighbors)),
-            "basis" if self.half_basis => {
-                let halves: Vec<u16> =
-                    rig.basis[of_part(handles)].iter().map(|&b| f16::from_f32(b).to_bits()).collect();
-                owned(&tiled(&halves, handles))
-            }
-            "basis" => owned(&tiled(&rig.basis[of_part(handles)], handles)),
-            "influence_edges" => owned(&tiled(&rig.influence_edges[of_part(influences)], influences)),
-            "influence_weights" => owned(&tiled(&rig.influence_weights[of_part(influences)], influences)),
-            "rbf_weights" => {
-                let (weights, _) = detail::pivoted(&rig.rbf_weights[of_part(centers)], centers);
-                owned(&tiled(weights.as_flattened(), centers * 3))
-            }
-            "pivots" => owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1)),
-            name => unreachable!("no constant is called {name}"),
-        }
-    }
-
     /// The slices of a batch of `frames` frames, at most as many as there is room for.
     pub fn slices(&self, frames: usize) -> impl Iterator<Item = Slice> {
         (0..frames.div_ceil(self.frames_per_slice)).map(move |slice| {
             let first = slice * self.frames_per_slice;
             Slice {
                 frames: first..(first + self.frames_per_slice).min(frames),
-                handle_positions: self.find("handle_positions", None, slice),
                 results: Stage::ALL.map(|stage| self.find(result_name(stage), None, slice)),
             }
         })
@@ -270,32 +264,43 @@ impl Plan {
         4 * if stage == Stage::Strain { self.sizes.edges } else { self.sizes.vertices * 3 }
     }
 
-    /// The bytes of one frame of handle positions.
-    pub fn handle_positions_bytes(&self) -> usize {
-        self.sizes.handles * 12
+    /// The numbers of one frame's handle positions.
+    pub fn values_per_frame(&self) -> usize {
+        self.sizes.handles * 3
+    }
+
+    /// The bytes of all inputs of a frame.
+    pub fn input_bytes(&self) -> usize {
+        self.sizes.handles * (12 + 16)
     }
 
     /// What to run for a batch of `frames` frames, in this order. The dispatches of a smaller batch are the first ones
-    /// of a larger one, but for their parameters and workgroups: kernels and buffers are the same.
+    /// of a larger one, but for their parameters, frames at once and workgroups: kernels and buffers are the same.
     pub fn dispatches(&self, frames: usize) -> Vec<Dispatch> {
         let mut dispatches = Vec::new();
         for (slice, Slice { frames, .. }) in self.slices(frames).enumerate() {
             let frames = frames.len() as u32;
-            for stage in Stage::ALL {
-                // Strain is of edges, not of vertices, and never split.
+            let frames_of = |kernel: &Kernel| if kernel.batched && frames > 1 { FRAMES_AT_ONCE } else { 1 };
+            for (stage, kernel) in STEPS {
+                // These are of edges, not of vertices, and never split.
                 let edges = 0..self.sizes.edges;
-                let parts =
-                    if stage == Stage::Strain { std::slice::from_ref(&edges) } else { &self.parts[..] };
+                let of_edges = [STRAIN.name, DIFFERENCES.name].contains(&kernel.name);
+                let parts = if of_edges { std::slice::from_ref(&edges) } else { &self.parts[..] };
+                let frames_at_once = frames_of(kernel);
                 for part in parts.iter().filter(|part| !part.is_empty()) {
-                    let (kernel, params) = self.kernel(stage, frames, part);
                     let buffers = kernel.bindings.iter();
                     let buffers = buffers.map(|b| self.find(bound_name(stage, b.name), Some(part), slice));
+                    let in_workgroup = WORKGROUP_SIZE * kernel.at_once;
                     dispatches.push(Dispatch {
                         kernel,
+                        frames_at_once,
                         stage,
                         buffers: buffers.collect(),
-                        params,
-                        workgroups: [(part.len() as u32).div_ceil(WORKGROUP_SIZE), frames],
+                        params: self.params(kernel, frames, part),
+                        workgroups: [
+                            (part.len() as u32).div_ceil(in_workgroup),
+                            frames.div_ceil(frames_at_once),
+                        ],
                     });
                 }
             }
@@ -303,44 +308,37 @@ impl Plan {
         dispatches
     }
 
-    /// The kernel that computes `stage`, and its parameters for `part`.
-    fn kernel(&self, stage: Stage, frames: u32, part: &Range<usize>) -> (&'static Kernel, Vec<u32>) {
+    /// The parameters of `kernel` for `part`.
+    fn params(&self, kernel: &Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
         let Sizes { vertices, handles, edges, influences, centers } = self.sizes;
+        let edges_per_word = detail::edges_per_word(edges) as u32;
         let [vertices, handles, strain_edges, influences, centers] =
             [vertices, handles, edges, influences, centers].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
-        match stage {
-            Stage::Strain => (&STRAIN, words(&strain::Params { frames, handles, strain_edges })),
-            Stage::LargeScale => {
-                let half_basis = u32::from(self.half_basis);
-                let params = large_scale::Params {
-                    frames,
-                    vertices,
-                    first_vertex,
-                    part_vertices,
-                    handles,
-                    half_basis,
-                };
-                (&LARGE_SCALE, words(&params))
-            }
-            Stage::LargeScaleNormals | Stage::Normals => {
-                (&NORMALS, words(&normals::Params { frames, vertices, first_vertex, part_vertices }))
-            }
-            Stage::Detail => {
-                let params = detail::Params {
-                    frames,
-                    vertices,
-                    first_vertex,
-                    part_vertices,
-                    strain_edges,
-                    influences,
-                    centers,
-                };
-                (&DETAIL, words(&params))
-            }
-            Stage::Positions => {
-                (&FINE_SCALE, words(&fine_scale::Params { frames, vertices, first_vertex, part_vertices }))
-            }
+        match kernel.name {
+            "strain" => words(&strain::Params { frames, handles, strain_edges }),
+            "large_scale" => words(&large_scale::Params {
+                frames,
+                vertices,
+                first_vertex,
+                part_vertices,
+                handles,
+                half_basis: u32::from(self.half_basis),
+            }),
+            "normals" => words(&normals::Params { frames, vertices, first_vertex, part_vertices }),
+            "differences" => words(&differences::Params { frames, strain_edges, centers }),
+            "detail" => words(&detail::Params {
+                frames,
+                vertices,
+                first_vertex,
+                part_vertices,
+                strain_edges,
+                influences,
+                centers,
+                edges_per_word,
+            }),
+            "fine_scale" => words(&fine_scale::Params { frames, vertices, first_vertex, part_vertices }),
+            name => unreachable!("no kernel is called {name}"),
         }
     }
 
@@ -351,11 +349,55 @@ impl Plan {
                 && match &buffer.role {
                     Role::Constant { part: None } => true,
                     Role::Constant { part: of } => of.as_ref() == part,
-                    Role::Input { slice: of } | Role::Result { slice: of, .. } => *of == slice,
+                    Role::Input { slice: of }
+                    | Role::Scratch { slice: of }
+                    | Role::Result { slice: of, .. } => *of == slice,
                 }
         });
         found.unwrap_or_else(|| unreachable!("every buffer of a kernel is planned, {name} too"))
     }
+}
+
+impl Sizes {
+    /// The numbers of a frame's `squared_differences`.
+    fn table_len(&self) -> usize {
+        differences::table_len(self.edges, self.centers)
+    }
+}
+
+/// What runs, one after the other.
+const STEPS: [(Stage, &Kernel); 7] = [
+    (Stage::Strain, &STRAIN),
+    (Stage::LargeScale, &LARGE_SCALE),
+    (Stage::LargeScaleNormals, &NORMALS),
+    (Stage::Detail, &DIFFERENCES),
+    (Stage::Detail, &DETAIL),
+    (Stage::Positions, &FINE_SCALE),
+    (Stage::Normals, &NORMALS),
+];
+
+/// Cuts the vertices into parts of whole tiles: of at most so many, and with at most so many bytes of corners.
+fn parts(corner_offsets: &[u32], most_tiles: usize, limit: usize) -> Vec<Range<usize>> {
+    let vertices = corner_offsets.len() - 1;
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    for first in (0..vertices).step_by(TILE) {
+        let end = (first + TILE).min(vertices);
+        match parts.last_mut() {
+            Some(part)
+                if end - part.start <= most_tiles * TILE
+                    && corners(corner_offsets, &(part.start..end)) * CORNER <= limit =>
+            {
+                part.end = end;
+            }
+            _ => parts.push(first..end),
+        }
+    }
+    parts
+}
+
+/// How many corners of triangles these vertices have.
+fn corners(corner_offsets: &[u32], vertices: &Range<usize>) -> usize {
+    (corner_offsets[vertices.end] - corner_offsets[vertices.start]) as usize
 }
 
 /// The name of the buffer that a stage's result is in.
@@ -381,24 +423,4 @@ fn bound_name(stage: Stage, binding: &'static str) -> &'static str {
 
 fn words<T: bytemuck::NoUninit>(params: &T) -> Vec<u32> {
     bytemuck::cast_slice(std::slice::from_ref(params)).to_vec()
-}
-
-fn owned<T: bytemuck::NoUninit>(numbers: &[T]) -> Cow<'static, [u8]> {
-    Cow::Owned(bytemuck::cast_slice(numbers).to_vec())
-}
-
-/// From n numbers for each vertex to `[⌈V/64⌉][n][64]`; what is past V is zero.
-fn tiled<T: Copy + Default>(numbers: &[T], n: usize) -> Vec<T> {
-    if n == 0 {
-        return Vec::new();
-    }
-    let vertices = numbers.len() / n;
-    let mut tiles = vec![T::default(); vertices.next_multiple_of(TILE) * n];
-    for (v, of_vertex) in numbers.chunks_exact(n).enumerate() {
-        let tile = &mut tiles[v / TILE * TILE * n..];
-        for (i, &number) in of_vertex.iter().enumerate() {
-            tile[i * TILE + v % TILE] = number;
-        }
-    }
-    tiles
 }

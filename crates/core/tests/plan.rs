@@ -3,7 +3,9 @@
 mod support;
 
 use rhytid_core::plan::{Plan, PlanLimits, Role};
-use rhytid_core::{BasisStorage, DeviceErrorKind, Error, NoProgress, Rig, Stage, UploadOptions, solve};
+use rhytid_core::{
+    BasisStorage, DeviceErrorKind, Error, HandleFrames, NoProgress, Rig, Stage, UploadOptions, solve,
+};
 
 fn rig() -> Rig {
     solve(&support::face(), &NoProgress).unwrap().cast()
@@ -33,9 +35,12 @@ fn large_rig(vertices: usize) -> Rig {
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let rig = rig();
     let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
-    assert_eq!(plan.buffers().len(), 9 + 5 + 7);
+    assert_eq!(plan.buffers().len(), 6 + 7 + 9);
     assert_eq!(plan.slices(31).count(), 1);
-    let stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
+    let mut stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
+    assert_eq!(stages.len(), 7);
+    // Two kernels for the detail.
+    stages.dedup();
     assert_eq!(stages, Stage::ALL);
     let bytes: u64 = plan.buffers().iter().map(|b| b.bytes).sum();
     assert_eq!(plan.bytes(), bytes);
@@ -67,18 +72,40 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                 let mut covered = vec![0; frames];
                 for slice in plan.slices(frames) {
                     covered[slice.frames.clone()].iter_mut().for_each(|n| *n += 1);
-                    let room = plan.buffers()[slice.handle_positions].bytes;
-                    assert!(room >= (slice.frames.len() * plan.handle_positions_bytes()) as u64);
                 }
                 assert!(covered.iter().all(|&n| n == 1), "{covered:?}");
+                let handles = rig.handles.len();
+                let positions: Vec<f32> = (0..frames * handles * 3).map(|i| i as f32).collect();
+                let mut written = [Vec::new(), Vec::new()];
+                for input in plan.inputs(HandleFrames { positions: &positions, frames }) {
+                    let buffer = &plan.buffers()[input.buffer];
+                    assert!(buffer.bytes >= 4 * input.numbers.len() as u64);
+                    written[usize::from(buffer.name == "displacements")].extend_from_slice(&input.numbers);
+                }
+                assert_eq!(written[0], positions);
+                for (i, u) in written[1].chunks_exact(4).enumerate() {
+                    let rest = rig.rest[rig.handles[i % handles] as usize];
+                    assert_eq!(
+                        u,
+                        [0, 1, 2, 3].map(|c| if c < 3 { positions[3 * i + c] - rest[c] } else { 0.0 })
+                    );
+                }
+                assert_eq!(written[1].len(), frames * handles * 4);
 
                 for stage in &Stage::ALL[1..] {
                     let mut covered = vec![0; vertices * frames];
                     let mut first_frame = 0;
-                    for dispatch in plan.dispatches(frames).iter().filter(|d| d.stage == *stage) {
+                    for dispatch in plan
+                        .dispatches(frames)
+                        .iter()
+                        .filter(|d| d.stage == *stage && d.kernel.name != "differences")
+                    {
                         let [of_slice, v, first, part] = dispatch.params[..4].try_into().unwrap();
                         assert_eq!(v as usize, vertices);
-                        assert_eq!(dispatch.workgroups, [part.div_ceil(64), of_slice]);
+                        let in_workgroup = 64 * dispatch.kernel.at_once;
+                        let groups =
+                            [part.div_ceil(in_workgroup), of_slice.div_ceil(dispatch.frames_at_once)];
+                        assert_eq!(dispatch.workgroups, groups);
                         assert!(dispatch.workgroups.iter().all(|&n| n <= max_workgroups));
                         for frame in first_frame..first_frame + of_slice as usize {
                             let all = frame * vertices + first as usize..;

@@ -7,6 +7,7 @@
 //! with; in `f32` they say in which order a device adds up.
 
 pub mod detail;
+pub mod differences;
 pub mod fine_scale;
 pub mod large_scale;
 pub mod normals;

@@ -1,12 +1,20 @@
 //! The one table that every language's kernels are checked against: `cargo xtask kernels --check`.
-use crate::{detail, fine_scale, large_scale, normals, strain};
+use crate::{detail, differences, fine_scale, large_scale, normals, strain};
 
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
 
-/// Vertices in a tile. An array of n numbers per vertex that is *tiled* is stored as `[⌈V/64⌉][n][64]`, the numbers
-/// past V being zero, so that neighbouring invocations read neighbouring words.
+/// Vertices in a tile of the CPU backend.
 pub const TILE: usize = 64;
+
+/// Vertices in a tile on a GPU. An array of n numbers per vertex that is *tiled* is stored as `[⌈V/16⌉][n][16]`, the
+/// numbers past V being zero: neighbouring invocations read neighbouring words, at least 32 bytes of them, and a processor
+/// behind a GPU's API, which computes one tile after the other, reads memory from its start to its end.
+pub const GPU_TILE: usize = 16;
+
+/// Frames that one invocation computes in a batch, where [`Kernel::batched`] says so: what it reads of the rig is read once
+/// for all of them. Of a batch of one frame it computes one.
+pub const FRAMES_AT_ONCE: u32 = 4;
 
 /// A kernel in every language.
 #[derive(Debug, PartialEq, Eq)]
@@ -18,6 +26,13 @@ pub struct Kernel {
     /// Its buffers, in the order of their bindings (Vulkan, WebGPU: set 0) and arguments (OpenCL). The parameter
     /// block comes after them: WebGPU has it at the next binding.
     pub bindings: &'static [Binding],
+    /// What an invocation computes, along x: a vertex, or an edge, or as many vertices as this.
+    pub at_once: u32,
+    /// Whether an invocation computes several frames: then each language has a constant `FRAMES`, which is 1 or
+    /// [`FRAMES_AT_ONCE`] (Vulkan: specialisation constant 0; WebGPU: `override`; OpenCL: a macro). In OpenCL these
+    /// kernels have a macro `VERTICES` too, which is `at_once`, or [`GPU_TILE`] where the device is a processor; a
+    /// workgroup has as many vertices either way.
+    pub batched: bool,
     /// GLSL, for Vulkan; `spirv` is made from it. Its entry point is renamed from `main`.
     pub glsl: &'static str,
     /// SPIR-V 1.3 words in little-endian bytes, as `cargo xtask kernels` made them.
@@ -46,8 +61,12 @@ pub struct Binding {
 pub enum Element {
     /// `float`, `f32`.
     F32,
-    /// `uint`, `u32`; the basis too, whose words are an `f32` or two halves.
+    /// `uint`, `u32`.
     U32,
+    /// Two `u32`, to be read together: the basis, whose words are an `f32` or two halves. OpenCL has `uint`.
+    U32x2,
+    /// Four `f32`, to be read together. OpenCL has `float`.
+    F32x4,
 }
 
 /// What a kernel does with a buffer.
@@ -72,11 +91,13 @@ const fn write(name: &'static str) -> Binding {
 }
 
 macro_rules! kernel {
-    ($name:ident, $($binding:expr),* $(,)?) => {
+    ($name:ident, at_once: $at_once:expr, batched: $batched:expr, $($binding:expr),* $(,)?) => {
         Kernel {
             name: stringify!($name),
             params: $name::Params::FIELDS,
             bindings: &[$($binding),*],
+            at_once: $at_once,
+            batched: $batched,
             glsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".comp")),
             spirv: include_bytes!(concat!(stringify!($name), "/", stringify!($name), ".spv")),
             opencl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".cl")),
@@ -85,11 +106,13 @@ macro_rules! kernel {
     };
 }
 
-use Element::{F32, U32};
+use Element::{F32, F32x4, U32, U32x2};
 
 /// Handle positions to features.
 pub static STRAIN: Kernel = kernel!(
     strain,
+    at_once: 1,
+    batched: false,
     read("handle_positions", F32),
     read("handle_rest", F32),
     read("strain_edges", U32),
@@ -97,33 +120,46 @@ pub static STRAIN: Kernel = kernel!(
     write("features"),
 );
 
-/// Handle positions to smooth positions.
+/// Displacements of the handles to smooth positions.
 pub static LARGE_SCALE: Kernel = kernel!(
     large_scale,
+    at_once: 4,
+    batched: true,
     read("rest", F32),
-    tiled("basis", U32),
-    read("handle_rest", F32),
-    read("handle_positions", F32),
+    tiled("basis", U32x2),
+    read("displacements", F32x4),
     write("large_scale_positions"),
 );
 
 /// Positions to normals, large scale or final.
 pub static NORMALS: Kernel = kernel!(
     normals,
+    at_once: 1,
+    batched: false,
     read("positions", F32),
-    read("triangles", U32),
-    read("triangle_offsets", U32),
-    read("vertex_triangles", U32),
+    read("corner_offsets", U32),
+    read("corners", U32),
     write("vertex_normals"),
 );
 
-/// Features to details in the local frames.
+/// Features to what tells them from those of the centres.
+pub static DIFFERENCES: Kernel = kernel!(
+    differences,
+    at_once: 1,
+    batched: false,
+    read("features", F32),
+    read("pose_features", F32),
+    write("squared_differences"),
+);
+
+/// Differences of features to details in the local frames.
 pub static DETAIL: Kernel = kernel!(
     detail,
-    read("features", F32),
+    at_once: 1,
+    batched: true,
+    read("squared_differences", F32x4),
     tiled("influence_edges", U32),
     tiled("influence_weights", F32),
-    read("pose_features", F32),
     tiled("rbf_weights", F32),
     tiled("pivots", U32),
     write("local_detail"),
@@ -132,6 +168,8 @@ pub static DETAIL: Kernel = kernel!(
 /// Smooth positions and details to positions.
 pub static FINE_SCALE: Kernel = kernel!(
     fine_scale,
+    at_once: 1,
+    batched: false,
     read("large_scale_positions", F32),
     read("large_scale_normals", F32),
     read("local_detail", F32),
@@ -139,5 +177,12 @@ pub static FINE_SCALE: Kernel = kernel!(
     write("positions"),
 );
 
+/// What a device builds: each kernel with each of its numbers of frames.
+pub fn builds() -> impl Iterator<Item = (&'static Kernel, u32)> {
+    let both =
+        |kernel: &'static Kernel| [Some((kernel, 1)), kernel.batched.then_some((kernel, FRAMES_AT_ONCE))];
+    KERNELS.into_iter().flat_map(both).flatten()
+}
+
 /// All kernels, in the order in which they first run.
-pub static KERNELS: [&Kernel; 5] = [&STRAIN, &LARGE_SCALE, &NORMALS, &DETAIL, &FINE_SCALE];
+pub static KERNELS: [&Kernel; 6] = [&STRAIN, &LARGE_SCALE, &NORMALS, &DIFFERENCES, &DETAIL, &FINE_SCALE];

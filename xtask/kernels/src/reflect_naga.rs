@@ -1,7 +1,7 @@
 //! WGSL and SPIR-V as naga sees them.
 use crate::reflected::{Buffer, Field, PUSH_CONSTANTS, Reflected, binding_slot};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use naga::{AddressSpace, ArraySize, Module, Scalar, StorageAccess, Type, TypeInner};
+use naga::{AddressSpace, ArraySize, Module, Scalar, StorageAccess, Type, TypeInner, VectorSize};
 
 /// Parses and validates WGSL, as of WebGPU without optional features. The error is naga's, with the place.
 pub fn wgsl(source: &str) -> Result<Reflected, String> {
@@ -66,8 +66,11 @@ fn array(module: &Module, name: Option<&str>, ty: &Type) -> (String, String) {
         TypeInner::Struct { members, .. } if members.len() == 1 => {
             array(module, members[0].name.as_deref(), &module.types[members[0].ty])
         }
-        TypeInner::Array { base, size: ArraySize::Dynamic, stride: 4 } => {
-            (name.unwrap_or_default().into(), scalar(&module.types[*base]))
+        TypeInner::Array { base, size: ArraySize::Dynamic, stride } => {
+            let element = &module.types[*base].inner;
+            let packed = element.size(module.to_ctx()) == *stride;
+            let shown = if packed { element_name(element) } else { format!("{ty:?}") };
+            (name.unwrap_or_default().into(), shown)
         }
         other => (name.unwrap_or_default().into(), format!("{other:?}")),
     }
@@ -76,18 +79,21 @@ fn array(module: &Module, name: Option<&str>, ty: &Type) -> (String, String) {
 fn fields(module: &Module, ty: &Type) -> Vec<Field> {
     let TypeInner::Struct { members, .. } = &ty.inner else {
         let name = ty.name.clone().unwrap_or_default();
-        return vec![Field { name, offset: 0, element: scalar(ty) }];
+        return vec![Field { name, offset: 0, element: element_name(&ty.inner) }];
     };
     let field = |member: &naga::StructMember| Field {
         name: member.name.clone().unwrap_or_default(),
         offset: member.offset as usize,
-        element: scalar(&module.types[member.ty]),
+        element: element_name(&module.types[member.ty].inner),
     };
     members.iter().map(field).collect()
 }
 
-fn scalar(ty: &Type) -> String {
-    match ty.inner {
+/// A scalar, or what consists of several.
+fn element_name(inner: &TypeInner) -> String {
+    match *inner {
+        TypeInner::Vector { size: VectorSize::Bi, scalar: Scalar::U32 } => "vec2 of u32".into(),
+        TypeInner::Vector { size: VectorSize::Quad, scalar: Scalar::F32 } => "vec4 of f32".into(),
         TypeInner::Scalar(Scalar::F32) => "f32".into(),
         TypeInner::Scalar(Scalar::U32) => "u32".into(),
         ref other => format!("{other:?}"),

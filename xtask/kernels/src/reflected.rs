@@ -30,6 +30,18 @@ impl Language {
         }
     }
 
+    /// What an array is of. OpenCL has pointers to scalars, and reads several at once by casting them.
+    fn element(self, element: Element) -> &'static str {
+        match element {
+            Element::F32 => "f32",
+            Element::U32 => "u32",
+            Element::U32x2 if self == Self::OpenCl => "u32",
+            Element::F32x4 if self == Self::OpenCl => "f32",
+            Element::U32x2 => "vec2 of u32",
+            Element::F32x4 => "vec4 of f32",
+        }
+    }
+
     /// Where the parameter block is, after `buffers` buffers.
     fn params_slot(self, buffers: usize) -> String {
         match self {
@@ -98,7 +110,7 @@ pub fn differences(kernel: &Kernel, language: Language, found: &Reflected) -> Ve
     let buffer = |(index, binding): (usize, &Binding)| Buffer {
         slot: language.slot(index),
         name: binding.name.into(),
-        element: element(binding.element).into(),
+        element: language.element(binding.element).into(),
         access: access(binding.access),
     };
     let buffers: Vec<Buffer> = kernel.bindings.iter().enumerate().map(buffer).collect();
@@ -130,16 +142,9 @@ pub fn parameters(kernel: &Kernel) -> Vec<Field> {
     let field = |(index, name): (usize, &&str)| Field {
         name: (*name).into(),
         offset: 4 * index,
-        element: element(Element::U32).into(),
+        element: "u32".into(),
     };
     kernel.params.iter().enumerate().map(field).collect()
-}
-
-fn element(element: Element) -> &'static str {
-    match element {
-        Element::F32 => "f32",
-        Element::U32 => "u32",
-    }
 }
 
 fn access(access: Access) -> &'static str {

@@ -1,14 +1,14 @@
 //! Runs a dispatch with the f32 twins. A backend for a GPU has the kernels' sources instead of this file.
 use half::f16;
 use rhytid_core::plan::Dispatch;
-use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::table::{TILE, WORKGROUP_SIZE};
-use rhytid_kernels::{detail, fine_scale, large_scale, normals, strain};
+use rhytid_kernels::table::{GPU_TILE as TILE, WORKGROUP_SIZE};
+use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
 
 /// Runs one dispatch: buffers are bound in the order of the kernel's table, the last is the one that it writes.
 pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
     let [x, y] = dispatch.workgroups;
-    let invocations = x * WORKGROUP_SIZE;
+    let invocations = x * WORKGROUP_SIZE * dispatch.kernel.at_once;
+    let frames = y * dispatch.frames_at_once;
     let (written, read) = dispatch.buffers.split_last().expect("every kernel writes");
     let mut out = std::mem::take(&mut buffers[*written]);
     let words = |i: usize| buffers[read[i]].as_slice();
@@ -18,7 +18,7 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
     match dispatch.kernel.name {
         "strain" => {
             let mut params: strain::Params = parameters(dispatch);
-            params.frames = params.frames.min(y);
+            params.frames = params.frames.min(frames);
             let edges = params.strain_edges as usize;
             let mut all = vec![0.0; params.frames as usize * edges];
             strain::strain(params, vectors(0), vectors(1), words(2).as_chunks().0, numbers(3), &mut all);
@@ -38,39 +38,63 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     halves.into_iter().map(|bits| f16::from_bits(bits).to_f32()).collect()
                 }
             };
-            params.frames = params.frames.min(y);
+            params.frames = params.frames.min(frames);
             params.part_vertices = params.part_vertices.min(invocations);
             let positions = results.as_chunks_mut().0;
-            large_scale::large_scale(params, vectors(0), &basis, vectors(2), vectors(3), positions);
+            // The displacements are positions of handles that rest at the origin.
+            let displacements: Vec<[f32; 3]> =
+                numbers(2).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+            let at_origin = vec![[0.0; 3]; handles];
+            large_scale::large_scale(params, vectors(0), &basis, &at_origin, &displacements, positions);
         }
         "normals" => {
             let mut params: normals::Params = parameters(dispatch);
-            params.frames = params.frames.min(y);
+            params.frames = params.frames.min(frames);
             params.part_vertices = params.part_vertices.min(invocations);
-            let vertex_triangles =
-                VertexTriangles { offsets: words(2).to_vec(), triangles: words(3).to_vec() };
-            let triangles = words(1).as_chunks().0;
+            let (offsets, corners) = (words(1), words(2).as_chunks::<2>().0);
             let vertex_normals = results.as_chunks_mut().0;
-            normals::normals(params, vectors(0), triangles, &vertex_triangles, vertex_normals);
+            for i in 0..params.part_vertices {
+                let v = params.first_vertex + i;
+                let at = offsets[i as usize] as usize..offsets[i as usize + 1] as usize;
+                let at = at.start.min(corners.len())..at.end.min(corners.len());
+                let triangles: Vec<_> = corners[at].iter().map(|&c| normals::triangle_of(v, c)).collect();
+                let all: Vec<u32> = (0..triangles.len() as u32).collect();
+                for frame in 0..params.frames as usize {
+                    let first = frame * params.vertices as usize;
+                    let positions = &vectors(0)[first..];
+                    vertex_normals[first + v as usize] = normals::vertex_normal(positions, &triangles, &all);
+                }
+            }
+        }
+        "differences" => {
+            let mut params: differences::Params = parameters(dispatch);
+            params.frames = params.frames.min(frames);
+            params.strain_edges = params.strain_edges.min(invocations);
+            differences::differences(params, numbers(0), numbers(1), results);
         }
         "detail" => {
             let mut params: detail::Params = parameters(dispatch);
             let (vertices, k) = (params.part_vertices as usize, params.influences as usize);
-            let weights = untiled(numbers(4), 3 * params.centers as usize, vertices);
+            let weights = untiled(numbers(3), 3 * params.centers as usize, vertices);
+            let per_word = params.edges_per_word as usize;
+            let words_each = k.div_ceil(per_word);
+            let packed = untiled(words(1), words_each, vertices);
+            let of_vertices = packed.chunks_exact(words_each.max(1));
             let buffers = detail::Buffers {
-                influence_edges: &untiled(words(1), k, vertices),
+                influence_edges: &of_vertices
+                    .flat_map(|words| detail::unpacked(words, per_word, k))
+                    .collect::<Vec<u32>>(),
                 influence_weights: &untiled(numbers(2), k, vertices),
-                pose_features: numbers(3),
                 rbf_weights: weights.as_chunks().0,
-                pivots: &untiled(words(5), 1, vertices),
+                pivots: &untiled(words(4), 1, vertices),
             };
-            params.frames = params.frames.min(y);
+            params.frames = params.frames.min(frames);
             params.part_vertices = params.part_vertices.min(invocations);
             detail::detail(params, numbers(0), &buffers, results.as_chunks_mut().0);
         }
         "fine_scale" => {
             let mut params: fine_scale::Params = parameters(dispatch);
-            params.frames = params.frames.min(y);
+            params.frames = params.frames.min(frames);
             params.part_vertices = params.part_vertices.min(invocations);
             let positions = results.as_chunks_mut().0;
             fine_scale::fine_scale(params, vectors(0), vectors(1), vectors(2), words(3), positions);

@@ -1,5 +1,5 @@
 use super::kernels;
-use rhytid_core::plan::{Dispatch, Plan, PlanLimits};
+use rhytid_core::plan::{Dispatch, Input, Plan, PlanLimits};
 use rhytid_core::{HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use std::time::Duration;
 
@@ -36,15 +36,12 @@ impl ToySession {
         self.plan.dispatches(frames)
     }
 
-    /// Writes the handle positions of a batch where the kernels read them.
+    /// Writes the inputs of a batch where the kernels read them.
     pub fn write(&mut self, batch: HandleFrames<'_>) {
         self.frames = batch.frames;
-        let bytes: &[u8] = bytemuck::cast_slice(batch.positions);
-        let frame = self.plan.handle_positions_bytes();
-        for slice in self.plan.slices(batch.frames) {
-            let of_slice = &bytes[slice.frames.start * frame..slice.frames.end * frame];
-            let buffer: &mut [u8] = bytemuck::cast_slice_mut(&mut self.buffers[slice.handle_positions]);
-            buffer[..of_slice.len()].copy_from_slice(of_slice);
+        for Input { buffer, numbers } in self.plan.inputs(batch) {
+            let words = bytemuck::cast_slice(&numbers);
+            self.buffers[buffer][..words.len()].copy_from_slice(words);
         }
     }
 

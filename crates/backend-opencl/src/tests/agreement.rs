@@ -1,7 +1,7 @@
 use super::support::{assert_agreement, devices, frames, on_cpu, rig};
 use crate::OpenCl;
 use rhytid_core::plan::{Plan, PlanLimits};
-use rhytid_core::{Animator, Backend, BasisStorage, Stage, UploadOptions};
+use rhytid_core::{Animator, Backend, BasisStorage, DeviceInfo, DeviceKind, Stage, UploadOptions};
 use std::time::Instant;
 
 /// V, H, F, P, K, around the workgroup's 64; without edges, without examples, one of each.
@@ -17,9 +17,15 @@ const SIZES: [[usize; 5]; 7] = [
 
 const F16: UploadOptions = UploadOptions { max_frames: 31, basis: BasisStorage::F16 };
 
+/// Every device as what it is, and as what it is not: the kernels for processors are right on GPUs, and the other way round.
+fn as_both_classes() -> Vec<DeviceInfo> {
+    let as_kind = |kind| devices().into_iter().map(move |info| DeviceInfo { kind, ..info });
+    [DeviceKind::Cpu, DeviceKind::DiscreteGpu].into_iter().flat_map(as_kind).collect()
+}
+
 #[test]
 fn every_stage_agrees_with_the_cpu() {
-    for info in devices() {
+    for info in as_both_classes() {
         let device = OpenCl::open(&info).unwrap();
         for sizes in SIZES {
             let rig = rig(sizes);
@@ -30,7 +36,12 @@ fn every_stage_agrees_with_the_cpu() {
                     let positions = frames(&rig, count, seed as u64);
                     cpu.evaluate(&positions).unwrap();
                     session.evaluate(&positions).unwrap();
-                    let what = format!("{}, {sizes:?}, {:?}, {count} frames", info.id(), options.basis);
+                    let what = format!(
+                        "{}, {:?}, {sizes:?}, {:?}, {count} frames",
+                        info.id(),
+                        info.kind,
+                        options.basis
+                    );
                     assert_agreement(&mut session, &mut cpu, &what);
                 }
             }
@@ -47,7 +58,7 @@ fn parts_and_slices_agree_with_the_cpu() {
         let parts = plan.dispatches(1).iter().filter(|dispatch| dispatch.stage == Stage::Normals).count();
         assert!(parts > 1 && plan.slices(31).count() > 1, "{parts} parts");
     }
-    for info in devices() {
+    for info in as_both_classes() {
         let mut device = OpenCl::open(&info).unwrap();
         device.limits = limits;
         for options in [UploadOptions::frames(31), F16] {

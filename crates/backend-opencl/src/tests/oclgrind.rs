@@ -34,7 +34,7 @@ fn source(kernel: &Kernel) -> String {
         // The last frame is written behind the end.
         Ok("overrun") => ("strain", "features[frame *", "features[(frame + 1) *"),
         // One component is left out.
-        Ok("unwritten") => ("detail", "local_detail[result + 1] = sum.y;", ""),
+        Ok("unwritten") => ("detail", "local_detail[result + 1] = sum[g][1].of[lane];", ""),
         _ => return kernel.opencl.to_owned(),
     };
     if kernel.name != of {
@@ -72,7 +72,7 @@ fn small_case() {
         }
     }
     if fault.as_deref() == Some("call") {
-        assert!(device.kernel(&STRAIN).unwrap().set_words(99, &[0]).is_err());
+        assert!(device.kernels(&STRAIN).unwrap()[0].1.set_words(99, &[0]).is_err());
     }
     println!("evaluated {sizes:?}");
 }

@@ -1,6 +1,7 @@
 #version 450
-// README.md beside this file says what is computed. One invocation: one vertex (x) of one frame (y).
+// README.md beside this file says what is computed. One invocation: one vertex (x) of FRAMES frames (y).
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint FRAMES = 1;
 
 layout(push_constant, std430) uniform Params {
     uint frames;
@@ -10,53 +11,93 @@ layout(push_constant, std430) uniform Params {
     uint strain_edges;
     uint influences;
     uint centers;
+    uint edges_per_word;
 } params;
-layout(std430, binding = 0) readonly buffer Features { float features[]; };
+layout(std430, binding = 0) readonly buffer SquaredDifferences { vec4 squared_differences[]; };
 layout(std430, binding = 1) readonly buffer InfluenceEdges { uint influence_edges[]; };
 layout(std430, binding = 2) readonly buffer InfluenceWeights { float influence_weights[]; };
-layout(std430, binding = 3) readonly buffer PoseFeatures { float pose_features[]; };
-layout(std430, binding = 4) readonly buffer RbfWeights { float rbf_weights[]; };
-layout(std430, binding = 5) readonly buffer Pivots { uint pivots[]; };
-layout(std430, binding = 6) writeonly buffer LocalDetail { float local_detail[]; };
+layout(std430, binding = 3) readonly buffer RbfWeights { float rbf_weights[]; };
+layout(std430, binding = 4) readonly buffer Pivots { uint pivots[]; };
+layout(std430, binding = 5) writeonly buffer LocalDetail { float local_detail[]; };
 
-// How far the features from f on are from centre j, as a vertex sees it.
-float feature_distance(uint f, uint j, uint tile, uint lane) {
-    uint f_j = j * params.strain_edges;
-    float square = 0.0;
-    for (uint k = 0; k < params.influences; k++) {
-        uint at = (tile * params.influences + k) * 64 + lane;
-        uint edge = influence_edges[at];
-        float difference = features[f + edge] - pose_features[f_j + edge];
-        square += influence_weights[at] * (difference * difference);
+// The distances of each frame's features from those of eight centres: the first four, and the others.
+vec4 low[4];
+vec4 high[4];
+
+// Computes the distances from the centres 8 eight to 8 eight + 7, as vertex i of the part sees them.
+void measure(uint i, uint frame, uint eight) {
+    uint eights = (params.centers + 7) / 8;
+    uint words = (params.influences + params.edges_per_word - 1) / params.edges_per_word;
+    uint bits = 32 / params.edges_per_word;
+    uint mask = 0xffffffffu >> (32 - bits);
+    uint tile = i / 16;
+    uint lane = i % 16;
+    for (uint g = 0; g < FRAMES; g++) {
+        low[g] = vec4(0.0);
+        high[g] = vec4(0.0);
     }
-    return sqrt(square);
+    for (uint word = 0; word < words; word++) {
+        uint edges = influence_edges[(tile * words + word) * 16 + lane];
+        uint first = word * params.edges_per_word;
+        for (uint k = first; k < min(first + params.edges_per_word, params.influences); k++) {
+            uint edge = edges >> ((k - first) * bits) & mask;
+            float alpha = influence_weights[(tile * params.influences + k) * 16 + lane];
+            for (uint g = 0; g < FRAMES; g++) {
+                uint of_frame = min(frame + g, params.frames - 1);
+                uint at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);
+                low[g] += alpha * squared_differences[at];
+                high[g] += alpha * squared_differences[at + 1];
+            }
+        }
+    }
+    for (uint g = 0; g < FRAMES; g++) {
+        low[g] = sqrt(low[g]);
+        high[g] = sqrt(high[g]);
+    }
 }
 
-vec3 weight(uint j, uint tile, uint lane) {
-    uint at = ((tile * params.centers + j) * 3) * 64 + lane;
-    return vec3(rbf_weights[at], rbf_weights[at + 64], rbf_weights[at + 128]);
+// One of the distances, 0 to 7. Written so that no array is indexed by what differs between invocations.
+float distance_to(uint g, uint j) {
+    vec4 of_four = j < 4 ? low[g] : high[g];
+    vec2 of_two = j % 4 < 2 ? of_four.xy : of_four.zw;
+    return j % 2 == 0 ? of_two.x : of_two.y;
+}
+
+vec3 weight(uint i, uint j) {
+    uint at = (i / 16 * params.centers + j) * 48 + i % 16;
+    return vec3(rbf_weights[at], rbf_weights[at + 16], rbf_weights[at + 32]);
 }
 
 void main() {
-    uint i = gl_GlobalInvocationID.x;
-    uint frame = gl_GlobalInvocationID.y;
-    if (i >= params.part_vertices) {
-        return;
-    }
-    uint v = params.first_vertex + i;
-    uint tile = i / 64;
-    uint lane = i % 64;
-    uint f = frame * params.strain_edges;
+    // Those past the end compute the last vertex once more, so that all of a workgroup go the same way.
+    uint i = min(gl_GlobalInvocationID.x, params.part_vertices - 1);
+    uint frame = FRAMES * gl_GlobalInvocationID.y;
     uint pivot = pivots[i];
-    float r_pivot = feature_distance(f, pivot, tile, lane);
-    vec3 sum = weight(pivot, tile, lane) * r_pivot;
-    for (uint j = 0; j < params.centers; j++) {
-        if (j != pivot) {
-            sum += weight(j, tile, lane) * (feature_distance(f, j, tile, lane) - r_pivot);
+    measure(i, frame, pivot / 8);
+    float r_pivot[4];
+    vec3 sum[4];
+    for (uint g = 0; g < FRAMES; g++) {
+        r_pivot[g] = distance_to(g, pivot % 8);
+        sum[g] = weight(i, pivot) * r_pivot[g];
+    }
+    for (uint first = 0; first < params.centers; first += 8) {
+        // Most rigs have no more than eight centres: then these are the distances that there are already.
+        if (params.centers > 8) {
+            measure(i, frame, first / 8);
+        }
+        for (uint j = 0; j < min(8, params.centers - first); j++) {
+            vec3 w = weight(i, first + j);
+            for (uint g = 0; g < FRAMES; g++) {
+                sum[g] += w * (first + j == pivot ? 0.0 : distance_to(g, j) - r_pivot[g]);
+            }
         }
     }
-    uint result = 3 * (frame * params.vertices + v);
-    local_detail[result] = sum.x;
-    local_detail[result + 1] = sum.y;
-    local_detail[result + 2] = sum.z;
+    for (uint g = 0; g < FRAMES; g++) {
+        if (frame + g < params.frames && gl_GlobalInvocationID.x < params.part_vertices) {
+            uint result = 3 * ((frame + g) * params.vertices + params.first_vertex + i);
+            local_detail[result] = sum[g].x;
+            local_detail[result + 1] = sum[g].y;
+            local_detail[result + 2] = sum[g].z;
+        }
+    }
 }

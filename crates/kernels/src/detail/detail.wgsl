@@ -1,4 +1,6 @@
-// README.md beside this file says what is computed. One invocation: one vertex (x) of one frame (y).
+// README.md beside this file says what is computed. One invocation: one vertex (x) of FRAMES frames (y).
+override FRAMES: u32 = 1;
+
 struct Params {
     frames: u32,
     vertices: u32,
@@ -7,56 +9,94 @@ struct Params {
     strain_edges: u32,
     influences: u32,
     centers: u32,
+    edges_per_word: u32,
 }
 
-@group(0) @binding(0) var<storage, read> features: array<f32>;
+@group(0) @binding(0) var<storage, read> squared_differences: array<vec4f>;
 @group(0) @binding(1) var<storage, read> influence_edges: array<u32>;
 @group(0) @binding(2) var<storage, read> influence_weights: array<f32>;
-@group(0) @binding(3) var<storage, read> pose_features: array<f32>;
-@group(0) @binding(4) var<storage, read> rbf_weights: array<f32>;
-@group(0) @binding(5) var<storage, read> pivots: array<u32>;
-@group(0) @binding(6) var<storage, read_write> local_detail: array<f32>;
-@group(0) @binding(7) var<uniform> params: Params;
+@group(0) @binding(3) var<storage, read> rbf_weights: array<f32>;
+@group(0) @binding(4) var<storage, read> pivots: array<u32>;
+@group(0) @binding(5) var<storage, read_write> local_detail: array<f32>;
+@group(0) @binding(6) var<uniform> params: Params;
 
-// How far the features from f on are from centre j, as a vertex sees it.
-fn feature_distance(f: u32, j: u32, tile: u32, lane: u32) -> f32 {
-    let f_j = j * params.strain_edges;
-    var square = 0.0;
-    for (var k = 0u; k < params.influences; k++) {
-        let at = (tile * params.influences + k) * 64 + lane;
-        let edge = influence_edges[at];
-        let difference = features[f + edge] - pose_features[f_j + edge];
-        square += influence_weights[at] * (difference * difference);
+// The distances of each frame's features from those of eight centres: the first four, and the others.
+var<private> low: array<vec4f, 4>;
+var<private> high: array<vec4f, 4>;
+
+// Computes the distances from the centres 8 eight to 8 eight + 7, as vertex i of the part sees them.
+fn measure(i: u32, frame: u32, eight: u32) {
+    let eights = (params.centers + 7) / 8;
+    let words = (params.influences + params.edges_per_word - 1) / params.edges_per_word;
+    let bits = 32 / params.edges_per_word;
+    let mask = 0xffffffffu >> (32 - bits);
+    let tile = i / 16;
+    let lane = i % 16;
+    low = array<vec4f, 4>();
+    high = array<vec4f, 4>();
+    for (var word = 0u; word < words; word++) {
+        let edges = influence_edges[(tile * words + word) * 16 + lane];
+        let first = word * params.edges_per_word;
+        for (var k = first; k < min(first + params.edges_per_word, params.influences); k++) {
+            let edge = edges >> ((k - first) * bits) & mask;
+            let alpha = influence_weights[(tile * params.influences + k) * 16 + lane];
+            for (var g = 0u; g < FRAMES; g++) {
+                let of_frame = min(frame + g, params.frames - 1);
+                let at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);
+                low[g] += alpha * squared_differences[at];
+                high[g] += alpha * squared_differences[at + 1];
+            }
+        }
     }
-    return sqrt(square);
+    for (var g = 0u; g < FRAMES; g++) {
+        low[g] = sqrt(low[g]);
+        high[g] = sqrt(high[g]);
+    }
 }
 
-fn weight(j: u32, tile: u32, lane: u32) -> vec3f {
-    let at = ((tile * params.centers + j) * 3) * 64 + lane;
-    return vec3f(rbf_weights[at], rbf_weights[at + 64], rbf_weights[at + 128]);
+// One of the distances, 0 to 7. Written so that no array is indexed by what differs between invocations.
+fn distance_to(g: u32, j: u32) -> f32 {
+    let of_four = select(high[g], low[g], j < 4);
+    let of_two = select(of_four.zw, of_four.xy, j % 4 < 2);
+    return select(of_two.y, of_two.x, j % 2 == 0);
+}
+
+fn weight(i: u32, j: u32) -> vec3f {
+    let at = (i / 16 * params.centers + j) * 48 + i % 16;
+    return vec3f(rbf_weights[at], rbf_weights[at + 16], rbf_weights[at + 32]);
 }
 
 @compute @workgroup_size(64)
 fn detail(@builtin(global_invocation_id) id: vec3u) {
-    let i = id.x;
-    let frame = id.y;
-    if i >= params.part_vertices {
-        return;
-    }
-    let v = params.first_vertex + i;
-    let tile = i / 64;
-    let lane = i % 64;
-    let f = frame * params.strain_edges;
+    // Those past the end compute the last vertex once more, so that all of a workgroup go the same way.
+    let i = min(id.x, params.part_vertices - 1);
+    let frame = FRAMES * id.y;
     let pivot = pivots[i];
-    let r_pivot = feature_distance(f, pivot, tile, lane);
-    var sum = weight(pivot, tile, lane) * r_pivot;
-    for (var j = 0u; j < params.centers; j++) {
-        if j != pivot {
-            sum += weight(j, tile, lane) * (feature_distance(f, j, tile, lane) - r_pivot);
+    measure(i, frame, pivot / 8);
+    var r_pivot: array<f32, 4>;
+    var sum: array<vec3f, 4>;
+    for (var g = 0u; g < FRAMES; g++) {
+        r_pivot[g] = distance_to(g, pivot % 8);
+        sum[g] = weight(i, pivot) * r_pivot[g];
+    }
+    for (var first = 0u; first < params.centers; first += 8) {
+        // Most rigs have no more than eight centres: then these are the distances that there are already.
+        if params.centers > 8 {
+            measure(i, frame, first / 8);
+        }
+        for (var j = 0u; j < min(8, params.centers - first); j++) {
+            let w = weight(i, first + j);
+            for (var g = 0u; g < FRAMES; g++) {
+                sum[g] += w * select(distance_to(g, j) - r_pivot[g], 0, first + j == pivot);
+            }
         }
     }
-    let result = 3 * (frame * params.vertices + v);
-    local_detail[result] = sum.x;
-    local_detail[result + 1] = sum.y;
-    local_detail[result + 2] = sum.z;
+    for (var g = 0u; g < FRAMES; g++) {
+        if frame + g < params.frames && id.x < params.part_vertices {
+            let result = 3 * ((frame + g) * params.vertices + params.first_vertex + i);
+            local_detail[result] = sum[g].x;
+            local_detail[result + 1] = sum[g].y;
+            local_detail[result + 2] = sum[g].z;
+        }
+    }
 }

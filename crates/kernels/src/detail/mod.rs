@@ -1,5 +1,6 @@
 #![doc = include_str!("README.md")]
 use crate::Real;
+use crate::differences::{table_index, table_len};
 use crate::params::parameter_block;
 
 parameter_block!(
@@ -17,6 +18,8 @@ parameter_block!(
     influences,
     /// N, the rest pose included.
     centers,
+    /// Indices of strain edges in a word of `influence_edges`: 1, 2 or 4. The twin has one in each and does not look.
+    edges_per_word,
 );
 
 impl Params {
@@ -24,19 +27,49 @@ impl Params {
     pub fn whole(frames: usize, vertices: usize, edges: usize, influences: usize, centers: usize) -> Self {
         let [frames, vertices, strain_edges, influences, centers] =
             [frames, vertices, edges, influences, centers].map(|n| n as u32);
-        Self { frames, vertices, first_vertex: 0, part_vertices: vertices, strain_edges, influences, centers }
+        Self {
+            frames,
+            vertices,
+            first_vertex: 0,
+            part_vertices: vertices,
+            strain_edges,
+            influences,
+            centers,
+            edges_per_word: 1,
+        }
     }
 }
 
-/// What the kernel reads of a rig; all but `pose_features` have the vertices of the part alone.
+/// How many indices of F strain edges fit in a word.
+pub fn edges_per_word(strain_edges: usize) -> usize {
+    match strain_edges {
+        0..=0x100 => 4,
+        0x101..=0x1_0000 => 2,
+        _ => 1,
+    }
+}
+
+/// K indices of strain edges in words, the first in the lowest bits; what is left of the last word is zero.
+pub fn packed(edges: &[u32], per_word: usize) -> impl Iterator<Item = u32> {
+    let bits = u32::BITS as usize / per_word;
+    edges
+        .chunks(per_word)
+        .map(move |edges| edges.iter().rev().fold(0, |word: u32, &e| word.unbounded_shl(bits as u32) | e))
+}
+
+/// What [`packed`] was given, K indices.
+pub fn unpacked(words: &[u32], per_word: usize, influences: usize) -> impl Iterator<Item = u32> {
+    let bits = u32::BITS as usize / per_word;
+    (0..influences).map(move |k| words[k / per_word] << (32 - bits - k % per_word * bits) >> (32 - bits))
+}
+
+/// What the kernel reads of a rig: the vertices of the part alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
     /// V×K indices of strain edges.
     pub influence_edges: &'a [u32],
     /// α, V×K.
     pub influence_weights: &'a [T],
-    /// N×F.
-    pub pose_features: &'a [T],
     /// w, V×N, in the form that [`pivoted`] gives them.
     pub rbf_weights: &'a [[T; 3]],
     /// V indices of centres, as [`pivoted`] chose them.
@@ -67,14 +100,17 @@ pub fn feature_distance<T: Real>(edges: &[u32], weights: &[T], f: &[T], f_j: &[T
     sum.sqrt()
 }
 
-/// d_v of vertex `i` of the part for the features `f` of one frame.
-pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, f: &[T], i: usize) -> [T; 3] {
+/// d_v of vertex `i` of the part, given the table of one frame.
+pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &[T], i: usize) -> [T; 3] {
     let (edges, k, n) = (params.strain_edges as usize, params.influences as usize, params.centers as usize);
     let influence_edges = &buffers.influence_edges[i * k..][..k];
     let influence_weights = &buffers.influence_weights[i * k..][..k];
     let distance = |j: usize| {
-        let f_j = &buffers.pose_features[j * edges..][..edges];
-        feature_distance(influence_edges, influence_weights, f, f_j)
+        let mut sum = T::zero();
+        for (&e, &alpha) in influence_edges.iter().zip(influence_weights) {
+            sum = alpha.times_plus(table[table_index(edges, e as usize, j)], sum);
+        }
+        sum.sqrt()
     };
     let w = &buffers.rbf_weights[i * n..][..n];
     let pivot = buffers.pivots[i] as usize;
@@ -92,16 +128,17 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, f: &[T],
 /// The twin.
 pub fn detail<T: Real>(
     params: Params,
-    features: &[T],
+    squared_differences: &[T],
     buffers: &Buffers<'_, T>,
     local_detail: &mut [[T; 3]],
 ) {
-    let (vertices, edges) = (params.vertices as usize, params.strain_edges as usize);
+    let vertices = params.vertices as usize;
+    let len = table_len(params.strain_edges as usize, params.centers as usize);
     for frame in 0..params.frames as usize {
-        let f = &features[frame * edges..][..edges];
+        let table = &squared_differences[frame * len..][..len];
         for i in 0..params.part_vertices as usize {
             let v = params.first_vertex as usize + i;
-            local_detail[frame * vertices + v] = vertex_detail(params, buffers, f, i);
+            local_detail[frame * vertices + v] = vertex_detail(params, buffers, table, i);
         }
     }
 }

@@ -1,4 +1,20 @@
-// README.md beside this file says what is computed. One work item: one vertex (x) of one frame (y).
+// README.md beside this file says what is computed. One work item: VERTICES vertices (x) of FRAMES frames (y).
+#ifndef FRAMES
+#define FRAMES 1
+#endif
+// 4 on GPUs; 16, a tile, where there is a processor behind OpenCL.
+#ifndef VERTICES
+#define VERTICES 4
+#endif
+#define JOINED(a, b) a##b
+#define JOIN(a, b) JOINED(a, b)
+typedef JOIN(float, VERTICES) Floats;
+typedef JOIN(uint, VERTICES) Uints;
+typedef union {
+    Floats all;
+    float of[VERTICES];
+} Lanes;
+
 typedef struct {
     uint frames;
     uint vertices;
@@ -8,37 +24,52 @@ typedef struct {
     uint half_basis;
 } Params;
 
-// Row h of the tile of 64 vertices that vertex i of the part is in; halves where params.half_basis is 1.
-static float basis_at(__global const uint *basis, const Params params, uint i, uint h) {
-    uint at = (i / 64 * params.handles + h) * 64 + i % 64;
-    return params.half_basis != 0 ? vload_half(at, (__global const half *)basis) : as_float(basis[at]);
+// Row h of the tile of 16 vertices, for those from vertex i on; halves where params.half_basis is 1.
+static Floats basis_at(__global const uint *basis, const Params params, uint i, uint h) {
+    uint at = ((i / 16 * params.handles + h) * 16 + i % 16) / VERTICES;
+    return params.half_basis != 0 ? JOIN(vloada_half, VERTICES)(at, (__global const half *)basis)
+                                  : JOIN(as_float, VERTICES)(((__global const Uints *)basis)[at]);
 }
 
-__kernel __attribute__((reqd_work_group_size(64, 1, 1))) void large_scale(
+__kernel __attribute__((reqd_work_group_size(256 / VERTICES, 1, 1))) void large_scale(
     __global const float *restrict rest,
     __global const uint *restrict basis,
-    __global const float *restrict handle_rest,
-    __global const float *restrict handle_positions,
+    __global const float *restrict displacements,
     __global float *restrict large_scale_positions,
     const Params params)
 {
-    uint i = get_global_id(0);
-    uint frame = get_global_id(1);
+    uint i = VERTICES * get_global_id(0);
+    uint frame = FRAMES * get_global_id(1);
     if (i >= params.part_vertices) {
         return;
     }
-    uint v = params.first_vertex + i;
-    uint first = frame * params.handles;
-    float3 sum = (float3)(0.0f);
-    for (uint h = 0; h < params.handles; h++) {
-        uint p = 3 * (first + h);
-        float3 u = (float3)(handle_positions[p] - handle_rest[3 * h],
-                      handle_positions[p + 1] - handle_rest[3 * h + 1],
-                      handle_positions[p + 2] - handle_rest[3 * h + 2]);
-        sum += basis_at(basis, params, i, h) * u;
+    Lanes x[FRAMES];
+    Lanes y[FRAMES];
+    Lanes z[FRAMES];
+    for (uint g = 0; g < FRAMES; g++) {
+        x[g].all = (Floats)(0.0f);
+        y[g].all = (Floats)(0.0f);
+        z[g].all = (Floats)(0.0f);
     }
-    uint result = 3 * (frame * params.vertices + v);
-    large_scale_positions[result] = rest[3 * v] + sum.x;
-    large_scale_positions[result + 1] = rest[3 * v + 1] + sum.y;
-    large_scale_positions[result + 2] = rest[3 * v + 2] + sum.z;
+    for (uint h = 0; h < params.handles; h++) {
+        Floats b = basis_at(basis, params, i, h);
+        for (uint g = 0; g < FRAMES; g++) {
+            uint at = min(frame + g, params.frames - 1) * params.handles + h;
+            float4 u = ((__global const float4 *)displacements)[at];
+            x[g].all += b * u.x;
+            y[g].all += b * u.y;
+            z[g].all += b * u.z;
+        }
+    }
+    for (uint g = 0; g < FRAMES; g++) {
+        for (uint lane = 0; lane < VERTICES; lane++) {
+            if (frame + g < params.frames && i + lane < params.part_vertices) {
+                uint v = params.first_vertex + i + lane;
+                uint result = 3 * ((frame + g) * params.vertices + v);
+                large_scale_positions[result] = rest[3 * v] + x[g].of[lane];
+                large_scale_positions[result + 1] = rest[3 * v + 1] + y[g].of[lane];
+                large_scale_positions[result + 2] = rest[3 * v + 2] + z[g].of[lane];
+            }
+        }
+    }
 }

@@ -1,6 +1,7 @@
 #version 450
-// README.md beside this file says what is computed. One invocation: one vertex (x) of one frame (y).
+// README.md beside this file says what is computed. One invocation: four vertices (x) of FRAMES frames (y).
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint FRAMES = 1;
 
 layout(push_constant, std430) uniform Params {
     uint frames;
@@ -11,39 +12,50 @@ layout(push_constant, std430) uniform Params {
     uint half_basis;
 } params;
 layout(std430, binding = 0) readonly buffer Rest { float rest[]; };
-layout(std430, binding = 1) readonly buffer Basis { uint basis[]; };
-layout(std430, binding = 2) readonly buffer HandleRest { float handle_rest[]; };
-layout(std430, binding = 3) readonly buffer HandlePositions { float handle_positions[]; };
-layout(std430, binding = 4) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
+layout(std430, binding = 1) readonly buffer Basis { uvec2 basis[]; };
+layout(std430, binding = 2) readonly buffer Displacements { vec4 displacements[]; };
+layout(std430, binding = 3) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
 
-// Row h of the tile of 64 vertices that vertex i of the part is in; two halves to a word where params.half_basis is 1.
-float basis_at(uint i, uint h) {
-    uint at = (i / 64 * params.handles + h) * 64 + i % 64;
+// Row h of the tile of 16 vertices, for the four vertices from i on; halves where params.half_basis is 1.
+vec4 basis_at(uint i, uint h) {
+    uint at = (i / 16 * params.handles + h) * 16 + i % 16;
     if (params.half_basis != 0) {
-        vec2 pair = unpackHalf2x16(basis[at / 2]);
-        return at % 2 == 0 ? pair.x : pair.y;
+        uvec2 halves = basis[at / 4];
+        return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
     }
-    return uintBitsToFloat(basis[at]);
+    return vec4(uintBitsToFloat(basis[at / 2]), uintBitsToFloat(basis[at / 2 + 1]));
 }
 
 void main() {
-    uint i = gl_GlobalInvocationID.x;
-    uint frame = gl_GlobalInvocationID.y;
-    if (i >= params.part_vertices) {
-        return;
+    // Those past the end compute the last four once more, so that all of a workgroup go the same way.
+    uint i = min(4 * gl_GlobalInvocationID.x, (params.part_vertices - 1) / 4 * 4);
+    uint frame = FRAMES * gl_GlobalInvocationID.y;
+    vec4 x[4];
+    vec4 y[4];
+    vec4 z[4];
+    for (uint g = 0; g < FRAMES; g++) {
+        x[g] = vec4(0.0);
+        y[g] = vec4(0.0);
+        z[g] = vec4(0.0);
     }
-    uint v = params.first_vertex + i;
-    uint first = frame * params.handles;
-    vec3 sum = vec3(0.0);
     for (uint h = 0; h < params.handles; h++) {
-        uint p = 3 * (first + h);
-        vec3 u = vec3(handle_positions[p] - handle_rest[3 * h],
-                      handle_positions[p + 1] - handle_rest[3 * h + 1],
-                      handle_positions[p + 2] - handle_rest[3 * h + 2]);
-        sum += basis_at(i, h) * u;
+        vec4 b = basis_at(i, h);
+        for (uint g = 0; g < FRAMES; g++) {
+            vec4 u = displacements[min(frame + g, params.frames - 1) * params.handles + h];
+            x[g] += b * u.x;
+            y[g] += b * u.y;
+            z[g] += b * u.z;
+        }
     }
-    uint result = 3 * (frame * params.vertices + v);
-    large_scale_positions[result] = rest[3 * v] + sum.x;
-    large_scale_positions[result + 1] = rest[3 * v + 1] + sum.y;
-    large_scale_positions[result + 2] = rest[3 * v + 2] + sum.z;
+    for (uint g = 0; g < FRAMES; g++) {
+        for (uint lane = 0; lane < 4; lane++) {
+            if (frame + g < params.frames && 4 * gl_GlobalInvocationID.x + lane < params.part_vertices) {
+                uint v = params.first_vertex + i + lane;
+                uint result = 3 * ((frame + g) * params.vertices + v);
+                large_scale_positions[result] = rest[3 * v] + x[g][lane];
+                large_scale_positions[result + 1] = rest[3 * v + 1] + y[g][lane];
+                large_scale_positions[result + 2] = rest[3 * v + 2] + z[g][lane];
+            }
+        }
+    }
 }

@@ -1,4 +1,6 @@
-// README.md beside this file says what is computed. One invocation: one vertex (x) of one frame (y).
+// README.md beside this file says what is computed. One invocation: four vertices (x) of FRAMES frames (y).
+override FRAMES: u32 = 1;
+
 struct Params {
     frames: u32,
     vertices: u32,
@@ -9,41 +11,47 @@ struct Params {
 }
 
 @group(0) @binding(0) var<storage, read> rest: array<f32>;
-@group(0) @binding(1) var<storage, read> basis: array<u32>;
-@group(0) @binding(2) var<storage, read> handle_rest: array<f32>;
-@group(0) @binding(3) var<storage, read> handle_positions: array<f32>;
-@group(0) @binding(4) var<storage, read_write> large_scale_positions: array<f32>;
-@group(0) @binding(5) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read> basis: array<vec2u>;
+@group(0) @binding(2) var<storage, read> displacements: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> large_scale_positions: array<f32>;
+@group(0) @binding(4) var<uniform> params: Params;
 
-// Row h of the tile of 64 vertices that vertex i of the part is in; two halves to a word where params.half_basis is 1.
-fn basis_at(i: u32, h: u32) -> f32 {
-    let at = (i / 64 * params.handles + h) * 64 + i % 64;
+// Row h of the tile of 16 vertices, for the four vertices from i on; halves where params.half_basis is 1.
+fn basis_at(i: u32, h: u32) -> vec4f {
+    let at = (i / 16 * params.handles + h) * 16 + i % 16;
     if params.half_basis != 0 {
-        let pair = unpack2x16float(basis[at / 2]);
-        return select(pair.y, pair.x, at % 2 == 0);
+        let halves = basis[at / 4];
+        return vec4f(unpack2x16float(halves.x), unpack2x16float(halves.y));
     }
-    return bitcast<f32>(basis[at]);
+    return vec4f(bitcast<vec2f>(basis[at / 2]), bitcast<vec2f>(basis[at / 2 + 1]));
 }
 
 @compute @workgroup_size(64)
 fn large_scale(@builtin(global_invocation_id) id: vec3u) {
-    let i = id.x;
-    let frame = id.y;
-    if i >= params.part_vertices {
-        return;
-    }
-    let v = params.first_vertex + i;
-    let first = frame * params.handles;
-    var sum = vec3f();
+    // Those past the end compute the last four once more, so that all of a workgroup go the same way.
+    let i = min(4 * id.x, (params.part_vertices - 1) / 4 * 4);
+    let frame = FRAMES * id.y;
+    var x: array<vec4f, 4>;
+    var y: array<vec4f, 4>;
+    var z: array<vec4f, 4>;
     for (var h = 0u; h < params.handles; h++) {
-        let p = 3 * (first + h);
-        let u = vec3f(handle_positions[p] - handle_rest[3 * h],
-                      handle_positions[p + 1] - handle_rest[3 * h + 1],
-                      handle_positions[p + 2] - handle_rest[3 * h + 2]);
-        sum += basis_at(i, h) * u;
+        let b = basis_at(i, h);
+        for (var g = 0u; g < FRAMES; g++) {
+            let u = displacements[min(frame + g, params.frames - 1) * params.handles + h];
+            x[g] += b * u.x;
+            y[g] += b * u.y;
+            z[g] += b * u.z;
+        }
     }
-    let result = 3 * (frame * params.vertices + v);
-    large_scale_positions[result] = rest[3 * v] + sum.x;
-    large_scale_positions[result + 1] = rest[3 * v + 1] + sum.y;
-    large_scale_positions[result + 2] = rest[3 * v + 2] + sum.z;
+    for (var g = 0u; g < FRAMES; g++) {
+        for (var lane = 0u; lane < 4; lane++) {
+            if frame + g < params.frames && 4 * id.x + lane < params.part_vertices {
+                let v = params.first_vertex + i + lane;
+                let result = 3 * ((frame + g) * params.vertices + v);
+                large_scale_positions[result] = rest[3 * v] + x[g][lane];
+                large_scale_positions[result + 1] = rest[3 * v + 1] + y[g][lane];
+                large_scale_positions[result + 2] = rest[3 * v + 2] + z[g][lane];
+            }
+        }
+    }
 }

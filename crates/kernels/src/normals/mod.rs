@@ -57,6 +57,27 @@ impl VertexTriangles {
     }
 }
 
+/// The two words of each corner at vertex `v`, given the triangles at it: the README's `corners`. A triangle that has the
+/// vertex twice has no area, so that it does not matter which of the two a corner is.
+pub fn corners<'a>(
+    v: u32,
+    triangles: &'a [[u32; 3]],
+    incident: &'a [u32],
+) -> impl Iterator<Item = [u32; 2]> + 'a {
+    incident.iter().map(move |&t| {
+        let triangle = triangles[t as usize];
+        let corner = triangle.iter().position(|&other| other == v).unwrap_or(0);
+        [triangle[(corner + 1) % 3] | (corner as u32) << 30, triangle[(corner + 2) % 3]]
+    })
+}
+
+/// The triangle that [`corners`] has at vertex `v`.
+pub fn triangle_of(v: u32, [next, last]: [u32; 2]) -> [u32; 3] {
+    let mut triangle = [v, next & !(3 << 30), last];
+    triangle.rotate_right((next >> 30) as usize);
+    triangle
+}
+
 /// The normal of one vertex, given the triangles at it.
 pub fn vertex_normal<T: Real>(positions: &[[T; 3]], triangles: &[[u32; 3]], incident: &[u32]) -> [T; 3] {
     let mut sum = [T::zero(); 3];

@@ -6,10 +6,6 @@ typedef struct {
     uint part_vertices;
 } Params;
 
-static float3 vector(__global const float *numbers, uint i) {
-    return (float3)(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
-}
-
 // a / |a|, or zero where a is zero; divides by the largest component first, so that no square vanishes or overflows.
 static float3 unit(float3 a) {
     float largest = max(max(fabs(a.x), fabs(a.y)), fabs(a.z));
@@ -22,9 +18,8 @@ static float3 unit(float3 a) {
 
 __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void normals(
     __global const float *restrict positions,
-    __global const uint *restrict triangles,
-    __global const uint *restrict triangle_offsets,
-    __global const uint *restrict vertex_triangles,
+    __global const uint *restrict corner_offsets,
+    __global const uint *restrict corners,
     __global float *restrict vertex_normals,
     const Params params)
 {
@@ -36,11 +31,14 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void normals(
     uint v = params.first_vertex + i;
     uint first = frame * params.vertices;
     float3 sum = (float3)(0.0f);
-    for (uint k = triangle_offsets[v]; k < triangle_offsets[v + 1]; k++) {
-        uint t = 3 * vertex_triangles[k];
-        float3 a = vector(positions, first + triangles[t]);
-        float3 e = vector(positions, first + triangles[t + 1]) - a;
-        float3 f = vector(positions, first + triangles[t + 2]) - a;
+    float3 here = vload3(first + v, positions);
+    for (uint k = corner_offsets[i]; k < corner_offsets[i + 1]; k++) {
+        uint corner = corners[2 * k] >> 30;
+        float3 next = vload3(first + (corners[2 * k] & 0x3fffffff), positions);
+        float3 last = vload3(first + corners[2 * k + 1], positions);
+        float3 a = corner == 0 ? here : corner == 1 ? last : next;
+        float3 e = (corner == 0 ? next : corner == 1 ? here : last) - a;
+        float3 f = (corner == 0 ? last : corner == 1 ? next : here) - a;
         sum += (float3)(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
     }
     float3 n = unit(sum);

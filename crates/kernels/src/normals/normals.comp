@@ -9,10 +9,9 @@ layout(push_constant, std430) uniform Params {
     uint part_vertices;
 } params;
 layout(std430, binding = 0) readonly buffer Positions { float positions[]; };
-layout(std430, binding = 1) readonly buffer Triangles { uint triangles[]; };
-layout(std430, binding = 2) readonly buffer TriangleOffsets { uint triangle_offsets[]; };
-layout(std430, binding = 3) readonly buffer VertexTriangles { uint vertex_triangles[]; };
-layout(std430, binding = 4) writeonly buffer VertexNormals { float vertex_normals[]; };
+layout(std430, binding = 1) readonly buffer CornerOffsets { uint corner_offsets[]; };
+layout(std430, binding = 2) readonly buffer Corners { uint corners[]; };
+layout(std430, binding = 3) writeonly buffer VertexNormals { float vertex_normals[]; };
 
 vec3 position(uint v) {
     return vec3(positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]);
@@ -37,11 +36,14 @@ void main() {
     uint v = params.first_vertex + i;
     uint first = frame * params.vertices;
     vec3 sum = vec3(0.0);
-    for (uint k = triangle_offsets[v]; k < triangle_offsets[v + 1]; k++) {
-        uint t = 3 * vertex_triangles[k];
-        vec3 a = position(first + triangles[t]);
-        vec3 e = position(first + triangles[t + 1]) - a;
-        vec3 f = position(first + triangles[t + 2]) - a;
+    vec3 here = position(first + v);
+    for (uint k = corner_offsets[i]; k < corner_offsets[i + 1]; k++) {
+        uint corner = corners[2 * k] >> 30;
+        vec3 next = position(first + (corners[2 * k] & 0x3fffffff));
+        vec3 last = position(first + corners[2 * k + 1]);
+        vec3 a = corner == 0 ? here : corner == 1 ? last : next;
+        vec3 e = (corner == 0 ? next : corner == 1 ? here : last) - a;
+        vec3 f = (corner == 0 ? last : corner == 1 ? next : here) - a;
         sum += vec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
     }
     vec3 n = unit(sum);

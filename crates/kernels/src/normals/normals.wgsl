@@ -7,11 +7,10 @@ struct Params {
 }
 
 @group(0) @binding(0) var<storage, read> positions: array<f32>;
-@group(0) @binding(1) var<storage, read> triangles: array<u32>;
-@group(0) @binding(2) var<storage, read> triangle_offsets: array<u32>;
-@group(0) @binding(3) var<storage, read> vertex_triangles: array<u32>;
-@group(0) @binding(4) var<storage, read_write> vertex_normals: array<f32>;
-@group(0) @binding(5) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read> corner_offsets: array<u32>;
+@group(0) @binding(2) var<storage, read> corners: array<u32>;
+@group(0) @binding(3) var<storage, read_write> vertex_normals: array<f32>;
+@group(0) @binding(4) var<uniform> params: Params;
 
 fn position(i: u32) -> vec3f {
     return vec3f(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
@@ -37,11 +36,14 @@ fn normals(@builtin(global_invocation_id) id: vec3u) {
     let v = params.first_vertex + i;
     let first = frame * params.vertices;
     var sum = vec3f();
-    for (var k = triangle_offsets[v]; k < triangle_offsets[v + 1]; k++) {
-        let t = 3 * vertex_triangles[k];
-        let a = position(first + triangles[t]);
-        let e = position(first + triangles[t + 1]) - a;
-        let f = position(first + triangles[t + 2]) - a;
+    let here = position(first + v);
+    for (var k = corner_offsets[i]; k < corner_offsets[i + 1]; k++) {
+        let corner = corners[2 * k] >> 30;
+        let next = position(first + (corners[2 * k] & 0x3fffffff));
+        let last = position(first + corners[2 * k + 1]);
+        let a = select(select(next, last, corner == 1), here, corner == 0);
+        let e = select(select(last, here, corner == 1), next, corner == 0) - a;
+        let f = select(select(here, next, corner == 1), last, corner == 0) - a;
         sum += vec3f(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
     }
     let n = unit(sum);
