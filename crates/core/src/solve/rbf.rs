@@ -10,17 +10,12 @@ use rhytid_kernels::detail::feature_distance;
 /// Eigenvalues below this part of the largest in size count as zero: poses that look the same to a vertex.
 const RANK_TOLERANCE: f64 = 1e-6;
 
-/// Where the product of the norms of a matrix and of its inverse is below this, no eigenvalue is near the tolerance.
-const SURELY_REGULAR: f64 = 0.1 / RANK_TOLERANCE;
-
 /// Vertices between two reports of progress.
 const VERTICES_AT_ONCE: usize = 1 << 14;
 
-/// Memory for one N×N problem, reused from vertex to vertex.
+/// Memory for one N×N eigenvalue problem, reused from vertex to vertex.
 struct Workspace {
     matrix: Mat<f64>,
-    /// Row-major: the matrix and the identity beside each other, on the way to the identity and the inverse.
-    augmented: Vec<f64>,
     values: Mat<f64>,
     vectors: Mat<f64>,
     scratch: MemBuffer,
@@ -32,7 +27,6 @@ impl Workspace {
             self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, Default::default());
         Self {
             matrix: Mat::zeros(n, n),
-            augmented: vec![0.0; 2 * n * n],
             values: Mat::zeros(n, 1),
             vectors: Mat::zeros(n, n),
             scratch: MemBuffer::new(scratch),
@@ -84,11 +78,7 @@ pub fn rbf_weights(
                             workspace.matrix[(j, i)] = r;
                         }
                     }
-                    match inverse(workspace) {
-                        Some(inverse) => regular(inverse, d, w),
-                        None => minimum_norm(workspace, d, w)?,
-                    }
-                    Ok(())
+                    minimum_norm(workspace, d, w)
                 },
             )
             .collect::<Result<()>>()?;
@@ -97,56 +87,9 @@ pub fn rbf_weights(
     Ok(weights)
 }
 
-/// The rows of Φ and of its inverse beside each other, if no eigenvalue can count as zero. Most vertices have such a
-/// Φ, and an inverse takes a fraction of the time of an eigenvalue problem.
-fn inverse(workspace: &mut Workspace) -> Option<&[f64]> {
-    let Workspace { matrix, augmented, .. } = workspace;
-    let n = matrix.nrows();
-    for (i, row) in augmented.chunks_exact_mut(2 * n).enumerate() {
-        for j in 0..n {
-            row[j] = matrix[(i, j)];
-            row[n + j] = f64::from(u8::from(i == j));
-        }
-    }
-    // Gauss–Jordan elimination; column c is not looked at again.
-    for c in 0..n {
-        let size = |row: &usize| augmented[row * 2 * n + c].abs();
-        let pivot = (c..n).max_by(|a, b| size(a).total_cmp(&size(b)))?;
-        (0..2 * n).for_each(|j| augmented.swap(c * 2 * n + j, pivot * 2 * n + j));
-        let (before, rest) = augmented.split_at_mut(c * 2 * n);
-        let (own, after) = rest.split_at_mut(2 * n);
-        let scale = 1.0 / own[c];
-        own[c + 1..].iter_mut().for_each(|x| *x *= scale);
-        for row in before.chunks_exact_mut(2 * n).chain(after.chunks_exact_mut(2 * n)) {
-            let factor = row[c];
-            row[c + 1..].iter_mut().zip(&own[c + 1..]).for_each(|(x, y)| *x -= factor * y);
-        }
-    }
-    // The Frobenius norm bounds the eigenvalues: the largest of Φ, and the inverse of its smallest.
-    let square = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>();
-    let largest = matrix.squared_norm_l2();
-    let inverse: f64 = augmented.chunks_exact(2 * n).map(|row| square(&row[n..])).sum();
-    // Also false where the elimination met a zero, so that something is no number.
-    ((largest * inverse).sqrt() < SURELY_REGULAR).then_some(augmented)
-}
-
-/// `w = Φ⁻¹ d`.
-fn regular(inverse: &[f64], d: impl Fn(usize) -> [f64; 3], w: &mut [[f64; 3]]) {
-    let n = w.len();
-    for (row, w) in inverse.chunks_exact(2 * n).zip(w) {
-        *w = [0.0; 3];
-        for (j, x) in row[n..].iter().enumerate() {
-            let d = d(j);
-            for c in 0..3 {
-                w[c] += x * d[c];
-            }
-        }
-    }
-}
-
 /// `w = Σ q (qᵀ d) / λ` over the eigenpairs of the symmetric matrix that count.
 fn minimum_norm(workspace: &mut Workspace, d: impl Fn(usize) -> [f64; 3], w: &mut [[f64; 3]]) -> Result<()> {
-    let Workspace { matrix, values, vectors, scratch, .. } = workspace;
+    let Workspace { matrix, values, vectors, scratch } = workspace;
     self_adjoint_evd(
         matrix.as_ref(),
         values.as_mut().col_mut(0).as_diagonal_mut(),
@@ -210,31 +153,5 @@ mod tests {
         for (w, expected) in w.iter().zip([4.0, 0.0, 0.0]) {
             assert!((w[0] - expected).abs() < 1e-12, "{w:?}");
         }
-    }
-
-    #[test]
-    fn both_ways_give_the_same() {
-        let places =
-            [[0.0, 0.0], [0.3, 0.1], [-0.2, 0.4], [0.7, -0.1], [0.31, 0.12], [1.0, 1.0], [-0.6, -0.2]];
-        let d = |j: usize| [1.0, j as f64, (j as f64).sin()];
-        let mut workspace = Workspace::new(places.len());
-        for (i, a) in places.iter().enumerate() {
-            for (j, b) in places.iter().enumerate() {
-                workspace.matrix[(i, j)] = f64::hypot(a[0] - b[0], a[1] - b[1]);
-            }
-        }
-        let (mut plain, mut by_eigenvalues) = ([[0.0; 3]; 7], [[0.0; 3]; 7]);
-        regular(inverse(&mut workspace).unwrap(), d, &mut plain);
-        minimum_norm(&mut workspace, d, &mut by_eigenvalues).unwrap();
-        for (a, b) in plain.as_flattened().iter().zip(by_eigenvalues.as_flattened()) {
-            assert!((a - b).abs() < 1e-11 * b.abs().max(1.0), "{a} {b}");
-        }
-        // Two poses that look nearly the same: an eigenvalue within the tolerance, yet not zero.
-        for j in 0..5 {
-            let nearly = workspace.matrix[(5, j)] + 1e-9;
-            (workspace.matrix[(6, j)], workspace.matrix[(j, 6)]) = (nearly, nearly);
-        }
-        (workspace.matrix[(5, 6)], workspace.matrix[(6, 5)]) = (1e-9, 1e-9);
-        assert!(inverse(&mut workspace).is_none());
     }
 }
