@@ -14,7 +14,7 @@ const COLUMNS_AT_ONCE: usize = 16;
 /// are zero, rows of handles are the identity.
 ///
 /// # Errors
-/// [`Error::Input`] if the system is not positive definite in floating point, [`Error::Cancelled`].
+/// [`crate::Error::Input`] if the system is not positive definite in floating point, [`crate::Error::Cancelled`].
 pub fn basis(
     rest: &[[f64; 3]],
     triangles: &[[u32; 3]],
