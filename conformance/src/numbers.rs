@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 /// Random numbers that are the same on every machine (splitmix64).
 #[derive(Debug, Clone)]
 pub struct Numbers(u64);
@@ -25,5 +27,14 @@ impl Numbers {
     /// The next whole number below `n`, which is at least 1.
     pub fn below(&mut self, n: usize) -> usize {
         ((self.unit() * n as f64) as usize).min(n - 1)
+    }
+
+    /// `count` distinct whole numbers below `n`, which is at least `count`; ascending.
+    pub fn some_below(&mut self, n: usize, count: usize) -> BTreeSet<u32> {
+        let mut some = BTreeSet::new();
+        while some.len() < count {
+            some.insert(self.below(n) as u32);
+        }
+        some
     }
 }

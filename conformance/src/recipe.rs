@@ -146,7 +146,7 @@ impl Recipe {
             beta: 1.0 / self.unit,
             triangles,
             basis,
-            influence_edges: (0..vertices * influences).map(|_| numbers.below(edges) as u32).collect(),
+            influence_edges: (0..vertices).flat_map(|_| numbers.some_below(edges, influences)).collect(),
             influence_weights: (0..vertices * influences).map(|_| numbers.unit() as f32).collect(),
             frame_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
             pose_features,

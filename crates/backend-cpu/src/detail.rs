@@ -1,161 +1,183 @@
-//! The detail: radial basis functions of the strains, from a table of squared differences.
+//! The detail: radial basis functions of the strains.
 //!
-//! `(f_e − f_je)²` depends on frame, strain edge and centre alone. A table of it makes the K × N gathers of a vertex K loads of
-//! neighbouring numbers.
+//! A vertex's distance from a centre, `Σ_k α_k (f_e(k) − f_je(k))²`, is a row of a sparse matrix, V × F, times a column of the table of
+//! squared differences, F × N. Vertices that lie side by side are driven by nearly the same strain edges: sixteen of them share the list
+//! of all their edges, and where an edge drives one of them and not the other, α is zero, which changes no sum. So nothing is gathered.
 use crate::lanes::{Lanes, load3, store3};
-use crate::rows::{GROUP, GroupRow, GroupVectors, TileRow, TileVectors};
+use crate::rows::{GROUP, ROW, Row, RowVectors};
 use pulp::Simd;
 use rhytid_core::Rig;
 use rhytid_kernels::Number;
 use rhytid_kernels::detail::pivoted;
-use rhytid_kernels::table::TILE;
+use std::ops::Range;
 
-/// Centres in a row of one frame's table: what the widest registers hold.
-const CENTERS: usize = 16;
+/// Centres whose distances are summed at once in one frame.
+const CENTERS: usize = 8;
 
-/// Vertices side by side in the weights: in this order they stream through memory.
-const ROW: usize = GROUP;
+/// Centres and vertices whose distances are summed at once in a group of frames: each number that is loaded serves several sums.
+const GROUP_CENTERS: usize = 4;
+const GROUP_VERTICES: usize = 2;
 
-/// Vertices whose distances are summed at once.
-const VERTICES: usize = 4;
+/// The squared differences of a strain edge and some of the centres, in one frame.
+pub type TableRow = [f32; CENTERS];
 
-/// The squared differences of a strain edge and some of the centres.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub struct TableRow([f32; CENTERS]);
-
-impl TableRow {
-    const ZERO: Self = Self([0.0; CENTERS]);
-}
+/// The same in a group of frames.
+pub type GroupTableRow = [Row; GROUP_CENTERS];
 
 /// What the kernel reads of a rig.
 #[derive(Debug)]
 pub struct Detail {
-    influences: usize,
+    /// N.
     centers: usize,
     /// F.
     edges: usize,
     /// N × F.
     pose_features: Vec<f32>,
-    indices: Indices,
-    /// α, V × K, V being a multiple of 64.
-    weights: Vec<f32>,
+    influences: Influences,
     /// w, `[V/16][N][3][16]`, with the pivot's sum in its place.
-    rbf_weights: Vec<GroupVectors>,
+    rbf_weights: Vec<RowVectors>,
     /// The pivot of each vertex; past V, 0.
-    pivots: Vec<[u32; TILE]>,
+    pivots: Vec<[u32; ROW]>,
 }
 
-/// V × K indices of strain edges, V being a multiple of 64, in as many bytes as they need.
-#[derive(Debug)]
-enum Indices {
-    U8(Vec<u8>),
-    U32(Vec<u32>),
+/// The strain edges that drive any of sixteen vertices, ascending, and how much they drive each.
+#[derive(Debug, Default)]
+struct Influences {
+    /// Where each sixteen vertices' edges begin, and where the last ones' end.
+    first: Vec<usize>,
+    edges: Vec<u32>,
+    /// α; zero where an edge does not drive a vertex.
+    weights: Vec<Row>,
+}
+
+impl Influences {
+    fn new(rig: &Rig) -> Self {
+        let mut all = Self { first: vec![0], ..Self::default() };
+        let (vertices, k) = (rig.vertices(), rig.influences());
+        for first in (0..vertices).step_by(ROW) {
+            let here = first * k..(first + ROW).min(vertices) * k;
+            let (edges, weights) = (&rig.influence_edges[here.clone()], &rig.influence_weights[here]);
+            let begin = all.edges.len();
+            let drives = |&(_, &alpha): &(&u32, &f32)| alpha != 0.0;
+            let mut list: Vec<u32> = edges.iter().zip(weights).filter(drives).map(|(&e, _)| e).collect();
+            list.sort_unstable();
+            list.dedup();
+            all.edges.extend(list);
+            all.weights.resize(all.edges.len(), Row::ZERO);
+            for (i, (e, weight)) in edges.iter().zip(weights).enumerate() {
+                if let Ok(row) = all.edges[begin..].binary_search(e) {
+                    all.weights[begin + row].0[i / k] = *weight;
+                }
+            }
+            all.first.push(all.edges.len());
+        }
+        all
+    }
+
+    /// The edges that drive the `row`th sixteen vertices, and α.
+    #[inline(always)]
+    fn at(&self, row: usize) -> (&[u32], &[Row]) {
+        let range = self.first[row]..self.first[row + 1];
+        (&self.edges[range.clone()], &self.weights[range])
+    }
 }
 
 impl Detail {
     pub fn new(rig: &Rig) -> Self {
         let (vertices, centers) = (rig.vertices(), rig.centers());
         let (weights, pivots) = pivoted(&rig.rbf_weights, centers);
-        let tiles = vertices.div_ceil(TILE);
-        let mut rbf_weights = vec![[GroupRow::ZERO; 3]; tiles * TILE / ROW * centers];
+        let rows = vertices.div_ceil(ROW);
+        let mut rbf_weights = vec![[Row::ZERO; 3]; rows * centers];
         for (i, w) in weights.iter().enumerate() {
             let (v, j) = (i / centers, i % centers);
             for c in 0..3 {
                 rbf_weights[v / ROW * centers + j][c].0[v % ROW] = w[c];
             }
         }
-        let mut tiled = vec![[0; TILE]; tiles];
-        pivots.iter().enumerate().for_each(|(v, &pivot)| tiled[v / TILE][v % TILE] = pivot);
-        let mut edges = rig.influence_edges.clone();
-        edges.resize(vertices.next_multiple_of(TILE) * rig.influences(), 0);
-        let mut influence_weights = rig.influence_weights.clone();
-        influence_weights.resize(edges.len(), 0.0);
+        let mut in_rows = vec![[0; ROW]; rows];
+        pivots.iter().enumerate().for_each(|(v, &pivot)| in_rows[v / ROW][v % ROW] = pivot);
         Self {
-            influences: rig.influences(),
             centers,
             edges: rig.strain_edges.len(),
             pose_features: rig.pose_features.clone(),
-            indices: if rig.strain_edges.len() <= 256 {
-                Indices::U8(edges.iter().map(|&e| e as u8).collect())
-            } else {
-                Indices::U32(edges)
-            },
-            weights: influence_weights,
+            influences: Influences::new(rig),
             rbf_weights,
-            pivots: tiled,
+            pivots: in_rows,
         }
     }
 
-    /// The squared differences of one frame's features, `[N/16][F][16]`; past N, 0.
+    /// The squared differences of one frame's features, `[N/8][F][8]`; past N, 0.
     pub fn frame_table(&self, features: &[f32]) -> Vec<TableRow> {
-        let mut table = vec![TableRow::ZERO; self.centers.div_ceil(CENTERS) * self.edges];
+        let mut table = vec![[0.0; CENTERS]; self.centers.div_ceil(CENTERS) * self.edges];
         for j in 0..self.centers {
-            let rows = &mut table[j / CENTERS * self.edges..];
-            for (e, row) in rows.iter_mut().enumerate().take(self.edges) {
-                let difference = features[e] - self.pose_features[j * self.edges + e];
-                row.0[j % CENTERS] = difference * difference;
+            for (e, f) in features.iter().enumerate() {
+                let difference = f - self.pose_features[j * self.edges + e];
+                table[j / CENTERS * self.edges + e][j % CENTERS] = difference * difference;
             }
         }
         table
     }
 
-    /// The squared differences of frames × F features of at most [`GROUP`] frames, F × N.
-    pub fn group_table(&self, features: &[f32]) -> Vec<GroupRow> {
-        let mut table = vec![GroupRow::ZERO; self.edges * self.centers];
-        for (i, row) in table.iter_mut().enumerate() {
-            let (e, j) = (i / self.centers, i % self.centers);
-            for (lane, f) in features.chunks_exact(self.edges).enumerate() {
-                let difference = f[e] - self.pose_features[j * self.edges + e];
-                row.0[lane] = difference * difference;
-            }
-        }
-        table
-    }
-
-    /// Room for the distances of a tile's vertices from all centres.
-    pub fn tile_scratch(&self) -> Vec<TileRow> {
-        vec![TileRow::ZERO; self.centers]
-    }
-
-    /// d of a tile's vertices, in one frame.
-    #[inline(always)]
-    pub fn tile<S: Simd>(
-        &self,
-        simd: S,
-        tile: usize,
-        table: &[TableRow],
-        distances: &mut [TileRow],
-    ) -> TileVectors {
-        match &self.indices {
-            Indices::U8(indices) => self.distances(simd, indices, tile, table, distances),
-            Indices::U32(indices) => self.distances(simd, indices, tile, table, distances),
-        }
-        let pivots = &self.pivots[tile];
-        let mut at_pivot = TileRow::ZERO;
-        for (lane, (r, pivot)) in at_pivot.0.iter_mut().zip(pivots).enumerate() {
-            *r = distances[*pivot as usize].0[lane];
-        }
-        let mut d = [TileRow::ZERO; 3];
-        for part in 0..TILE / S::F32_LANES {
-            let (row, part_of_row) = (part * S::F32_LANES / ROW, part % (ROW / S::F32_LANES));
-            let rbf_weights = &self.rbf_weights[(tile * TILE / ROW + row) * self.centers..][..self.centers];
-            let pivots = S::as_simd_u32s(pivots).0[part];
-            let at_pivot = Lanes::load(simd, &at_pivot.0, part);
-            let mut sum = [Lanes::splat(simd, 0.0); 3];
-            for (j, w) in rbf_weights.iter().enumerate() {
-                let is_pivot = simd.equal_u32s(pivots, simd.splat_u32s(j as u32));
-                let w = load3(simd, w, part_of_row);
-                for c in 0..3 {
-                    sum[c].1 = simd.select_f32s(is_pivot, (w[c] * at_pivot).1, sum[c].1);
+    /// The squared differences of frames × F features of at most [`GROUP`] frames, `[N/4][F][4][16]`; past N, 0.
+    pub fn group_table(&self, features: &[f32]) -> Vec<GroupTableRow> {
+        let rows = self.centers.div_ceil(GROUP_CENTERS) * self.edges;
+        let mut table = vec![[Row::ZERO; GROUP_CENTERS]; rows];
+        for (lane, features) in features.chunks_exact(self.edges.max(1)).enumerate() {
+            for j in 0..self.centers {
+                for (e, f) in features.iter().enumerate() {
+                    let difference = f - self.pose_features[j * self.edges + e];
+                    let row = j / GROUP_CENTERS * self.edges + e;
+                    table[row][j % GROUP_CENTERS].0[lane] = difference * difference;
                 }
             }
+        }
+        table
+    }
+
+    /// N.
+    pub fn centers(&self) -> usize {
+        self.centers
+    }
+
+    /// d of the `row`th [`ROW`] vertices, in one frame. `distances` has room for those from N centres.
+    #[inline(always)]
+    pub fn frame<S: Simd>(
+        &self,
+        simd: S,
+        row: usize,
+        table: &[TableRow],
+        distances: &mut [Row],
+    ) -> RowVectors {
+        let (edges, weights) = self.influences.at(row);
+        let rbf_weights = &self.rbf_weights[row * self.centers..][..self.centers];
+        let mut d = [Row::ZERO; 3];
+        for part in 0..ROW / S::F32_LANES {
+            for (r, table) in distances.chunks_mut(CENTERS).zip(table.chunks_exact(self.edges.max(1))) {
+                let mut sums = [Lanes::splat(simd, 0.0); CENTERS];
+                for (e, alpha) in edges.iter().zip(weights) {
+                    let squares = &table[*e as usize];
+                    let alpha = Lanes::load(simd, &alpha.0, part);
+                    for j in 0..CENTERS {
+                        sums[j] = alpha.times_plus(Lanes::splat(simd, squares[j]), sums[j]);
+                    }
+                }
+                for (r, sum) in r.iter_mut().zip(sums) {
+                    sum.root().store(&mut r.0, part);
+                }
+            }
+            let pivots = S::as_simd_u32s(&self.pivots[row]).0[part];
+            let is_pivot = |j: usize| simd.equal_u32s(pivots, simd.splat_u32s(j as u32));
+            let mut at_pivot = Lanes::splat(simd, 0.0);
+            for (j, r) in distances.iter().enumerate() {
+                at_pivot.1 = simd.select_f32s(is_pivot(j), Lanes::load(simd, &r.0, part).1, at_pivot.1);
+            }
+            let mut sum = [Lanes::splat(simd, 0.0); 3];
             for (j, (r, w)) in distances.iter().zip(rbf_weights).enumerate() {
-                let is_pivot = simd.equal_u32s(pivots, simd.splat_u32s(j as u32));
                 let away = Lanes::load(simd, &r.0, part) - at_pivot;
-                let w = load3(simd, w, part_of_row);
+                let factor = Lanes(simd, simd.select_f32s(is_pivot(j), at_pivot.1, away.1));
+                let w = load3(simd, w, part);
                 for c in 0..3 {
-                    sum[c].1 = simd.select_f32s(is_pivot, sum[c].1, w[c].times_plus(away, sum[c]).1);
+                    sum[c] = w[c].times_plus(factor, sum[c]);
                 }
             }
             store3(sum, &mut d, part);
@@ -163,120 +185,79 @@ impl Detail {
         d
     }
 
-    /// r of a tile's vertices from each centre: of several vertices at once, since each sum waits for its last addition.
-    #[inline(always)]
-    fn distances<S: Simd, I: Copy + Into<u32>>(
-        &self,
-        simd: S,
-        indices: &[I],
-        tile: usize,
-        table: &[TableRow],
-        distances: &mut [TileRow],
-    ) {
-        let k = self.influences;
-        let here = tile * TILE * k..(tile + 1) * TILE * k;
-        let (indices, weights) = (&indices[here.clone()], &self.weights[here]);
-        let registers = CENTERS / S::F32_LANES;
-        for (chunk, rows) in distances.chunks_mut(S::F32_LANES).enumerate() {
-            let table = &table[chunk / registers * self.edges..][..self.edges];
-            let part = chunk % registers;
-            for lane in (0..TILE).step_by(VERTICES) {
-                let indices = of_vertices(indices, lane, k);
-                let weights = of_vertices(weights, lane, k);
-                let mut sums = [Lanes::splat(simd, 0.0); VERTICES];
-                for i in 0..k {
-                    for v in 0..VERTICES {
-                        let squares = &table[indices[v][i].into() as usize];
-                        let squares = Lanes::load(simd, &squares.0, part);
-                        sums[v] = Lanes::splat(simd, weights[v][i]).times_plus(squares, sums[v]);
-                    }
-                }
-                let mut by_vertex = [TableRow::ZERO; VERTICES];
-                for v in 0..VERTICES {
-                    sums[v].store(&mut by_vertex[v].0, 0);
-                }
-                for (c, row) in rows.iter_mut().enumerate() {
-                    for (v, sums) in by_vertex.iter().enumerate() {
-                        row.0[lane + v] = sums.0[c];
-                    }
-                }
-            }
-        }
-        for row in distances {
-            for part in 0..TILE / S::F32_LANES {
-                Lanes::load(simd, &row.0, part).root().store(&mut row.0, part);
-            }
-        }
+    /// Room for the distances of a few vertices from all centres in a group of frames.
+    pub fn group_scratch(&self) -> [Vec<Row>; GROUP_VERTICES] {
+        std::array::from_fn(|_| vec![Row::ZERO; self.centers])
     }
 
-    /// Room for the distances of a vertex from all centres in a group of frames.
-    pub fn group_scratch(&self) -> Vec<GroupRow> {
-        vec![GroupRow::ZERO; self.centers]
-    }
-
-    /// d of vertex `v` in a group of frames.
+    /// d of consecutive vertices in a group of frames, the first one of which is the first of [`ROW`].
     #[inline(always)]
     pub fn group<S: Simd>(
         &self,
         simd: S,
+        vertices: Range<usize>,
+        table: &[GroupTableRow],
+        distances: &mut [Vec<Row>; GROUP_VERTICES],
+        out: &mut [RowVectors],
+    ) {
+        for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
+            let v = vertices.start + i * GROUP_VERTICES;
+            for part in 0..GROUP / S::F32_LANES {
+                self.group_distances(simd, v, part, table, distances);
+                for (lane, (out, distances)) in out.iter_mut().zip(&*distances).enumerate() {
+                    store3(self.group_sum(simd, v + lane, part, distances), out, part);
+                }
+            }
+        }
+    }
+
+    /// r of a few vertices from each centre, in one part of a group.
+    #[inline(always)]
+    fn group_distances<S: Simd>(
+        &self,
+        simd: S,
         v: usize,
-        table: &[GroupRow],
-        distances: &mut [GroupRow],
-    ) -> GroupVectors {
-        let mut d = [GroupRow::ZERO; 3];
-        for part in 0..GROUP / S::F32_LANES {
-            match &self.indices {
-                Indices::U8(indices) => self.group_distances(simd, indices, (v, part), table, distances),
-                Indices::U32(indices) => self.group_distances(simd, indices, (v, part), table, distances),
-            }
-            let pivot = self.pivots[v / TILE][v % TILE] as usize;
-            let (weights, lane) = (&self.rbf_weights[v / ROW * self.centers..][..self.centers], v % ROW);
-            let at_pivot = Lanes::load(simd, &distances[pivot].0, part);
-            let mut sum = [at_pivot; 3];
-            for c in 0..3 {
-                sum[c] = Lanes::splat(simd, weights[pivot][c].0[lane]) * at_pivot;
-            }
-            for (j, (r, w)) in distances.iter().zip(weights).enumerate() {
-                if j != pivot {
-                    let away = Lanes::load(simd, &r.0, part) - at_pivot;
-                    for c in 0..3 {
-                        sum[c] = Lanes::splat(simd, w[c].0[lane]).times_plus(away, sum[c]);
+        part: usize,
+        table: &[GroupTableRow],
+        distances: &mut [Vec<Row>; GROUP_VERTICES],
+    ) {
+        let (edges, weights) = self.influences.at(v / ROW);
+        for (chunk, table) in table.chunks_exact(self.edges.max(1)).enumerate() {
+            let mut sums = [[Lanes::splat(simd, 0.0); GROUP_CENTERS]; GROUP_VERTICES];
+            for (e, alphas) in edges.iter().zip(weights) {
+                let squares = &table[*e as usize];
+                let (alphas, _) = alphas.0.as_chunks::<GROUP_VERTICES>();
+                let alphas = &alphas[v % ROW / GROUP_VERTICES];
+                for j in 0..GROUP_CENTERS {
+                    let squares = Lanes::load(simd, &squares[j].0, part);
+                    for lane in 0..GROUP_VERTICES {
+                        sums[lane][j] = Lanes::splat(simd, alphas[lane]).times_plus(squares, sums[lane][j]);
                     }
                 }
             }
-            store3(sum, &mut d, part);
-        }
-        d
-    }
-
-    /// r of vertex `v` from each centre, in one part of a group.
-    #[inline(always)]
-    fn group_distances<S: Simd, I: Copy + Into<u32>>(
-        &self,
-        simd: S,
-        indices: &[I],
-        (v, part): (usize, usize),
-        table: &[GroupRow],
-        distances: &mut [GroupRow],
-    ) {
-        let k = self.influences;
-        let (indices, weights) = (&indices[v * k..][..k], &self.weights[v * k..][..k]);
-        for (j, r) in distances.iter_mut().enumerate() {
-            let mut sum = Lanes::splat(simd, 0.0);
-            for (e, alpha) in indices.iter().zip(weights) {
-                let squares = &table[(*e).into() as usize * self.centers + j];
-                sum = Lanes::splat(simd, *alpha).times_plus(Lanes::load(simd, &squares.0, part), sum);
+            for (r, sums) in distances.iter_mut().zip(sums) {
+                for (r, sum) in r[chunk * GROUP_CENTERS..].iter_mut().zip(sums) {
+                    sum.root().store(&mut r.0, part);
+                }
             }
-            sum.root().store(&mut r.0, part);
         }
     }
-}
 
-/// The K entries of each of a few vertices.
-#[inline(always)]
-fn of_vertices<T>(entries: &[T], first: usize, k: usize) -> [&[T]; VERTICES] {
-    [0, 1, 2, 3].map(
-        #[inline(always)]
-        |v| &entries[(first + v) * k..][..k],
-    )
+    /// d of vertex `v` from its distances, in one part of a group.
+    #[inline(always)]
+    fn group_sum<S: Simd>(&self, simd: S, v: usize, part: usize, distances: &[Row]) -> [Lanes<S>; 3] {
+        let (row, lane) = (v / ROW, v % ROW);
+        let weights = &self.rbf_weights[row * self.centers..][..self.centers];
+        let pivot = self.pivots[row][lane] as usize;
+        let at_pivot = Lanes::load(simd, &distances[pivot].0, part);
+        let mut sum = [Lanes::splat(simd, 0.0); 3];
+        for (j, (r, w)) in distances.iter().zip(weights).enumerate() {
+            let away = Lanes::load(simd, &r.0, part) - at_pivot;
+            let factor = if j == pivot { at_pivot } else { away };
+            for c in 0..3 {
+                sum[c] = Lanes::splat(simd, w[c].0[lane]).times_plus(factor, sum[c]);
+            }
+        }
+        sum
+    }
 }

@@ -1,9 +1,11 @@
 //! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
 //! read once for all of them.
+use crate::detail::GroupTableRow;
 use crate::lanes::{Lanes, load3, store3};
 use crate::resident::Resident;
-use crate::rows::{GROUP, GroupRow, GroupVectors};
+use crate::rows::{GROUP, Row, RowVectors};
 use crate::times::Times;
+use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Stage;
@@ -14,20 +16,20 @@ use std::time::Instant;
 /// Room for the results of a group, V each.
 #[derive(Debug)]
 pub struct Group {
-    smooth: Vec<GroupVectors>,
-    fine: Vec<GroupVectors>,
+    smooth: Vec<RowVectors>,
+    fine: Vec<RowVectors>,
 }
 
 /// What a thread computes on the way.
 struct Scratch {
     /// Of a tile.
-    normals: [GroupVectors; TILE],
-    details: [GroupVectors; TILE],
+    normals: [RowVectors; TILE],
+    details: [RowVectors; TILE],
     /// Of a vertex.
-    distances: Vec<GroupRow>,
+    distances: [Vec<Row>; 2],
 }
 
-const ZERO: GroupVectors = [GroupRow::ZERO; 3];
+const ZERO: RowVectors = [Row::ZERO; 3];
 
 impl Group {
     pub fn new(vertices: usize) -> Self {
@@ -133,16 +135,20 @@ fn tiles<'a>(
     tiles.into_par_iter()
 }
 
-/// From one vertex in all frames to one frame of all vertices.
-fn interleave(vectors: &[GroupVectors], frames: Vec<&mut [[f32; 3]]>) {
-    for (lane, out) in frames.into_iter().enumerate() {
-        let (out, rest) = out.as_chunks_mut::<4>();
-        let (vectors, last) = vectors.as_chunks::<4>();
-        for (out, vectors) in out.iter_mut().zip(vectors) {
-            *out = vectors.each_ref().map(|[x, y, z]| [x.0[lane], y.0[lane], z.0[lane]]);
+/// From one vertex in all frames to one frame of all vertices: a transposition, four rows by four columns at a time.
+fn interleave(vectors: &[RowVectors], mut frames: Vec<&mut [[f32; 3]]>) {
+    let (rows, last) = vectors.as_flattened().as_chunks::<4>();
+    for (q, frames) in frames.chunks_mut(4).enumerate() {
+        for (i, rows) in rows.iter().enumerate() {
+            let columns = rows.each_ref().map(|row| Vec4::from_slice(&row.0[4 * q..]));
+            let by_frame = Mat4::from_cols(columns[0], columns[1], columns[2], columns[3]).transpose();
+            for (out, numbers) in frames.iter_mut().zip(by_frame.to_cols_array_2d()) {
+                out.as_flattened_mut()[4 * i..4 * i + 4].copy_from_slice(&numbers);
+            }
         }
-        for (out, [x, y, z]) in rest.iter_mut().zip(last) {
-            *out = [x.0[lane], y.0[lane], z.0[lane]];
+        for (lane, out) in frames.iter_mut().enumerate() {
+            let out = &mut out.as_flattened_mut()[4 * rows.len()..];
+            out.iter_mut().zip(last).for_each(|(out, row)| *out = row.0[4 * q + lane]);
         }
     }
 }
@@ -150,12 +156,12 @@ fn interleave(vectors: &[GroupVectors], frames: Vec<&mut [[f32; 3]]>) {
 /// A tile from the large scale on.
 struct Fine<'a> {
     face: &'a Resident,
-    smooth: &'a [GroupVectors],
-    table: &'a [GroupRow],
+    smooth: &'a [RowVectors],
+    table: &'a [GroupTableRow],
     scratch: &'a mut Scratch,
     first: usize,
     stage: Stage,
-    out: &'a mut [GroupVectors],
+    out: &'a mut [RowVectors],
     times: &'a Times,
 }
 
@@ -170,9 +176,7 @@ impl WithSimd for Fine<'_> {
         let start = Instant::now();
         Normals { face, positions: smooth, first, out: normals }.with_simd(simd);
         let start = self.times.add(Stage::LargeScaleNormals, start);
-        for (i, d) in details.iter_mut().enumerate() {
-            *d = face.detail.group(simd, first + i, self.table, distances);
-        }
+        face.detail.group(simd, first..first + details.len(), self.table, distances, details);
         let start = self.times.add(Stage::Detail, start);
         match self.stage {
             Stage::LargeScaleNormals => self.out.copy_from_slice(normals),
@@ -197,9 +201,9 @@ impl WithSimd for Fine<'_> {
 /// The normals of consecutive vertices.
 struct Normals<'a> {
     face: &'a Resident,
-    positions: &'a [GroupVectors],
+    positions: &'a [RowVectors],
     first: usize,
-    out: &'a mut [GroupVectors],
+    out: &'a mut [RowVectors],
 }
 
 impl WithSimd for Normals<'_> {

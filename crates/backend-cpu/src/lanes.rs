@@ -84,6 +84,14 @@ impl<S: Simd> Number for Lanes<S> {
         Self(self.0, self.0.sqrt_f32s(self.1))
     }
     #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self::splat(self.0, 1.0) / self
+    }
+    #[inline(always)]
+    fn or_smallest_normal(self) -> Self {
+        self.larger(Self::splat(self.0, f32::MIN_POSITIVE))
+    }
+    #[inline(always)]
     fn or_one(self) -> Self {
         let is_zero = self.0.equal_f32s(self.1, self.0.splat_f32s(0.0));
         Self(self.0, self.0.select_f32s(is_zero, self.0.splat_f32s(1.0), self.1))

@@ -1,6 +1,6 @@
 //! The large scale: B times the handles' displacements.
 use crate::lanes::{Lanes, load3, splat3, store3};
-use crate::rows::{GROUP, GroupVectors, TileRow};
+use crate::rows::{GROUP, RowVectors, TileRow};
 use crate::vectors::Vectors;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
@@ -72,9 +72,9 @@ impl Basis {
         &self,
         vectors: Vectors,
         tile: usize,
-        u: &[GroupVectors],
+        u: &[RowVectors],
         rest: &[[f32; 3]],
-        out: &mut [GroupVectors],
+        out: &mut [RowVectors],
         room: &mut Vec<TileRow>,
     ) {
         let range = tile * self.handles..(tile + 1) * self.handles;
@@ -132,11 +132,11 @@ fn half_frame(
 }
 
 /// A row of B whose registers can be loaded with `S`.
-trait Row<S: Simd> {
+trait Load<S: Simd> {
     fn load(&self, simd: S, part: usize) -> S::f32s;
 }
 
-impl<S: Simd> Row<S> for TileRow {
+impl<S: Simd> Load<S> for TileRow {
     #[inline(always)]
     fn load(&self, _: S, part: usize) -> S::f32s {
         S::as_simd_f32s(&self.0).0[part]
@@ -144,7 +144,7 @@ impl<S: Simd> Row<S> for TileRow {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl Row<pulp::x86::V4> for HalfRow {
+impl Load<pulp::x86::V4> for HalfRow {
     #[inline(always)]
     fn load(&self, simd: pulp::x86::V4, part: usize) -> pulp::f32x16 {
         let (registers, _) = self.reinterpret_cast().as_chunks::<16>();
@@ -170,7 +170,7 @@ impl WithSimd for Frame<'_> {
 }
 
 #[inline(always)]
-fn frame<S: Simd, R: Row<S>>(simd: S, rows: &[R], u: &[[f32; 3]], rest: &[[f32; 3]], out: &mut [[f32; 3]]) {
+fn frame<S: Simd, R: Load<S>>(simd: S, rows: &[R], u: &[[f32; 3]], rest: &[[f32; 3]], out: &mut [[f32; 3]]) {
     let tiles = rows.chunks_exact(u.len()).zip(rest.chunks(TILE).zip(out.chunks_mut(TILE)));
     for (rows, (rest, out)) in tiles {
         for first in (0..TILE / S::F32_LANES).step_by(REGISTERS) {
@@ -197,9 +197,9 @@ fn frame<S: Simd, R: Row<S>>(simd: S, rows: &[R], u: &[[f32; 3]], rest: &[[f32; 
 /// A tile in a group of frames.
 struct Group<'a> {
     rows: &'a [TileRow],
-    u: &'a [GroupVectors],
+    u: &'a [RowVectors],
     rest: &'a [[f32; 3]],
-    out: &'a mut [GroupVectors],
+    out: &'a mut [RowVectors],
 }
 
 impl WithSimd for Group<'_> {

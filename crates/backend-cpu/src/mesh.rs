@@ -1,12 +1,11 @@
 //! The triangles of each block of vertices, and the normals of one frame.
 use crate::blocks::blocks;
 use crate::lanes::{load3, store3};
-use crate::rows::{TileRow, TileVectors};
-use glam::Vec3A;
+use crate::rows::{ROW, Row, RowVectors};
+use glam::{Mat4, Vec3A, Vec4};
 use pulp::Simd;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::table::TILE;
 use rhytid_kernels::vec3;
 use std::ops::Range;
 
@@ -19,18 +18,33 @@ pub struct BlockMesh {
     numbers: Numbers,
 }
 
-/// Triangles and frame neighbours in as many bytes as the block's numbers need.
+/// Pairs of triangles and frame neighbours in as many bytes as the block's numbers need. A pair a, b, c, d is the triangles a, b, c and
+/// a, c, d, as a quad's are; where d is c, the second has no area.
 #[derive(Debug)]
 enum Numbers {
-    U16(Vec<[u16; 3]>, Vec<u16>),
-    U32(Vec<[u32; 3]>, Vec<u32>),
+    U16(Vec<[u16; 4]>, Vec<u16>),
+    U32(Vec<[u32; 4]>, Vec<u32>),
 }
 
 /// What a thread computes on the way.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct MeshScratch {
-    near: Vec<Vec3A>,
-    sums: Vec<Vec3A>,
+    near: Vec<Near>,
+}
+
+/// A vertex, by the block's own numbers.
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    position: Vec3A,
+    /// Twice the areas of its triangles.
+    areas: Vec3A,
+}
+
+impl Near {
+    #[inline(always)]
+    fn new(position: Vec3A) -> Self {
+        Self { position, areas: Vec3A::ZERO }
+    }
 }
 
 impl BlockMesh {
@@ -58,9 +72,9 @@ impl BlockMesh {
         let mut ids: Vec<u32> = own.clone().flat_map(|v| vertex_triangles.at(v)).copied().collect();
         ids.sort_unstable();
         ids.dedup();
-        let triangles = ids.iter().map(|&t| triangles[t as usize]);
+        let pairs = pairs(ids.iter().map(|&t| triangles[t as usize]));
         let neighbors = &frame_neighbors[own.clone()];
-        let all = triangles.clone().flatten().chain(neighbors.iter().copied());
+        let all = pairs.iter().flatten().copied().chain(neighbors.iter().copied());
         let mut others: Vec<u32> = all.filter(|&v| !own.contains(&(v as usize))).collect();
         others.sort_unstable();
         others.dedup();
@@ -71,13 +85,13 @@ impl BlockMesh {
         let numbers = if own.len() + others.len() <= usize::from(u16::MAX) {
             let number = |v| number(v) as u16;
             Numbers::U16(
-                triangles.map(|t| t.map(number)).collect(),
+                pairs.iter().map(|pair| pair.map(number)).collect(),
                 neighbors.iter().map(|&v| number(v)).collect(),
             )
         } else {
             let number = |v| number(v) as u32;
             Numbers::U32(
-                triangles.map(|t| t.map(number)).collect(),
+                pairs.iter().map(|pair| pair.map(number)).collect(),
                 neighbors.iter().map(|&v| number(v)).collect(),
             )
         };
@@ -89,77 +103,100 @@ impl BlockMesh {
         self.own.clone()
     }
 
-    /// The normals of the block's vertices, a tile after the other; what is behind the last vertex is zero.
+    /// The normals of the block's vertices, [`ROW`] after [`ROW`]; what is behind the last vertex is zero.
     #[inline(always)]
     pub fn normals<S: Simd>(
         &self,
         simd: S,
         positions: &[[f32; 3]],
         scratch: &mut MeshScratch,
-        normals: &mut Vec<TileVectors>,
+        normals: &mut Vec<RowVectors>,
     ) {
-        let MeshScratch { near, sums } = scratch;
+        let near = &mut scratch.near;
         near.clear();
-        near.extend(positions[self.own()].iter().map(|&p| Vec3A::from_array(p)));
-        near.extend(self.others.iter().map(|&v| Vec3A::from_array(positions[v as usize])));
-        sums.clear();
-        sums.resize(near.len(), Vec3A::ZERO);
+        // Four numbers at a time, of which the last is the next vertex's: the last vertex has no next one.
+        let own = positions[self.own()].as_flattened();
+        near.extend(
+            own.windows(4).step_by(3).map(|four| Near::new(Vec3A::from_vec4(Vec4::from_slice(four)))),
+        );
+        near.extend(own.last_chunk().map(|&last| Near::new(Vec3A::from_array(last))));
+        near.extend(self.others.iter().map(|&v| Near::new(Vec3A::from_array(positions[v as usize]))));
         match &self.numbers {
-            Numbers::U16(triangles, _) => sum_areas(triangles, near, sums),
-            Numbers::U32(triangles, _) => sum_areas(triangles, near, sums),
+            Numbers::U16(pairs, _) => sum_areas(pairs, near),
+            Numbers::U32(pairs, _) => sum_areas(pairs, near),
         }
         normals.clear();
-        for sums in sums[..self.own.len()].chunks(TILE) {
-            let mut tile = [TileRow::ZERO; 3];
-            for (lane, sum) in sums.iter().enumerate() {
-                let sum = sum.to_array();
-                for c in 0..3 {
-                    tile[c].0[lane] = sum[c];
-                }
+        for near in near[..self.own.len()].chunks(ROW) {
+            let mut row = side_by_side(|lane| near.get(lane).map_or(Vec3A::ZERO, |near| near.areas));
+            for part in 0..ROW / S::F32_LANES {
+                store3(vec3::normalize(load3(simd, &row, part)), &mut row, part);
             }
-            for part in 0..TILE / S::F32_LANES {
-                store3(vec3::normalize(load3(simd, &tile, part)), &mut tile, part);
-            }
-            normals.push(tile);
+            normals.push(row);
         }
     }
 
-    /// The positions of a tile's vertices and of their frame neighbours, after [`BlockMesh::normals`] of the same frame.
+    /// The positions of the block's `row`th [`ROW`] vertices and of their frame neighbours, after [`BlockMesh::normals`] of the same frame.
     #[inline(always)]
-    pub fn with_neighbors(&self, scratch: &MeshScratch, tile: usize) -> [TileVectors; 2] {
-        let first = tile * TILE;
-        let count = (self.own.len() - first).min(TILE);
+    pub fn with_neighbors(&self, scratch: &MeshScratch, row: usize) -> [RowVectors; 2] {
+        let vertices = row * ROW..self.own.len().min((row + 1) * ROW);
         match &self.numbers {
-            Numbers::U16(_, neighbors) => pairs(&neighbors[first..][..count], first, &scratch.near),
-            Numbers::U32(_, neighbors) => pairs(&neighbors[first..][..count], first, &scratch.near),
+            Numbers::U16(_, neighbors) => {
+                positions(&neighbors[vertices.clone()], &scratch.near[vertices], &scratch.near)
+            }
+            Numbers::U32(_, neighbors) => {
+                positions(&neighbors[vertices.clone()], &scratch.near[vertices], &scratch.near)
+            }
         }
     }
+}
+
+/// Triangles in pairs, each with the next one where they are those of a quad.
+fn pairs(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 4]> {
+    let mut pairs: Vec<[u32; 4]> = Vec::new();
+    for [a, b, c] in triangles {
+        match pairs.last_mut() {
+            Some([first, _, second, third]) if third == second && [*first, *second] == [a, b] => *third = c,
+            _ => pairs.push([a, b, c, c]),
+        }
+    }
+    pairs
 }
 
 /// Adds each triangle's area to its three vertices: ascending, so that each vertex has the twin's order.
 #[inline(always)]
-fn sum_areas<I: Copy + Into<u32>>(triangles: &[[I; 3]], near: &[Vec3A], sums: &mut [Vec3A]) {
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|v| v.into() as usize);
-        let area = (near[b] - near[a]).cross(near[c] - near[a]);
-        for v in [a, b, c] {
-            sums[v] += area;
-        }
+fn sum_areas<I: Copy + Into<u32>>(pairs: &[[I; 4]], near: &mut [Near]) {
+    for pair in pairs {
+        let [i, j, k, l] = pair.map(|v| v.into() as usize);
+        let a = near[i].position;
+        let [b, c, d] = [j, k, l].map(|v| near[v].position - a);
+        let (first, second) = (b.cross(c), c.cross(d));
+        near[i].areas = near[i].areas + first + second;
+        near[j].areas += first;
+        near[k].areas = near[k].areas + first + second;
+        near[l].areas += second;
     }
 }
 
 #[inline(always)]
-fn pairs<I: Copy + Into<u32>>(neighbors: &[I], first: usize, near: &[Vec3A]) -> [TileVectors; 2] {
-    let mut pairs = [[TileRow::ZERO; 3]; 2];
-    for (lane, (neighbor, own)) in neighbors.iter().zip(&near[first..]).enumerate() {
-        let both = [own.to_array(), near[(*neighbor).into() as usize].to_array()];
-        for (rows, vector) in pairs.iter_mut().zip(both) {
-            for c in 0..3 {
-                rows[c].0[lane] = vector[c];
-            }
+fn positions<I: Copy + Into<u32>>(neighbors: &[I], own: &[Near], near: &[Near]) -> [RowVectors; 2] {
+    [
+        side_by_side(|lane| own.get(lane).map_or(Vec3A::ZERO, |near| near.position)),
+        side_by_side(|lane| neighbors.get(lane).map_or(Vec3A::ZERO, |&v| near[v.into() as usize].position)),
+    ]
+}
+
+/// [`ROW`] vectors with their coordinates apart.
+#[inline(always)]
+fn side_by_side(vector: impl Fn(usize) -> Vec3A) -> RowVectors {
+    let mut row = [Row::ZERO; 3];
+    for lane in (0..ROW).step_by(4) {
+        let four = [0, 1, 2, 3].map(|i| vector(lane + i).extend(0.0));
+        let by_coordinate = Mat4::from_cols(four[0], four[1], four[2], four[3]).transpose();
+        for (row, numbers) in row.iter_mut().zip(by_coordinate.to_cols_array_2d()) {
+            row.0[lane..lane + 4].copy_from_slice(&numbers);
         }
     }
-    pairs
+    row
 }
 
 #[cfg(test)]
@@ -178,7 +215,7 @@ mod tests {
             let (mut scratch, mut tiles) = (MeshScratch::default(), Vec::new());
             for mesh in self.0 {
                 mesh.normals(simd, self.1, &mut scratch, &mut tiles);
-                let lanes = tiles.iter().flat_map(|[x, y, z]| (0..TILE).map(|i| [x.0[i], y.0[i], z.0[i]]));
+                let lanes = tiles.iter().flat_map(|[x, y, z]| (0..ROW).map(|i| [x.0[i], y.0[i], z.0[i]]));
                 self.2.extend(lanes.take(mesh.own().len()));
             }
         }

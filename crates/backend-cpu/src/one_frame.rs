@@ -3,32 +3,38 @@ use crate::detail::TableRow;
 use crate::lanes::{load3, store3};
 use crate::mesh::{BlockMesh, MeshScratch};
 use crate::resident::Resident;
-use crate::rows::{TileRow, TileVectors};
+use crate::rows::{ROW, Row, RowVectors};
 use crate::times::Times;
+use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Stage;
-use rhytid_kernels::table::TILE;
 use rhytid_kernels::{fine_scale, vec3};
+use std::cell::RefCell;
 use std::time::Instant;
+use thread_local::ThreadLocal;
 
-/// Room for the large scale of one frame, V.
+/// Room for the large scale of one frame, V, and for what threads compute on the way: kept, since new memory is slow when it is first
+/// written.
 #[derive(Debug)]
 pub struct OneFrame {
     smooth: Vec<[f32; 3]>,
+    scratch: ThreadLocal<RefCell<Scratch>>,
 }
 
 /// What a thread computes on the way, all of one block.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Scratch {
     mesh: MeshScratch,
-    normals: Vec<TileVectors>,
-    details: Vec<TileVectors>,
+    normals: Vec<RowVectors>,
+    details: Vec<RowVectors>,
+    /// Of a row of vertices from all centres.
+    distances: Vec<Row>,
 }
 
 impl OneFrame {
     pub fn new(vertices: usize) -> Self {
-        Self { smooth: vec![[0.0; 3]; vertices] }
+        Self { smooth: vec![[0.0; 3]; vertices], scratch: ThreadLocal::new() }
     }
 
     /// The positions and normals from H displacements and F features.
@@ -44,7 +50,8 @@ impl OneFrame {
         self.fine(face, features, Stage::Positions, positions, times);
         let start = Instant::now();
         let blocks = face.meshes.par_iter().zip(normals.par_chunks_mut(face.block));
-        blocks.for_each_init(Scratch::default, |scratch, (mesh, out)| {
+        blocks.for_each(|(mesh, out)| {
+            let scratch = &mut self.scratch.get_or_default().borrow_mut();
             face.vectors.run(Normals { mesh, positions, scratch, out });
         });
         times.add(Stage::Normals, start);
@@ -80,23 +87,20 @@ impl OneFrame {
         let table = face.detail.frame_table(features);
         let blocks = face.meshes.par_iter().zip(out.par_chunks_mut(face.block));
         times.shared(|times| {
-            blocks.for_each_init(
-                || (Scratch::default(), face.detail.tile_scratch()),
-                |(scratch, distances), (mesh, out)| {
-                    let smooth = &self.smooth;
-                    face.vectors.run(Fine {
-                        face,
-                        mesh,
-                        smooth,
-                        table: &table,
-                        scratch,
-                        distances,
-                        stage,
-                        out,
-                        times,
-                    });
-                },
-            );
+            blocks.for_each(|(mesh, out)| {
+                let scratch = &mut self.scratch.get_or_default().borrow_mut();
+                scratch.distances.resize(face.detail.centers(), Row::ZERO);
+                face.vectors.run(Fine {
+                    face,
+                    mesh,
+                    smooth: &self.smooth,
+                    table: &table,
+                    scratch,
+                    stage,
+                    out,
+                    times,
+                });
+            });
         });
     }
 }
@@ -108,7 +112,6 @@ struct Fine<'a> {
     smooth: &'a [[f32; 3]],
     table: &'a [TableRow],
     scratch: &'a mut Scratch,
-    distances: &'a mut [TileRow],
     stage: Stage,
     out: &'a mut [[f32; 3]],
     times: &'a Times,
@@ -119,23 +122,23 @@ impl WithSimd for Fine<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Scratch { mesh, normals, details } = self.scratch;
+        let Scratch { mesh, normals, details, distances } = self.scratch;
         let start = Instant::now();
         self.mesh.normals(simd, self.smooth, mesh, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
         details.clear();
-        for i in 0..normals.len() {
-            let tile = self.mesh.own().start / TILE + i;
-            details.push(self.face.detail.tile(simd, tile, self.table, self.distances));
+        let own = self.mesh.own();
+        for row in own.start / ROW..own.end.div_ceil(ROW) {
+            details.push(self.face.detail.frame(simd, row, self.table, distances));
         }
         let start = self.times.add(Stage::Detail, start);
-        for (i, out) in self.out.chunks_mut(TILE).enumerate() {
+        for (i, out) in self.out.chunks_mut(ROW).enumerate() {
             match self.stage {
                 Stage::LargeScaleNormals => interleave(&normals[i], out),
                 Stage::Detail => interleave(&details[i], out),
                 _ => {
                     let [own, neighbors] = self.mesh.with_neighbors(mesh, i);
-                    interleave(&fine_tile(simd, &own, &neighbors, &normals[i], &details[i]), out);
+                    interleave(&fine_row(simd, &own, &neighbors, &normals[i], &details[i]), out);
                 }
             }
         }
@@ -158,7 +161,7 @@ impl WithSimd for Normals<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Scratch { mesh, normals, .. } = self.scratch;
         self.mesh.normals(simd, self.positions, mesh, normals);
-        for (normals, out) in normals.iter().zip(self.out.chunks_mut(TILE)) {
+        for (normals, out) in normals.iter().zip(self.out.chunks_mut(ROW)) {
             interleave(normals, out);
         }
     }
@@ -166,15 +169,15 @@ impl WithSimd for Normals<'_> {
 
 /// x̃ + R d.
 #[inline(always)]
-fn fine_tile<S: Simd>(
+fn fine_row<S: Simd>(
     simd: S,
-    own: &TileVectors,
-    neighbors: &TileVectors,
-    normals: &TileVectors,
-    details: &TileVectors,
-) -> TileVectors {
-    let mut positions = [TileRow::ZERO; 3];
-    for part in 0..TILE / S::F32_LANES {
+    own: &RowVectors,
+    neighbors: &RowVectors,
+    normals: &RowVectors,
+    details: &RowVectors,
+) -> RowVectors {
+    let mut positions = [Row::ZERO; 3];
+    for part in 0..ROW / S::F32_LANES {
         let load = |rows| load3(simd, rows, part);
         let smooth = load(own);
         let frame = fine_scale::local_frame(vec3::sub(load(neighbors), smooth), load(normals));
@@ -183,10 +186,24 @@ fn fine_tile<S: Simd>(
     positions
 }
 
-/// The first vectors of a tile, as many as `out` has.
+/// The first vectors of a row, as many as `out` has.
 #[inline(always)]
-fn interleave([x, y, z]: &TileVectors, out: &mut [[f32; 3]]) {
-    for (lane, out) in out.iter_mut().enumerate() {
-        *out = [x.0[lane], y.0[lane], z.0[lane]];
+fn interleave(row: &RowVectors, out: &mut [[f32; 3]]) {
+    if let ([out], []) = out.as_chunks_mut::<ROW>() {
+        let out = out.as_flattened_mut();
+        for lane in (0..ROW).step_by(4) {
+            let [x, y, z] = row.each_ref().map(|numbers| Vec4::from_slice(&numbers.0[lane..]));
+            let vectors = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose().to_cols_array_2d();
+            // Four numbers at a time, of which the last is in the next vector's place and is overwritten.
+            for (i, vector) in vectors.iter().enumerate() {
+                let first = 3 * (lane + i);
+                let numbers = vector.len().min(out.len() - first);
+                out[first..first + numbers].copy_from_slice(&vector[..numbers]);
+            }
+        }
+    } else {
+        for (lane, out) in out.iter_mut().enumerate() {
+            *out = row.each_ref().map(|numbers| numbers.0[lane]);
+        }
     }
 }

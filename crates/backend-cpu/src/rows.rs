@@ -2,54 +2,42 @@
 use bytemuck::{Pod, Zeroable};
 use rhytid_kernels::table::TILE;
 
-/// Frames that are evaluated side by side: what the widest registers hold.
-pub const GROUP: usize = 16;
+/// The numbers in a [`Row`]: what the widest registers hold.
+pub const ROW: usize = 16;
+
+/// Frames that are evaluated side by side.
+pub const GROUP: usize = ROW;
 
 /// A number of each vertex of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct TileRow(pub [f32; TILE]);
 
-/// A number of each frame of a group.
+/// A number of each of [`ROW`] neighbouring vertices in one frame, or of one vertex in each frame of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub struct GroupRow(pub [f32; GROUP]);
+pub struct Row(pub [f32; ROW]);
 
-/// A vector of each vertex of a tile.
-pub type TileVectors = [TileRow; 3];
-
-/// A vector of each frame of a group.
-pub type GroupVectors = [GroupRow; 3];
+/// Likewise a vector.
+pub type RowVectors = [Row; 3];
 
 impl TileRow {
     /// Zeros.
     pub const ZERO: Self = Self([0.0; TILE]);
 }
 
-impl GroupRow {
+impl Row {
     /// Zeros.
     pub const ZERO: Self = Self([0.0; GROUP]);
 }
 
-impl AsRef<[f32]> for TileRow {
+impl AsRef<[f32]> for Row {
     fn as_ref(&self) -> &[f32] {
         &self.0
     }
 }
 
-impl AsMut<[f32]> for TileRow {
-    fn as_mut(&mut self) -> &mut [f32] {
-        &mut self.0
-    }
-}
-
-impl AsRef<[f32]> for GroupRow {
-    fn as_ref(&self) -> &[f32] {
-        &self.0
-    }
-}
-
-impl AsMut<[f32]> for GroupRow {
+impl AsMut<[f32]> for Row {
     fn as_mut(&mut self) -> &mut [f32] {
         &mut self.0
     }

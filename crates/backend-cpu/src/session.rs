@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// Frames from which on a group of them is faster than one after the other.
-const FEWEST: usize = 5;
+const FEWEST: usize = 8;
 
 /// A rig in host memory, and the last batch. Positions and normals are kept; the other stages are computed again when they are read.
 #[derive(Debug)]

@@ -40,7 +40,7 @@ pub struct Rig<T: Real = f32> {
     pub basis: Vec<T>,
     /// F pairs of handles (section 3), as indices into `handles`.
     pub strain_edges: Vec<[u32; 2]>,
-    /// V×K indices of strain edges (section 4), nearest first; K = `influences()`.
+    /// V×K indices of strain edges (section 4), ascending; K = `influences()`.
     pub influence_edges: Vec<u32>,
     /// α, V×K in [0, 1] (section 4).
     pub influence_weights: Vec<T>,

@@ -49,6 +49,13 @@ impl Rig {
         self.check_faces()?;
         below("strain_edges", self.strain_edges.as_flattened(), h)?;
         below("influence_edges", &self.influence_edges, f)?;
+        for (v, edges) in self.influence_edges.chunks(k.max(1)).enumerate() {
+            if let Some([a, b]) = edges.array_windows().find(|[a, b]| a >= b) {
+                return fail(format!(
+                    "influence_edges of vertex {v} has {b} after {a}, expected ascending indices"
+                ));
+            }
+        }
         below("frame_neighbors", &self.frame_neighbors, v)?;
         finite("rest", self.rest.as_flattened())?;
         finite("basis", &self.basis)?;

@@ -289,6 +289,9 @@ fn indices_past_the_end() {
         }
     }
     refused(&with_element("handles", 2, 4u32.to_le_bytes()), &["handles has vertex 4 twice"]);
+    let first = RIG.influence_edges[0];
+    let words = format!("influence_edges of vertex 0 has {first} after {first}, expected ascending indices");
+    refused(&with_element("influence_edges", 1, first.to_le_bytes()), &[&words]);
     let [a, b] = RIG.strain_edges[3];
     refused(&with_element("strain_edges", 7, a.to_le_bytes()), &["strain_edges[3] has no length"]);
     assert_ne!(a, b);

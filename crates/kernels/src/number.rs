@@ -12,6 +12,10 @@ pub trait Number:
     fn larger(self, other: Self) -> Self;
     /// √x.
     fn root(self) -> Self;
+    /// 1 / x.
+    fn reciprocal(self) -> Self;
+    /// x, or the smallest normal number where x is smaller.
+    fn or_smallest_normal(self) -> Self;
     /// x, or 1 where x is 0.
     fn or_one(self) -> Self;
     /// x y + sum, rounded once.
@@ -32,6 +36,14 @@ macro_rules! number {
             #[inline(always)]
             fn root(self) -> Self {
                 self.sqrt()
+            }
+            #[inline(always)]
+            fn reciprocal(self) -> Self {
+                1.0 / self
+            }
+            #[inline(always)]
+            fn or_smallest_normal(self) -> Self {
+                self.max(<$type>::MIN_POSITIVE)
             }
             #[inline(always)]
             fn or_one(self) -> Self {

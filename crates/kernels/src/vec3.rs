@@ -31,12 +31,13 @@ pub fn length<T: Number>(a: [T; 3]) -> T {
     dot(a, a).root()
 }
 
-/// a / ‖a‖, or zero where a is zero. Divides by the largest component first, so that the squares of very
-/// small and very large vectors neither vanish nor overflow.
+/// a / ‖a‖, or zero where a is zero. Scales by the largest component first, so that the squares of very
+/// small and very large vectors neither vanish nor overflow; how that scale is rounded does not matter.
 #[inline(always)]
 pub fn normalize<T: Number>(a: [T; 3]) -> [T; 3] {
-    let largest = a[0].magnitude().larger(a[1].magnitude()).larger(a[2].magnitude()).or_one();
-    let scaled = a.map(|c| c / largest);
-    let length = length(scaled).or_one();
-    scaled.map(|c| c / length)
+    let largest = a[0].magnitude().larger(a[1].magnitude()).larger(a[2].magnitude());
+    let scale = largest.or_smallest_normal().reciprocal();
+    let scaled = a.map(|c| c * scale);
+    let scale = length(scaled).or_one().reciprocal();
+    scaled.map(|c| c * scale)
 }

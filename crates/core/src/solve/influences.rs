@@ -8,7 +8,7 @@ pub const INFLUENCE_THRESHOLD: f64 = 0.025;
 /// The influences of every vertex.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Influences {
-    /// V×K indices of strain edges, nearest first; K = min(`max_influences`, F).
+    /// V×K indices of strain edges, ascending; K = min(`max_influences`, F).
     pub edges: Vec<u32>,
     /// α, V×K: 1 for a vertex's nearest edge, 0 below [`INFLUENCE_THRESHOLD`].
     pub weights: Vec<f64>,
@@ -51,8 +51,8 @@ pub fn influences(
                     ));
                     let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
                     let next = (k < order.len()).then(|| order.select_nth_unstable_by(k, nearer).1.0);
-                    order[..k].sort_unstable_by(nearer);
-                    let least = order[0].0;
+                    let least = order[..k].iter().fold(f64::INFINITY, |least, &(s, _)| least.min(s));
+                    order[..k].sort_unstable_by_key(|&(_, edge)| edge);
                     for (i, &(s, edge)) in order[..k].iter().enumerate() {
                         edges[i] = edge;
                         excess[i] = s - least;

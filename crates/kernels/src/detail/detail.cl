@@ -101,11 +101,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
             r_pivot[g] = pivot % 8 == j ? distances[g][j].all : r_pivot[g];
         }
         for (uint c = 0; c < 3; c++) {
-            for (uint lane = 0; lane < VERTICES; lane++) {
-                uint at = (i / 16 * params.centers + pivots[i + lane]) * 48 + i % 16 + lane;
-                sum[g][c].of[lane] = rbf_weights[at + 16 * c];
-            }
-            sum[g][c].all *= r_pivot[g];
+            sum[g][c].all = (Floats)(0.0f);
         }
     }
     for (uint first = 0; first < params.centers; first += 8) {
@@ -120,7 +116,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
             uint at = ((i / 16 * params.centers + first + j) * 48 + i % 16) / VERTICES;
             __global const Floats *w = (__global const Floats *)rbf_weights + at;
             for (uint g = 0; g < FRAMES; g++) {
-                Floats r = pivot == first + j ? (Floats)(0.0f) : distances[g][j].all - r_pivot[g];
+                Floats r = pivot == first + j ? r_pivot[g] : distances[g][j].all - r_pivot[g];
                 sum[g][0].all += w[0] * r;
                 sum[g][1].all += w[16 / VERTICES] * r;
                 sum[g][2].all += w[32 / VERTICES] * r;

@@ -78,7 +78,7 @@ void main() {
     vec3 sum[4];
     for (uint g = 0; g < FRAMES; g++) {
         r_pivot[g] = distance_to(g, pivot % 8);
-        sum[g] = weight(i, pivot) * r_pivot[g];
+        sum[g] = vec3(0);
     }
     for (uint first = 0; first < params.centers; first += 8) {
         // Most rigs have no more than eight centres: then these are the distances that there are already.
@@ -88,7 +88,7 @@ void main() {
         for (uint j = 0; j < min(8, params.centers - first); j++) {
             vec3 w = weight(i, first + j);
             for (uint g = 0; g < FRAMES; g++) {
-                sum[g] += w * (first + j == pivot ? 0.0 : distance_to(g, j) - r_pivot[g]);
+                sum[g] += w * (first + j == pivot ? r_pivot[g] : distance_to(g, j) - r_pivot[g]);
             }
         }
     }

@@ -77,7 +77,6 @@ fn detail(@builtin(global_invocation_id) id: vec3u) {
     var sum: array<vec3f, 4>;
     for (var g = 0u; g < FRAMES; g++) {
         r_pivot[g] = distance_to(g, pivot % 8);
-        sum[g] = weight(i, pivot) * r_pivot[g];
     }
     for (var first = 0u; first < params.centers; first += 8) {
         // Most rigs have no more than eight centres: then these are the distances that there are already.
@@ -87,7 +86,7 @@ fn detail(@builtin(global_invocation_id) id: vec3u) {
         for (var j = 0u; j < min(8, params.centers - first); j++) {
             let w = weight(i, first + j);
             for (var g = 0u; g < FRAMES; g++) {
-                sum[g] += w * select(distance_to(g, j) - r_pivot[g], 0, first + j == pivot);
+                sum[g] += w * select(distance_to(g, j) - r_pivot[g], r_pivot[g], first + j == pivot);
             }
         }
     }

@@ -115,11 +115,11 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &
     let w = &buffers.rbf_weights[i * n..][..n];
     let pivot = buffers.pivots[i] as usize;
     let r_pivot = distance(pivot);
-    let mut d = w[pivot].map(|w| w * r_pivot);
-    for j in (0..n).filter(|&j| j != pivot) {
-        let r = distance(j) - r_pivot;
+    let mut d = [T::zero(); 3];
+    for (j, w) in w.iter().enumerate() {
+        let r = if j == pivot { r_pivot } else { distance(j) - r_pivot };
         for c in 0..3 {
-            d[c] = w[j][c].times_plus(r, d[c]);
+            d[c] = w[c].times_plus(r, d[c]);
         }
     }
     d
