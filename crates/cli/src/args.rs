@@ -160,6 +160,7 @@ Examples:
   rhytid bench
   rhytid bench --device all --vertices 100000
   rhytid bench FACE.safetensors --device cpu:0 --frames 32 --storage f16
+  rhytid bench --growth --plot bench.svg
   rhytid bench --json > bench.json")]
     Bench(Bench),
 
@@ -463,6 +464,14 @@ pub struct Bench {
     /// How the device keeps the basis.
     #[arg(long, value_enum, default_value_t = StorageChoice::F32)]
     pub storage: StorageChoice,
+
+    /// Measure how a frame's time grows, too: with vertices, handles, examples and frames in a batch. Takes minutes.
+    #[arg(long, conflicts_with = "rig")]
+    pub growth: bool,
+
+    /// The file to draw a chart to, as SVG.
+    #[arg(long, value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
 
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]

@@ -11,7 +11,6 @@ mod fade;
 mod frames;
 mod human;
 mod interrupt;
-mod measure;
 mod memory;
 mod output;
 mod player;

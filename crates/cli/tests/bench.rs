@@ -49,13 +49,47 @@ fn a_rig_of_ones_own_is_measured() {
 }
 
 #[test]
+fn how_it_grows_is_drawn_and_printed() {
+    let f = Fixture::new();
+    let printed = f.done("bench --vertices 1000 --device cpu:0 --growth --plot chart.svg --json");
+    let report: Value = serde_json::from_str(&printed).unwrap();
+    let growth = report["devices"][0]["growth"].as_array().unwrap();
+    for point in growth {
+        assert_documented(point, "a size");
+        assert!(point["ms"].as_f64().unwrap() > 0.0, "{point}");
+    }
+    let sizes = |what: &str| {
+        let of_it = growth.iter().filter(|point| point["what"] == what);
+        of_it.map(|point| point["size"].as_u64().unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!(sizes("frames"), [1, 2, 4, 8, 16, 32, 64]);
+    assert_eq!(sizes("handles"), [30, 60, 100, 180, 248]);
+    assert_eq!(sizes("examples"), [1, 3, 6, 10, 20, 40]);
+    assert!(sizes("vertices").len() > 3 && sizes("vertices").last() > Some(&3_500));
+
+    let svg = String::from_utf8(f.read("chart.svg")).unwrap();
+    let ms = report["devices"][0]["whole"]["ms"].as_f64().unwrap();
+    let time = format!("{ms:.2} ms");
+    for word in ["cpu:0", "large scale", "handles", "ms per frame", "frames in a batch", &time] {
+        assert!(svg.contains(word), "{word} is not in the chart");
+    }
+
+    let printed = f.done("bench --vertices 1000 --growth");
+    for word in ["frames in a batch", "examples", "ms per frame"] {
+        assert!(printed.contains(word), "{word}: {printed}");
+    }
+}
+
+#[test]
 fn what_cannot_be_measured_is_said() {
     let f = Fixture::new();
     f.refused("bench --device cpu:7", &["cpu:7", "no such device"]);
     f.refused("bench missing.safetensors", &["missing.safetensors"]);
+    f.refused("bench --vertices 1000 --plot nowhere/chart.svg", &["nowhere"]);
     for (args, word) in [
         ("bench --vertices 10", "1000..=4000000"),
         ("bench some.safetensors --vertices 5000", "cannot be used with"),
+        ("bench some.safetensors --growth", "cannot be used with"),
         ("bench --frames 0", "1..=256"),
     ] {
         let output = f.rhytid(args).output().unwrap();

@@ -29,6 +29,14 @@ pub struct Whole {
     pub fps: f64,
 }
 
+/// Milliseconds per frame of each round.
+#[derive(Default)]
+struct Rounds {
+    wholes: Vec<f64>,
+    /// Of each stage; empty where the device does not time them.
+    stages: [Vec<f64>; 6],
+}
+
 /// Medians of many batches of `options.max_frames` frames, per frame; stages are left out where the device does not time them.
 ///
 /// # Errors
@@ -39,13 +47,40 @@ pub fn measure(
     options: UploadOptions,
     bandwidth: f64,
 ) -> Result<(Whole, Vec<Measured>)> {
+    let mut rounds = rounds(info, rig, options, (ROUNDS, LIMIT))?;
+    let bytes = least_bytes(rig, options);
+    let share = |bytes: f64, ms: f64| bytes / bandwidth * 1e3 / ms;
+    let (ms, sum) = (median(&mut rounds.wholes), bytes.iter().sum());
+    let whole = Whole { ms, bytes: sum, share_of_bandwidth: share(sum, ms), fps: 1e3 / ms };
+    let stages = Stage::ALL.into_iter().zip(rounds.stages).zip(bytes);
+    let measured = stages.filter(|((_, times), _)| !times.is_empty()).map(|((stage, mut times), bytes)| {
+        let ms = median(&mut times);
+        Measured { stage: stage_name(stage), ms, bytes, share_of_bandwidth: share(bytes, ms) }
+    });
+    Ok((whole, measured.collect()))
+}
+
+/// The median of a whole frame alone, of fewer batches.
+///
+/// # Errors
+/// The device's.
+pub fn whole_frame(info: &DeviceInfo, rig: &Rig, options: UploadOptions) -> Result<f64> {
+    rounds(info, rig, options, (ROUNDS / 2, LIMIT / 4)).map(|mut rounds| median(&mut rounds.wholes))
+}
+
+fn rounds(
+    info: &DeviceInfo,
+    rig: &Rig,
+    options: UploadOptions,
+    (count, limit): (usize, Duration),
+) -> Result<Rounds> {
     let frames = options.max_frames;
     let mut animator = rhytid_backends::open(info)?.upload(rig, options)?;
     let handle_positions = swaying(rig, frames);
-    let (mut wholes, mut stages) = (Vec::new(), vec![Vec::new(); 6]);
+    let mut rounds = Rounds::default();
     let mut first = Vec::new();
     let start = Instant::now();
-    for round in 0..WARM_UP + ROUNDS {
+    for round in 0..WARM_UP + count {
         let begin = Instant::now();
         animator.evaluate(&handle_positions)?;
         // Asking for the times, or for the smallest result, waits for the last kernel.
@@ -55,25 +90,16 @@ pub fn measure(
         }
         let whole = begin.elapsed();
         if round >= WARM_UP {
-            wholes.push(whole.as_secs_f64() * 1e3 / frames as f64);
-            for (stage, time) in stages.iter_mut().zip(times.into_iter().flatten()) {
+            rounds.wholes.push(whole.as_secs_f64() * 1e3 / frames as f64);
+            for (stage, time) in rounds.stages.iter_mut().zip(times.into_iter().flatten()) {
                 stage.push(time.as_secs_f64() * 1e3 / frames as f64);
             }
-            if start.elapsed() > LIMIT {
+            if start.elapsed() > limit {
                 break;
             }
         }
     }
-    let bytes = least_bytes(rig, options);
-    let share = |bytes: f64, ms: f64| bytes / bandwidth * 1e3 / ms;
-    let (ms, sum) = (median(&mut wholes), bytes.iter().sum());
-    let whole = Whole { ms, bytes: sum, share_of_bandwidth: share(sum, ms), fps: 1e3 / ms };
-    let measured = Stage::ALL.into_iter().zip(stages).zip(bytes).filter(|((_, times), _)| !times.is_empty());
-    let measured = measured.map(|((stage, mut times), bytes)| {
-        let ms = median(&mut times);
-        Measured { stage: stage_name(stage), ms, bytes, share_of_bandwidth: share(bytes, ms) }
-    });
-    Ok((whole, measured.collect()))
+    Ok(rounds)
 }
 
 /// The least that each stage has to read of the rig, once a batch, and to write and read of results that do not fit into caches, in bytes a

@@ -1,12 +1,20 @@
 //! `rhytid bench`
 
+mod growth;
+mod measure;
+mod plot;
+
 use crate::progress::Ui;
-use crate::{args, device_choice, human, measure, output};
+use crate::{args, device_choice, human, output};
+use growth::{Point, What};
 use measure::{Measured, Whole};
 use rhytid_conformance::{COMMIT, read_bandwidth};
-use rhytid_core::{BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, rig_file};
+use rhytid_core::{
+    BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, WriteBeside, rig_file,
+};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
+use std::io::Write;
 
 /// Milliseconds of the chapter's GeForce 8800 GTX (large scale, its normals, fine scale, normals), its face having 530,000 vertices.
 const CHAPTER: [f64; 4] = [4.0, 5.0, 13.0, 5.0];
@@ -36,6 +44,8 @@ struct DeviceTimes {
     error: Option<String>,
     whole: Option<Whole>,
     stages: Vec<Measured>,
+    /// Empty unless it was asked for.
+    growth: Vec<Point>,
 }
 
 /// Times every stage and whole frames on the devices, and compares them with what their bytes take.
@@ -47,12 +57,12 @@ pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         "all" => rhytid_backends::devices().devices,
         id => vec![device_choice::find(id)?],
     };
+    // Now, so that minutes of measuring are not lost to a folder that is not there.
+    let chart = args.plot.as_deref().map(WriteBeside::create).transpose()?;
+    let size = Size { vertices: args.vertices as usize, ..Size::CHAPTER };
     let rig = match &args.rig {
         Some(path) => rig_file::read(path)?,
-        None => {
-            let size = Size { vertices: args.vertices as usize, ..Size::CHAPTER };
-            ui.timed("make a rig", || sized_rig(size)).0
-        }
+        None => ui.timed("make a rig", || sized_rig(size)).0,
     };
     let bandwidth = ui.timed("measure the memory", read_bandwidth).0;
     let options = UploadOptions { max_frames: args.frames as usize, basis: args.storage.into() };
@@ -80,7 +90,19 @@ pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
             times => report.devices.push(times.unwrap_or_else(|error| DeviceTimes::failed(info, &error))),
         }
     }
+    if args.growth {
+        drop(rig);
+        let measured = report.devices.iter().zip(&devices).filter(|(times, _)| times.whole.is_some());
+        let devices: Vec<DeviceInfo> = measured.map(|(_, info)| info.clone()).collect();
+        let points = growth::measure(&devices, size, options, ui)?;
+        let measured = report.devices.iter_mut().filter(|times| times.whole.is_some());
+        measured.zip(points).for_each(|(times, points)| times.growth = points);
+    }
     ui.clear();
+    if let Some(mut file) = chart {
+        file.write_all(plot::svg(&report)?.as_bytes()).map_err(file.error())?;
+        file.finish()?;
+    }
     if args.json { output::json(&report) } else { output::say(&report.to_terminal()) }
 }
 
@@ -99,7 +121,15 @@ fn device_times(
 impl DeviceTimes {
     fn of(info: &DeviceInfo) -> Self {
         let (name, driver) = (info.name.clone(), info.driver.clone());
-        Self { device: info.id(), name, driver, error: None, whole: None, stages: Vec::new() }
+        Self {
+            device: info.id(),
+            name,
+            driver,
+            error: None,
+            whole: None,
+            stages: Vec::new(),
+            growth: Vec::new(),
+        }
     }
 
     fn failed(info: &DeviceInfo, error: &Error) -> Self {
@@ -160,6 +190,19 @@ impl DeviceTimes {
             rows.push(row("whole frame", whole.ms, whole.bytes, whole.share_of_bandwidth));
             text = format!("  {:.0} frames a second\n", whole.fps);
         }
-        output::table(&rows) + "\n" + &text
+        text.insert_str(0, &(output::table(&rows) + "\n"));
+        for what in What::ALL {
+            let of_it = || self.growth.iter().filter(|point| point.what == what);
+            if of_it().next().is_some() {
+                let heading = [format!("\n  {}", what.name()), "ms per frame".into()];
+                let row = |point: &Point| {
+                    let ms = point.ms.map_or("–".into(), |ms| format!("{ms:.3}"));
+                    [format!("  {}", human::count(point.size)), ms]
+                };
+                let rows: Vec<_> = std::iter::once(heading).chain(of_it().map(row)).collect();
+                text += &(output::table(&rows) + "\n");
+            }
+        }
+        text
     }
 }

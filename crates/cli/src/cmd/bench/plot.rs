@@ -1,0 +1,201 @@
+//! The chart of a benchmark, as SVG.
+
+use super::growth::{Point, What};
+use super::{DeviceTimes, Report};
+use crate::human;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use rhytid_core::{Error, Result};
+
+/// The backend rounds to whole units, so there are two in a pixel.
+const FINE: u32 = 2;
+const WIDTH: u32 = 900 * FINE;
+const LEFT: i32 = 150 * FINE as i32;
+const RIGHT: i32 = 150 * FINE as i32;
+const HEADING: u32 = 70 * FINE;
+const BAR: u32 = 34 * FINE;
+const BELOW: u32 = 40 * FINE;
+const PANEL: u32 = 240 * FINE;
+
+const INK: RGBColor = RGBColor(51, 51, 51);
+const GRID: RGBColor = RGBColor(221, 221, 221);
+/// Colours that people with any kind of colour vision tell apart (Okabe and Ito): of the stages, and of devices.
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 0, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(86, 180, 233),
+    RGBColor(213, 94, 0),
+    RGBColor(240, 190, 40),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+];
+/// Of what no stage's time tells.
+const REST: RGBColor = RGBColor(170, 170, 170);
+
+type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+/// A bar for each device, made of its stages; below, where it was measured, how a frame's time grows.
+///
+/// # Errors
+/// [`Error::Internal`] if `plotters` fails.
+pub fn svg(report: &Report) -> Result<String> {
+    let measured: Vec<&DeviceTimes> = report.devices.iter().filter(|d| d.whole.is_some()).collect();
+    let bars = HEADING + measured.len() as u32 * BAR + BELOW;
+    let grows = measured.iter().any(|device| !device.growth.is_empty());
+    let height = bars + if grows { 2 * PANEL + 20 * FINE } else { 0 };
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
+    let drawn = root.fill(&WHITE).and_then(|()| {
+        let (top, bottom) = root.split_vertically(bars);
+        draw_bars(&top, report, &measured)?;
+        if grows {
+            for (what, panel) in
+                What::ALL.into_iter().zip(bottom.margin(0, 20 * FINE, 0, 0).split_evenly((2, 2)))
+            {
+                draw_growth(&panel, what, &measured)?;
+            }
+        }
+        root.present()
+    });
+    drawn.map_err(|e| Error::Internal(format!("the chart: {e}")))?;
+    drop(root);
+    Ok(svg)
+}
+
+fn draw_bars(root: &Root, report: &Report, devices: &[&DeviceTimes]) -> Drawn {
+    let at = |x: i32, y: u32| (x, y as i32);
+    let title = format!(
+        "{} vertices, {} handles, {} centres, basis in {}: ms per frame, {}",
+        human::count(report.vertices),
+        report.handles,
+        report.centers,
+        report.storage,
+        if report.frames == 1 { "one at a time".to_owned() } else { format!("{} at once", report.frames) },
+    );
+    root.draw(&Text::new(title, at(12 * FINE as i32, 10 * FINE), text(15)))?;
+    draw_legend(root, devices)?;
+    let longest = devices.iter().filter_map(|d| d.whole.as_ref()).map(|w| w.ms).fold(1e-9, f64::max);
+    let width = f64::from(WIDTH as i32 - LEFT - RIGHT);
+    let x = |ms: f64| LEFT + (ms / longest * width) as i32;
+    for (i, device) in devices.iter().enumerate() {
+        let Some(whole) = &device.whole else { continue };
+        let (top, bottom) = (HEADING + i as u32 * BAR, HEADING + (i as u32 + 1) * BAR - 10 * FINE);
+        let middle = (top + bottom) / 2;
+        let left = text(12).pos(Pos::new(HPos::Right, VPos::Center));
+        root.draw(&Text::new(device.device.as_str(), at(LEFT - 8 * FINE as i32, middle), left))?;
+        root.draw(&Rectangle::new([at(LEFT, top), at(x(whole.ms), bottom)], REST.filled()))?;
+        let mut start = 0.0;
+        for (stage, color) in device.stages.iter().zip(COLORS) {
+            let end = (start + stage.ms).min(whole.ms);
+            root.draw(&Rectangle::new([at(x(start), top), at(x(end), bottom)], color.filled()))?;
+            start = end;
+        }
+        // What the bytes of a frame take at the memory's speed.
+        let least = x(whole.ms * whole.share_of_bandwidth);
+        let mark = [at(least, top - 3 * FINE), at(least, bottom + 3 * FINE)];
+        root.draw(&PathElement::new(mark, INK.stroke_width(2 * FINE)))?;
+        let right = text(12).pos(Pos::new(HPos::Left, VPos::Center));
+        let end = x(whole.ms).max(least) + 6 * FINE as i32;
+        let times = format!("{:.2} ms, {:.0} frames/s", whole.ms, whole.fps);
+        root.draw(&Text::new(times, at(end, middle), right))?;
+    }
+    let note = format!(
+        "The mark is what a frame's bytes take at the {:.1} GB/s at which this machine's processor reads memory. Rhytid {} ({}).",
+        report.read_bandwidth_gb_s, report.version, report.commit
+    );
+    let y = HEADING + devices.len() as u32 * BAR + 4 * FINE;
+    root.draw(&Text::new(note, at(12 * FINE as i32, y), text(11)))
+}
+
+/// The stages' names beside their colours, if any device times them.
+fn draw_legend(root: &Root, devices: &[&DeviceTimes]) -> Drawn {
+    let Some(device) = devices.iter().find(|device| !device.stages.is_empty()) else { return Ok(()) };
+    let names = device.stages.iter().map(|stage| stage.stage.replace('_', " "));
+    let mut x = 12 * FINE as i32;
+    let y = 42 * FINE as i32;
+    for (name, color) in names.zip(COLORS) {
+        let box_ = 10 * FINE as i32;
+        root.draw(&Rectangle::new([(x, y - box_ / 2), (x + box_, y + box_ / 2)], color.filled()))?;
+        x += box_ + 5 * FINE as i32;
+        let width = name.chars().count() as i32 * 7 * FINE as i32;
+        root.draw(&Text::new(name, (x, y), text(12).pos(Pos::new(HPos::Left, VPos::Center))))?;
+        x += width + 14 * FINE as i32;
+    }
+    Ok(())
+}
+
+/// Time over one size: sizes side by side in steps that are nearly equal ratios, times in powers of ten.
+fn draw_growth(panel: &Root, what: What, devices: &[&DeviceTimes]) -> Drawn {
+    let of = |device: &DeviceTimes| {
+        device.growth.iter().filter(|p| p.what == what).cloned().collect::<Vec<Point>>()
+    };
+    let sizes: Vec<usize> =
+        devices.first().map(|d| of(d).iter().map(|p| p.size).collect()).unwrap_or_default();
+    let times = || devices.iter().flat_map(|d| of(d)).filter_map(|p| p.ms);
+    let (least, most) = times().fold((f64::MAX, f64::MIN), |(a, b), ms| (a.min(ms), b.max(ms)));
+    if sizes.len() < 2 || least > most {
+        return Ok(());
+    }
+    let range = (least * 0.8).log10()..(most * 1.25).log10();
+    let mut chart = ChartBuilder::on(panel)
+        .margin(10 * FINE)
+        .margin_right(24 * FINE)
+        .x_label_area_size(34 * FINE)
+        .y_label_area_size(52 * FINE)
+        .build_cartesian_2d(0.0..(sizes.len() - 1) as f64, range)?;
+    let size = |x: &f64| {
+        let whole = (x - x.round()).abs() < 1e-6;
+        if whole { sizes.get(x.round() as usize).map_or(String::new(), |&n| short(n)) } else { String::new() }
+    };
+    chart
+        .configure_mesh()
+        .bold_line_style(GRID)
+        .light_line_style(TRANSPARENT)
+        .axis_style(GRID)
+        .label_style(text(11))
+        .x_labels(sizes.len())
+        .x_label_formatter(&size)
+        .y_labels(6)
+        .y_label_formatter(&|y| human_ms(10f64.powf(*y)))
+        .x_desc(what.name())
+        .y_desc("ms per frame")
+        .draw()?;
+    for (device, color) in devices.iter().zip(COLORS.iter().cycle().skip(1)) {
+        let points = of(device).into_iter().enumerate();
+        let points: Vec<(f64, f64)> = points.filter_map(|(i, p)| Some((i as f64, p.ms?.log10()))).collect();
+        chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 * FINE)))?;
+        chart.draw_series(points.iter().map(|&p| Circle::new(p, 3 * FINE, color.filled())))?;
+        if let (true, Some(last)) = (devices.len() > 1 && what == What::Vertices, points.last()) {
+            let style = text(11).color(color).pos(Pos::new(HPos::Right, VPos::Bottom));
+            let (x, y) = chart.backend_coord(last);
+            panel.draw(&Text::new(
+                device.device.as_str(),
+                (x - 4 * FINE as i32, y - 4 * FINE as i32),
+                style,
+            ))?;
+        }
+    }
+    Ok(())
+}
+
+/// 10600 as 11 k.
+fn short(n: usize) -> String {
+    match n {
+        0..10_000 => n.to_string(),
+        10_000..1_000_000 => format!("{:.0} k", n as f64 / 1e3),
+        _ => format!("{:.1} M", n as f64 / 1e6),
+    }
+}
+
+/// With two digits that count.
+fn human_ms(ms: f64) -> String {
+    let decimals = (1.0 - ms.log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{ms:.decimals$}")
+}
+
+fn text(size: u32) -> TextStyle<'static> {
+    // The SVG backend divides sizes by 1.24.
+    ("sans-serif", f64::from(size * FINE) * 1.24).into_font().color(&INK)
+}
