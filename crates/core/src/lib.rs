@@ -18,6 +18,7 @@ mod rig_check;
 pub mod rig_file;
 mod rigid;
 pub mod solve;
+mod steady_file;
 mod take;
 mod topology;
 mod triangulate;

@@ -1,3 +1,4 @@
+use crate::steady_file::SteadyFile;
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// the temporary file is removed and whatever stood under the name is untouched.
 #[derive(Debug)]
 pub struct WriteBeside {
-    writer: BufWriter<tempfile::NamedTempFile>,
+    writer: BufWriter<SteadyFile>,
     path: PathBuf,
 }
 
@@ -49,7 +50,7 @@ impl WriteBeside {
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(Error::io(path))?;
-        Ok(Self { writer: BufWriter::with_capacity(1 << 20, file), path: path.to_owned() })
+        Ok(Self { writer: BufWriter::with_capacity(1 << 20, SteadyFile::new(file)), path: path.to_owned() })
     }
 
     /// The final name.
@@ -63,7 +64,7 @@ impl WriteBeside {
     /// # Errors
     /// [`Error::Io`].
     pub fn spool(&self) -> Result<File> {
-        let folder = self.writer.get_ref().path().parent().unwrap_or(Path::new("."));
+        let folder = self.writer.get_ref().get().path().parent().unwrap_or(Path::new("."));
         tempfile::tempfile_in(folder).map_err(Error::io(&self.path))
     }
 
@@ -79,7 +80,7 @@ impl WriteBeside {
     pub fn finish(self) -> Result<()> {
         let path = self.path;
         let file = self.writer.into_inner().map_err(|e| Error::io(&path)(e.into_error()))?;
-        file.as_file().sync_all().map_err(Error::io(&path))?;
+        let file = file.finish().map_err(Error::io(&path))?;
         file.persist(&path).map_err(|e| Error::io(&path)(e.error))?;
         Ok(())
     }

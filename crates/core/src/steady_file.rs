@@ -1,0 +1,105 @@
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use tempfile::NamedTempFile;
+
+/// After this many bytes the disk has to catch up.
+const STRETCH: u64 = 64 << 20;
+
+/// A file whose bytes go to the disk while it is written. An operating system would first fill its memory with
+/// gigabytes of them: at the cost of what other programs keep there, of new memory for every page, and of a long wait at
+/// the end, which also is when a fault of the disk would show.
+#[derive(Debug)]
+pub(crate) struct SteadyFile {
+    file: NamedTempFile,
+    /// Bytes written since the disk had all.
+    waiting: u64,
+}
+
+impl SteadyFile {
+    pub(crate) fn new(file: NamedTempFile) -> Self {
+        Self { file, waiting: 0 }
+    }
+
+    /// The file below.
+    pub(crate) fn get(&self) -> &NamedTempFile {
+        &self.file
+    }
+
+    /// Waits until the disk has everything.
+    pub(crate) fn finish(self) -> io::Result<NamedTempFile> {
+        self.file.as_file().sync_all()?;
+        Ok(self.file)
+    }
+}
+
+impl Write for SteadyFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.waiting += written as u64;
+        if self.waiting >= STRETCH {
+            self.file.as_file().sync_data()?;
+            forget(self.file.as_file());
+            self.waiting = 0;
+        }
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for SteadyFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+/// Tells the system that what the disk has need not stay in memory. It is advice: where it is not taken, all is well.
+fn forget(file: &File) {
+    #[cfg(target_os = "linux")]
+    let _ = rustix::fs::fadvise(file, 0, None, rustix::fs::Advice::DontNeed);
+    #[cfg(not(target_os = "linux"))]
+    let _ = file;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    #[test]
+    fn every_byte_arrives_and_none_stays_in_memory() {
+        let block: Vec<u8> = (0..1 << 20).map(|i: u32| (i ^ i >> 9) as u8).collect();
+        let mut out = SteadyFile::new(NamedTempFile::new().unwrap());
+        let blocks = 2 * STRETCH as usize / block.len();
+        (0..blocks).for_each(|_| out.write_all(&block).unwrap());
+        #[cfg(target_os = "linux")]
+        for stretch in 0..2 {
+            assert!(!is_in_memory(out.get().as_file(), stretch * STRETCH), "stretch {stretch}");
+        }
+        out.write_all(b"the end").unwrap();
+        out.seek(SeekFrom::Start(5)).unwrap();
+        out.write_all(b"the beginning").unwrap();
+
+        let mut expected = block.repeat(blocks);
+        expected.extend(b"the end");
+        expected[5..18].copy_from_slice(b"the beginning");
+        let mut found = Vec::new();
+        out.finish().unwrap().reopen().unwrap().read_to_end(&mut found).unwrap();
+        assert!(found == expected);
+    }
+
+    /// Whether the byte at `offset` can be read without the disk; `false` where that cannot be told.
+    #[cfg(target_os = "linux")]
+    fn is_in_memory(file: &File, offset: u64) -> bool {
+        use rustix::io::{ReadWriteFlags, preadv2};
+        const TMPFS: u64 = 0x0102_1994;
+        if rustix::fs::fstatfs(file).is_ok_and(|found| found.f_type as u64 == TMPFS) {
+            eprintln!("SKIPPED: temporary files are in memory here; whether files leave it was not checked");
+            return false;
+        }
+        let mut byte = [0];
+        preadv2(file, &mut [io::IoSliceMut::new(&mut byte)], offset, ReadWriteFlags::NOWAIT).is_ok()
+    }
+}
