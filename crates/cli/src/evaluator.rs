@@ -6,7 +6,7 @@ use rhytid_core::{
 use std::collections::VecDeque;
 
 /// Opens a device: [`rhytid_backends::open`], but for tests.
-pub type Open<'a> = &'a dyn Fn(&DeviceInfo) -> Result<Device>;
+pub type Open<'a> = &'a (dyn Fn(&DeviceInfo) -> Result<Device> + Sync);
 
 /// A rig on a device, and the devices to fall back on.
 pub struct Evaluator<'a> {
@@ -107,7 +107,7 @@ fn advised(error: Error) -> Error {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use rhytid_backend_cpu::{Cpu, CpuSession};
     use rhytid_core::{Backend, HandleFrames, NoProgress, solve};
@@ -115,9 +115,9 @@ mod tests {
 
     /// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
     /// in the second stage read of the third batch, `upload` at once.
-    struct Flaky(String);
+    pub struct Flaky(String);
 
-    struct FlakySession {
+    pub struct FlakySession {
         session: CpuSession,
         fails: String,
         batches: usize,
@@ -174,7 +174,8 @@ mod tests {
         }
     }
 
-    fn info(name: &str) -> DeviceInfo {
+    /// A device of the name, for [`Flaky`].
+    pub fn info(name: &str) -> DeviceInfo {
         let mut info = Cpu::devices().unwrap().remove(0);
         info.name = name.into();
         info

@@ -13,6 +13,7 @@ mod human;
 mod interrupt;
 mod memory;
 mod output;
+mod pipeline;
 mod player;
 mod progress;
 mod report;

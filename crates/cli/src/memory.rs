@@ -2,11 +2,12 @@
 
 use rhytid_core::{Rig, Stage};
 
-/// Bytes that a batch's results may take together; a batch is made as large as this allows.
-const BATCH_BYTES: usize = 64 << 20;
+/// Bytes that a batch's results may take together; a batch is made as large as this allows. The chapter's face of
+/// 530,000 vertices has room for a whole batch.
+const BATCH_BYTES: usize = 512 << 20;
 
-/// Beyond this many frames a batch is no faster.
-const MAX_BATCH: usize = 32;
+/// Beyond this many frames a batch is no faster: the CPU backend computes that many together.
+const MAX_BATCH: usize = 16;
 
 /// Bytes of the rig's arrays on a device: all but what only the exporters use.
 pub fn rig_bytes(rig: &Rig) -> usize {

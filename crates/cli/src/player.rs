@@ -7,9 +7,10 @@ use crate::fade::Fade;
 use crate::frames::Selection;
 use crate::progress::Ui;
 use crate::velocities::Velocities;
-use crate::{device_choice, memory};
+use crate::{device_choice, memory, pipeline};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions};
 use rhytid_formats::export::Frame;
+use std::ops::Range;
 
 /// A rig on a device.
 pub struct Player<'a> {
@@ -17,6 +18,17 @@ pub struct Player<'a> {
     evaluator: Evaluator<'a>,
     /// Frames in a batch.
     batch: usize,
+}
+
+/// What the device gave of some frames.
+#[derive(Default)]
+struct Batch {
+    /// The number of the first.
+    first: usize,
+    /// Whether any of them may fade.
+    fades: bool,
+    /// Positions; normals, if they are wanted; the large scale, if any frame may fade.
+    results: Vec<Vec<f32>>,
 }
 
 /// What is wanted of each frame, beside its positions.
@@ -66,8 +78,8 @@ impl<'a> Player<'a> {
         Ok(normals.as_chunks().0.to_vec())
     }
 
-    /// Evaluates frames × H handle positions and hands each frame's positions and normals (empty where they are not
-    /// wanted) to `each`, faded where that is given, which is only of use to the full stage.
+    /// Evaluates frames × H handle positions, a batch ahead, and hands each frame's positions and normals (empty where
+    /// they are not wanted) to `each`, faded where that is given, which is only of use to the full stage.
     ///
     /// # Errors
     /// [`Error::Device`], [`Error::Cancelled`], and as `each`.
@@ -80,32 +92,43 @@ impl<'a> Player<'a> {
         ui: &Ui,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
-        let [positions, vertex_normals] = stage.stages();
         let (per_frame, frame) = (self.rig.handles.len() * 3, self.rig.vertices() * 3);
-        let (mut first, mut results) = (0, Vec::new());
-        for batch in handles.chunks(self.batch * per_frame) {
-            let end = first + batch.len() / per_frame;
-            // Without confidence below 1, a batch costs what it costs without fading.
-            let mut fade = fade.as_deref_mut().filter(|fade| fade.touches(first..end));
+        let frames = handles.len() / per_frame;
+        let batches = (0..frames).step_by(self.batch).map(|first| first..frames.min(first + self.batch));
+        // Without confidence below 1, a batch costs what it costs without fading.
+        let touched = |frames: &Range<usize>| fade.as_ref().is_some_and(|fade| fade.touches(frames.clone()));
+        let batches: Vec<_> = batches.map(|frames| (touched(&frames), frames)).collect();
+        let evaluate = |(fades, frames): (bool, Range<usize>), batch: &mut Batch| {
+            let [positions, vertex_normals] = stage.stages();
             let mut stages = vec![positions];
             stages.extend(normals.then_some(vertex_normals));
-            stages.extend(fade.is_some().then_some(Stage::LargeScale));
-            results.resize(stages.len(), Vec::new());
-            self.evaluator.evaluate(batch, &stages, &mut results)?;
-            for (i, positions) in results[0].chunks_exact(frame).enumerate() {
-                if ui.cancelled() {
-                    return Err(Error::Cancelled);
+            stages.extend(fades.then_some(Stage::LargeScale));
+            batch.results.resize(stages.len(), Vec::new());
+            batch.first = frames.start;
+            batch.fades = fades;
+            let handles = &handles[frames.start * per_frame..frames.end * per_frame];
+            self.evaluator.evaluate(handles, &stages, &mut batch.results)
+        };
+        pipeline::run(
+            pipeline::BUFFERS,
+            batches.into_iter(),
+            evaluate,
+            |Batch { first, fades, results }| {
+                for (i, positions) in results[0].chunks_exact(frame).enumerate() {
+                    if ui.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    let of_frame = |stage: usize| &results[stage][i * frame..][..frame];
+                    let shown = [positions, if normals { of_frame(1) } else { &[] }];
+                    let [positions, normals] = match fade.as_deref_mut().filter(|_| *fades) {
+                        Some(fade) => fade.frame(*first + i, of_frame(results.len() - 1), shown),
+                        None => shown,
+                    };
+                    each(positions, normals)?;
                 }
-                let of_frame = |stage: usize| &results[stage][i * frame..][..frame];
-                let shown = [positions, if normals { of_frame(1) } else { &[] }];
-                let [positions, normals] = match &mut fade {
-                    Some(fade) => fade.frame(first + i, of_frame(stages.len() - 1), shown),
-                    None => shown,
-                };
-                each(positions, normals)?;
-            }
-            first = end;
-        }
+                Ok(())
+            },
+        )?;
         if ui.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
@@ -150,6 +173,91 @@ impl<'a> Player<'a> {
         match velocities {
             Some(velocities) => velocities.finish(&mut |p, n, v| inner(p, n, Some(v))),
             None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluator::tests::{Flaky, info};
+    use crate::frames;
+    use rhytid_core::{Device, NoProgress, solve};
+    use rhytid_formats::export::{self, Origin, Scene};
+    use std::path::Path;
+
+    const FRAMES: usize = 23;
+
+    /// Exports the demo's performance from a device, which fails where its name says so, in batches of `batch`
+    /// frames; the file's frame `refused` is left without normals.
+    fn export(path: &Path, device: &str, batch: usize, refused: Option<usize>) -> Result<Vec<u8>> {
+        let face = rhytid_demo::face(1_000);
+        let rig = solve(&face, &NoProgress)?.cast::<f32>();
+        let options = UploadOptions::frames(batch);
+        let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
+        let mut player = Player { rig: &rig, evaluator, batch };
+        let selection = frames::select(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
+        let wanted = Wanted {
+            stage: StageChoice::Full,
+            normals: true,
+            velocities: true,
+            fade_detail: false,
+            head: HeadChoice::Keep,
+        };
+        let (origin, corners) = (Origin::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
+        let rest_normals = player.rest_normals()?;
+        let scene = Scene {
+            rest_normals: Some(&rest_normals),
+            velocities: true,
+            frames: FRAMES,
+            ..Scene::of(&rig, &corners, &origin)
+        };
+        let mut exporter = export::create(path, &scene, &export::Options::default())?;
+        let mut frame = 0;
+        player.play(&selection, wanted, &Ui::new(true), |shown| {
+            let normals = shown.normals.filter(|_| refused != Some(frame));
+            frame += 1;
+            exporter.frame(Frame { normals, ..shown })
+        })?;
+        exporter.finish(&NoProgress)?;
+        Ok(std::fs::read(path).unwrap())
+    }
+
+    #[test]
+    fn batches_change_no_byte() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["face.usd", "face.usda"] {
+            let path = folder.path().join(name);
+            let whole = export(&path, "sound", FRAMES, None).unwrap();
+            assert!(whole.len() > FRAMES * 1_000 * 12);
+            for batch in [1, 2, 5, 16, 22, 40] {
+                assert!(export(&path, "sound", batch, None).unwrap() == whole, "{name}, {batch} frames");
+            }
+        }
+    }
+
+    /// A device that fails in its first, a middle and its last batch (the first of all is that of the rest pose), frames
+    /// that the exporter refuses, and both: what would have been told without overlap is told, and nothing is left.
+    #[test]
+    fn faults_on_either_side_end_both() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["face.usd", "face.usda", "face.usdz", "face.glb"] {
+            let path = folder.path().join(name);
+            for (device, refused, expected) in [
+                ("evaluate:1", None, "unplugged"),
+                ("read:4", None, "unplugged"),
+                ("evaluate:8", None, "unplugged"),
+                ("sound", Some(0), "frame 0 (from 0) has no normals"),
+                ("sound", Some(11), "frame 11 (from 0) has no normals"),
+                ("sound", Some(FRAMES - 1), "frame 22 (from 0) has no normals"),
+                // Velocities need the frame after, so that frame 10 is the last one written before batch 5, of frame 12.
+                ("evaluate:5", Some(10), "frame 10 (from 0) has no normals"),
+                ("evaluate:5", Some(11), "unplugged"),
+            ] {
+                let error = export(&path, device, 3, refused).unwrap_err().to_string();
+                assert!(error.contains(expected), "{name}, {device}, {refused:?}: {error}");
+                assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{name}, {device}");
+            }
         }
     }
 }
