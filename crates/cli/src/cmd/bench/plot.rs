@@ -79,12 +79,15 @@ fn draw_bars(root: &Root, report: &Report, devices: &[&DeviceTimes]) -> Drawn {
     let longest = devices.iter().filter_map(|d| d.whole.as_ref()).map(|w| w.ms).fold(1e-9, f64::max);
     let width = f64::from(WIDTH as i32 - LEFT - RIGHT);
     let x = |ms: f64| LEFT + (ms / longest * width) as i32;
-    for (i, device) in devices.iter().enumerate() {
+    for ((i, device), color) in devices.iter().enumerate().zip(colors_of_devices()) {
         let Some(whole) = &device.whole else { continue };
         let (top, bottom) = (HEADING + i as u32 * BAR, HEADING + (i as u32 + 1) * BAR - 10 * FINE);
         let middle = (top + bottom) / 2;
         let left = text(12).pos(Pos::new(HPos::Right, VPos::Center));
         root.draw(&Text::new(device.device.as_str(), at(LEFT - 8 * FINE as i32, middle), left))?;
+        if !device.growth.is_empty() {
+            root.draw(&Circle::new(at(18 * FINE as i32, middle), 4 * FINE, color.filled()))?;
+        }
         root.draw(&Rectangle::new([at(LEFT, top), at(x(whole.ms), bottom)], REST.filled()))?;
         let mut start = 0.0;
         for (stage, color) in device.stages.iter().zip(COLORS) {
@@ -109,6 +112,10 @@ fn draw_bars(root: &Root, report: &Report, devices: &[&DeviceTimes]) -> Drawn {
     root.draw(&Text::new(note, at(12 * FINE as i32, y), text(11)))
 }
 
+fn colors_of_devices() -> impl Iterator<Item = &'static RGBColor> {
+    COLORS.iter().cycle().skip(1)
+}
+
 /// The stages' names beside their colours, if any device times them.
 fn draw_legend(root: &Root, devices: &[&DeviceTimes]) -> Drawn {
     let Some(device) = devices.iter().find(|device| !device.stages.is_empty()) else { return Ok(()) };
@@ -126,7 +133,8 @@ fn draw_legend(root: &Root, devices: &[&DeviceTimes]) -> Drawn {
     Ok(())
 }
 
-/// Time over one size: sizes side by side in steps that are nearly equal ratios, times in powers of ten.
+/// Time over one size: sizes side by side in steps that are nearly equal ratios; times from 0, or in powers of ten where the size goes
+/// through several.
 fn draw_growth(panel: &Root, what: What, devices: &[&DeviceTimes]) -> Drawn {
     let of = |device: &DeviceTimes| {
         device.growth.iter().filter(|p| p.what == what).cloned().collect::<Vec<Point>>()
@@ -138,7 +146,10 @@ fn draw_growth(panel: &Root, what: What, devices: &[&DeviceTimes]) -> Drawn {
     if sizes.len() < 2 || least > most {
         return Ok(());
     }
-    let range = (least * 0.8).log10()..(most * 1.25).log10();
+    let in_powers = what == What::Vertices;
+    let range = if in_powers { (least * 0.8).log10()..(most * 1.25).log10() } else { 0.0..most * 1.15 };
+    let height = |ms: f64| if in_powers { ms.log10() } else { ms };
+    let value = |y: &f64| if in_powers { two_digits(10f64.powf(*y)) } else { format!("{y}") };
     let mut chart = ChartBuilder::on(panel)
         .margin(10 * FINE)
         .margin_right(24 * FINE)
@@ -158,24 +169,15 @@ fn draw_growth(panel: &Root, what: What, devices: &[&DeviceTimes]) -> Drawn {
         .x_labels(sizes.len())
         .x_label_formatter(&size)
         .y_labels(6)
-        .y_label_formatter(&|y| human_ms(10f64.powf(*y)))
+        .y_label_formatter(&value)
         .x_desc(what.name())
         .y_desc("ms per frame")
         .draw()?;
-    for (device, color) in devices.iter().zip(COLORS.iter().cycle().skip(1)) {
+    for (device, color) in devices.iter().zip(colors_of_devices()) {
         let points = of(device).into_iter().enumerate();
-        let points: Vec<(f64, f64)> = points.filter_map(|(i, p)| Some((i as f64, p.ms?.log10()))).collect();
+        let points: Vec<(f64, f64)> = points.filter_map(|(i, p)| Some((i as f64, height(p.ms?)))).collect();
         chart.draw_series(LineSeries::new(points.iter().copied(), color.stroke_width(2 * FINE)))?;
         chart.draw_series(points.iter().map(|&p| Circle::new(p, 3 * FINE, color.filled())))?;
-        if let (true, Some(last)) = (devices.len() > 1 && what == What::Vertices, points.last()) {
-            let style = text(11).color(color).pos(Pos::new(HPos::Right, VPos::Bottom));
-            let (x, y) = chart.backend_coord(last);
-            panel.draw(&Text::new(
-                device.device.as_str(),
-                (x - 4 * FINE as i32, y - 4 * FINE as i32),
-                style,
-            ))?;
-        }
     }
     Ok(())
 }
@@ -190,7 +192,7 @@ fn short(n: usize) -> String {
 }
 
 /// With two digits that count.
-fn human_ms(ms: f64) -> String {
+fn two_digits(ms: f64) -> String {
     let decimals = (1.0 - ms.log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{ms:.decimals$}")
 }
