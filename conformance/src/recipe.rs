@@ -147,7 +147,9 @@ impl Recipe {
             triangles,
             basis,
             influence_edges: (0..vertices).flat_map(|_| numbers.some_below(edges, influences)).collect(),
-            influence_weights: (0..vertices * influences).map(|_| numbers.unit() as f32).collect(),
+            influence_weights: (0..vertices * influences)
+                .map(|_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 })
+                .collect(),
             frame_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
             pose_features,
             rbf_weights: (0..vertices * centers).map(|_| unit(vector(&mut numbers, 2.0))).collect(),

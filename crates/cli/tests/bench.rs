@@ -63,7 +63,7 @@ fn how_it_grows_is_drawn_and_printed() {
         of_it.map(|point| point["size"].as_u64().unwrap()).collect::<Vec<_>>()
     };
     assert_eq!(sizes("frames"), [1, 2, 4, 8, 16, 32, 64]);
-    assert_eq!(sizes("handles"), [30, 60, 100, 180, 248]);
+    assert_eq!(sizes("handles"), [30, 60, 100, 180, 250]);
     assert_eq!(sizes("examples"), [1, 3, 6, 10, 20, 40]);
     assert!(sizes("vertices").len() > 3 && sizes("vertices").last() > Some(&3_500));
 

@@ -152,3 +152,30 @@ fn what_a_device_cannot_do_is_said() {
     refused(PlanLimits { max_binding_bytes: 500, ..NO_LIMITS });
     refused(PlanLimits { max_workgroups: 0, ..NO_LIMITS });
 }
+
+/// Kernels stop at the first influence that is zero, or that their device takes for zero.
+#[test]
+fn influences_that_are_zero_come_last() {
+    let mut rig = rig();
+    let k = rig.influences();
+    assert!(k == 6 && rig.strain_edges.len() <= 256, "{k} influences, in words of four");
+    let tiny = f32::from_bits(7);
+    rig.influence_weights[..6].copy_from_slice(&[0.0, 0.5, tiny, 1.0, 0.0, 0.75]);
+    rig.influence_weights[6..12].copy_from_slice(&[0.25, 0.0, 0.0, 0.125, 0.5, 0.0]);
+    let plan = Plan::new(&rig, UploadOptions::frames(1), NO_LIMITS, "test:0").unwrap();
+    let contents = |name| {
+        let buffer = plan.buffers().iter().position(|buffer| buffer.name == name).unwrap();
+        bytemuck::pod_collect_to_vec::<u8, u32>(&plan.contents(&rig, buffer))
+    };
+    let (edges, weights) = (contents("influence_edges"), contents("influence_weights"));
+    for (v, order, expected) in [
+        (0, [1, 3, 5, 2, 0, 4], [0.5, 1.0, 0.75, tiny, 0.0, 0.0]),
+        (1, [0, 3, 4, 1, 2, 5], [0.25, 0.125, 0.5, 0.0, 0.0, 0.0]),
+    ] {
+        for (i, (from, expected)) in order.into_iter().zip(expected).enumerate() {
+            let edge = u32::from(edges[16 * (i / 4) + v].to_le_bytes()[i % 4]);
+            assert_eq!(edge, rig.influence_edges[v * k + from], "vertex {v}, influence {i}");
+            assert_eq!(f32::from_bits(weights[16 * i + v]), expected, "vertex {v}, influence {i}");
+        }
+    }
+}

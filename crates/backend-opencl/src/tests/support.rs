@@ -87,7 +87,12 @@ pub fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
         rest,
         basis: (0..v * h).map(|_| numbers.unit() / h as f32).collect(),
         strain_edges,
-        influence_edges: (0..v * k).map(|_| numbers.index(f)).collect(),
+        influence_edges: (0..v)
+            .flat_map(|_| {
+                let first = numbers.index(f + 1 - k);
+                first..first + k as u32
+            })
+            .collect(),
         influence_weights: (0..v * k).map(|_| numbers.unit()).collect(),
         frame_neighbors: (0..v).map(|i| ((i + 1) % v) as u32).collect(),
         pose_features: (0..(p + 1) * f).map(|_| 0.3 * numbers.unit()).collect(),

@@ -108,7 +108,12 @@ pub(crate) fn rig(size: Size) -> Rig {
                 [a, (a + 1 + random.below(handles - 1)) % handles as u32]
             })
             .collect(),
-        influence_edges: (0..vertices * influences).map(|_| random.below(edges)).collect(),
+        influence_edges: (0..vertices)
+            .flat_map(|_| {
+                let first = random.below(edges + 1 - influences);
+                first..first + influences as u32
+            })
+            .collect(),
         influence_weights: random.numbers(vertices * influences).iter().map(|a| a.abs()).collect(),
         frame_neighbors: (0..vertices)
             .map(|v| if (v + 1) % columns == 0 { v - 1 } else { v + 1 } as u32)

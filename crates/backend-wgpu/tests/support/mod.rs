@@ -79,7 +79,12 @@ pub fn rig(seed: u64, sizes: Sizes) -> Rig {
         bending_length: 1.0,
         beta: 1.0,
         basis: (0..vertices * handles).map(|_| 0.2 * numbers.next()).collect(),
-        influence_edges: (0..vertices * influences).map(|_| numbers.below(edges)).collect(),
+        influence_edges: (0..vertices)
+            .flat_map(|_| {
+                let first = numbers.below(edges + 1 - influences);
+                first..first + influences as u32
+            })
+            .collect(),
         influence_weights: (0..vertices * influences).map(|_| (numbers.next() + 1.0) / 2.0).collect(),
         frame_neighbors: (0..vertices).map(|v| if v + 1 < vertices { v + 1 } else { v - 1 } as u32).collect(),
         pose_features: (0..centers * edges).map(|_| 0.3 * numbers.next()).collect(),

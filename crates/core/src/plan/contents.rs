@@ -5,6 +5,7 @@ use half::f16;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, normals, strain};
 use std::borrow::Cow;
+use std::ops::Range;
 
 impl Plan {
     /// What a constant buffer starts with; what is behind that is never read. Empty for the other buffers.
@@ -30,11 +31,14 @@ impl Plan {
             "basis" => owned(&tiled(&rig.basis[of_part(handles)], handles)),
             "influence_edges" => {
                 let per_word = detail::edges_per_word(edges);
-                let of_vertices = rig.influence_edges[of_part(influences)].chunks_exact(influences.max(1));
+                let edges = zeros_last(rig, of_part(influences), &rig.influence_edges);
+                let of_vertices = edges.chunks_exact(influences.max(1));
                 let words: Vec<u32> = of_vertices.flat_map(|edges| detail::packed(edges, per_word)).collect();
                 owned(&tiled(&words, influences.div_ceil(per_word)))
             }
-            "influence_weights" => owned(&tiled(&rig.influence_weights[of_part(influences)], influences)),
+            "influence_weights" => {
+                owned(&tiled(&zeros_last(rig, of_part(influences), &rig.influence_weights), influences))
+            }
             "rbf_weights" => {
                 let (weights, _) = detail::pivoted(&rig.rbf_weights[of_part(centers)], centers);
                 owned(&tiled(weights.as_flattened(), centers * 3))
@@ -77,6 +81,24 @@ impl Plan {
             ]
         })
     }
+}
+
+/// Those of V × K entries that belong to `range`, each vertex's with α = 0 last. Before those, the ones whose α is so small that some
+/// devices take it for zero.
+fn zeros_last<T: Copy>(rig: &Rig, range: Range<usize>, entries: &[T]) -> Vec<T> {
+    let k = rig.influences().max(1);
+    let rank = |alpha: f32| u8::from(alpha < f32::MIN_POSITIVE) + u8::from(alpha == 0.0);
+    let weights = rig.influence_weights[range.clone()].chunks_exact(k);
+    let mut order = Vec::with_capacity(k);
+    let of_vertices = entries[range].chunks_exact(k).zip(weights);
+    of_vertices
+        .flat_map(|(entries, weights)| {
+            order.clear();
+            order.extend(0..k);
+            order.sort_by_key(|&i| rank(weights[i]));
+            order.iter().map(|&i| entries[i]).collect::<Vec<T>>()
+        })
+        .collect()
 }
 
 fn owned<T: bytemuck::NoUninit>(numbers: &[T]) -> Cow<'static, [u8]> {

@@ -56,6 +56,11 @@ static void measure(
         for (uint k = first; k < min(first + params.edges_per_word, params.influences); k++) {
             uint edge = edges >> ((k - first) * bits) & mask;
             float alpha = influence_weights[(i / 16 * params.influences + k) * 16 + i % 16];
+            // Those that are zero come last.
+            if (alpha == 0.0f) {
+                word = words;
+                break;
+            }
             for (uint g = 0; g < FRAMES; g++) {
                 uint of_frame = min(frame + g, params.frames - 1);
                 uint at = (of_frame * eights + eight) * params.strain_edges + edge;

@@ -42,6 +42,11 @@ void measure(uint i, uint frame, uint eight) {
         for (uint k = first; k < min(first + params.edges_per_word, params.influences); k++) {
             uint edge = edges >> ((k - first) * bits) & mask;
             float alpha = influence_weights[(tile * params.influences + k) * 16 + lane];
+            // Those that are zero come last.
+            if (alpha == 0.0) {
+                word = words;
+                break;
+            }
             for (uint g = 0; g < FRAMES; g++) {
                 uint of_frame = min(frame + g, params.frames - 1);
                 uint at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);

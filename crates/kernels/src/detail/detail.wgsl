@@ -40,6 +40,11 @@ fn measure(i: u32, frame: u32, eight: u32) {
         for (var k = first; k < min(first + params.edges_per_word, params.influences); k++) {
             let edge = edges >> ((k - first) * bits) & mask;
             let alpha = influence_weights[(tile * params.influences + k) * 16 + lane];
+            // Those that are zero come last.
+            if (alpha == 0) {
+                word = words;
+                break;
+            }
             for (var g = 0u; g < FRAMES; g++) {
                 let of_frame = min(frame + g, params.frames - 1);
                 let at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);
