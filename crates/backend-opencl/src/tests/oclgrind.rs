@@ -24,7 +24,7 @@ const RACES: [&str; 3] = ["oclgrind", "--data-races", "--check-api"];
 const UNINITIALIZED: [&str; 4] = ["oclgrind", "--uninitialized", "--build-options", "-cl-opt-disable"];
 
 /// V, H, F, P, K: around the workgroup's 64.
-const SIZES: [[usize; 5]; 4] = [[1, 1, 0, 0, 0], [64, 3, 4, 1, 2], [65, 4, 65, 2, 3], [130, 3, 5, 2, 16]];
+const SIZES: [[usize; 5]; 4] = [[1, 1, 0, 0, 0], [64, 3, 4, 1, 2], [65, 4, 65, 2, 3], [130, 3, 17, 2, 16]];
 
 /// The kernel, or what the child's planted fault makes of it.
 fn source(kernel: &Kernel) -> String {
