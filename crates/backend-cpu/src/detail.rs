@@ -9,7 +9,6 @@ use pulp::Simd;
 use rhytid_core::Rig;
 use rhytid_kernels::Number;
 use rhytid_kernels::detail::pivoted;
-use std::ops::Range;
 
 /// Centres whose distances are summed at once in one frame.
 const CENTERS: usize = 8;
@@ -190,18 +189,18 @@ impl Detail {
         std::array::from_fn(|_| vec![Row::ZERO; self.centers])
     }
 
-    /// d of consecutive vertices in a group of frames, the first one of which is the first of [`ROW`].
+    /// d of the vertices from `first` on, a multiple of [`ROW`], in a group of frames.
     #[inline(always)]
     pub fn group<S: Simd>(
         &self,
         simd: S,
-        vertices: Range<usize>,
+        first: usize,
         table: &[GroupTableRow],
         distances: &mut [Vec<Row>; GROUP_VERTICES],
         out: &mut [RowVectors],
     ) {
         for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
-            let v = vertices.start + i * GROUP_VERTICES;
+            let v = first + i * GROUP_VERTICES;
             for part in 0..GROUP / S::F32_LANES {
                 self.group_distances(simd, v, part, table, distances);
                 for (lane, (out, distances)) in out.iter_mut().zip(&*distances).enumerate() {

@@ -176,7 +176,7 @@ impl WithSimd for Fine<'_> {
         let start = Instant::now();
         Normals { face, positions: smooth, first, out: normals }.with_simd(simd);
         let start = self.times.add(Stage::LargeScaleNormals, start);
-        face.detail.group(simd, first..first + details.len(), self.table, distances, details);
+        face.detail.group(simd, first, self.table, distances, details);
         let start = self.times.add(Stage::Detail, start);
         match self.stage {
             Stage::LargeScaleNormals => self.out.copy_from_slice(normals),
