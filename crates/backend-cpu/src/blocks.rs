@@ -1,5 +1,5 @@
 //! Vertices in blocks: a block is one task, small enough for its part of the face to stay in a core's caches.
-use rhytid_kernels::table::TILE;
+use crate::rows::TILE;
 use std::ops::Range;
 
 /// The largest block: what a task works on stays in the second-level cache, and few of its triangles are shared with others.

@@ -7,11 +7,11 @@ use crate::lanes::{Lanes, load3, store3};
 use crate::rows::{GROUP, ROW, Row, RowVectors};
 use pulp::Simd;
 use rhytid_core::Rig;
-use rhytid_kernels::Number;
 use rhytid_kernels::detail::pivoted;
+use rhytid_kernels::{Number, differences};
 
 /// Centres whose distances are summed at once in one frame.
-const CENTERS: usize = 8;
+const CENTERS: usize = differences::CENTERS_AT_ONCE;
 
 /// Centres and vertices whose distances are summed at once in a group of frames: each number that is loaded serves several sums.
 const GROUP_CENTERS: usize = 4;
@@ -108,12 +108,9 @@ impl Detail {
     /// The squared differences of one frame's features, `[N/8][F][8]`; past N, 0.
     pub fn frame_table(&self, features: &[f32]) -> Vec<TableRow> {
         let mut table = vec![[0.0; CENTERS]; self.centers.div_ceil(CENTERS) * self.edges];
-        for j in 0..self.centers {
-            for (e, f) in features.iter().enumerate() {
-                let difference = f - self.pose_features[j * self.edges + e];
-                table[j / CENTERS * self.edges + e][j % CENTERS] = difference * difference;
-            }
-        }
+        let [strain_edges, centers] = [self.edges, self.centers].map(|n| n as u32);
+        let params = differences::Params { frames: 1, strain_edges, centers };
+        differences::differences(params, features, &self.pose_features, table.as_flattened_mut());
         table
     }
 

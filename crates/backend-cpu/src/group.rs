@@ -3,13 +3,12 @@
 use crate::detail::GroupTableRow;
 use crate::lanes::{Lanes, load3, store3};
 use crate::resident::Resident;
-use crate::rows::{GROUP, Row, RowVectors};
+use crate::rows::{GROUP, Row, RowVectors, TILE};
 use crate::times::Times;
 use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Stage;
-use rhytid_kernels::table::TILE;
 use rhytid_kernels::{fine_scale, vec3};
 use std::time::Instant;
 

@@ -1,12 +1,11 @@
 //! The large scale: B times the handles' displacements.
 use crate::lanes::{Lanes, load3, splat3, store3};
-use crate::rows::{GROUP, RowVectors, TileRow};
+use crate::rows::{GROUP, RowVectors, TILE, TileRow};
 use crate::vectors::Vectors;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use pulp::{Simd, WithSimd};
 use rhytid_core::{BasisStorage, Rig};
-use rhytid_kernels::table::TILE;
 use rhytid_kernels::{Number, vec3};
 
 /// Registers of each coordinate whose sums are computed at once: as many as hide how long an addition takes.

@@ -1,6 +1,8 @@
 //! Rows of numbers where cache lines begin, so that no register is loaded from two of them.
 use bytemuck::{Pod, Zeroable};
-use rhytid_kernels::table::TILE;
+
+/// Vertices in a tile: the basis is read a tile at a time.
+pub const TILE: usize = 64;
 
 /// The numbers in a [`Row`]: what the widest registers hold.
 pub const ROW: usize = 16;

@@ -4,7 +4,7 @@ use crate::status::Status;
 use ocl::ffi::*;
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
-use rhytid_kernels::table::{GPU_TILE, Kernel, WORKGROUP_SIZE, builds};
+use rhytid_kernels::table::{Kernel, TILE, WORKGROUP_SIZE, builds};
 use std::sync::{Mutex, PoisonError};
 
 /// No option that trades accuracy for speed: relaxed or unsafe arithmetic would let a device reorder sums, drop
@@ -74,7 +74,7 @@ impl OpenCl {
         let memory_bytes = device.number(CL_DEVICE_GLOBAL_MEM_SIZE).map_err(asking())?;
         let context = Context::of(device).map_err(Status::of(&name, "making a context"))?;
         // What is a vector for a GPU's workgroup is one for a processor's work item.
-        let vertices = (info.kind == DeviceKind::Cpu).then_some(GPU_TILE as u32);
+        let vertices = (info.kind == DeviceKind::Cpu).then_some(TILE as u32);
         let build = |(kernel, frames): (&'static Kernel, u32)| {
             let mut options = BUILD_OPTIONS.to_owned();
             if kernel.batched {

@@ -5,7 +5,7 @@ mod contents;
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::table::{
-    DETAIL, DIFFERENCES, FINE_SCALE, FRAMES_AT_ONCE, GPU_TILE as TILE, Kernel, LARGE_SCALE, NORMALS, STRAIN,
+    DETAIL, DIFFERENCES, FINE_SCALE, FRAMES_AT_ONCE, Kernel, LARGE_SCALE, NORMALS, STRAIN, TILE,
     WORKGROUP_SIZE,
 };
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};

@@ -4,13 +4,10 @@ use crate::{detail, differences, fine_scale, large_scale, normals, strain};
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
 
-/// Vertices in a tile of the CPU backend.
-pub const TILE: usize = 64;
-
 /// Vertices in a tile on a GPU. An array of n numbers per vertex that is *tiled* is stored as `[⌈V/16⌉][n][16]`, the
 /// numbers past V being zero: neighbouring invocations read neighbouring words, at least 32 bytes of them, and a processor
 /// behind a GPU's API, which computes one tile after the other, reads memory from its start to its end.
-pub const GPU_TILE: usize = 16;
+pub const TILE: usize = 16;
 
 /// Frames that one invocation computes in a batch, where [`Kernel::batched`] says so: what it reads of the rig is read once
 /// for all of them. Of a batch of one frame it computes one.
@@ -30,7 +27,7 @@ pub struct Kernel {
     pub at_once: u32,
     /// Whether an invocation computes several frames: then each language has a constant `FRAMES`, which is 1 or
     /// [`FRAMES_AT_ONCE`] (Vulkan: specialisation constant 0; WebGPU: `override`; OpenCL: a macro). In OpenCL these
-    /// kernels have a macro `VERTICES` too, which is `at_once`, or [`GPU_TILE`] where the device is a processor; a
+    /// kernels have a macro `VERTICES` too, which is `at_once`, or [`TILE`] where the device is a processor; a
     /// workgroup has as many vertices either way.
     pub batched: bool,
     /// GLSL, for Vulkan; `spirv` is made from it. Its entry point is renamed from `main`.

@@ -1,6 +1,6 @@
 //! What every kernel must keep to, so that it runs on every device. That the sources agree with the table is checked
 //! by `cargo xtask kernels --check`.
-use rhytid_kernels::table::{Access, GPU_TILE, KERNELS, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Access, KERNELS, TILE, WORKGROUP_SIZE};
 use std::collections::HashSet;
 
 /// What WebGPU promises without asking for more: maxStorageBuffersPerShaderStage.
@@ -22,9 +22,9 @@ fn kernels_fit_the_limits_that_every_device_has() {
 #[test]
 fn a_workgroup_reads_whole_tiles() {
     for kernel in KERNELS {
-        assert_eq!((WORKGROUP_SIZE * kernel.at_once) as usize % GPU_TILE, 0, "{}", kernel.name);
+        assert_eq!((WORKGROUP_SIZE * kernel.at_once) as usize % TILE, 0, "{}", kernel.name);
         // What an invocation reads together is of one tile.
-        assert_eq!(GPU_TILE % kernel.at_once as usize, 0, "{}", kernel.name);
+        assert_eq!(TILE % kernel.at_once as usize, 0, "{}", kernel.name);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Runs a dispatch with the f32 twins. A backend for a GPU has the kernels' sources instead of this file.
 use half::f16;
 use rhytid_core::plan::Dispatch;
-use rhytid_kernels::table::{GPU_TILE as TILE, WORKGROUP_SIZE};
+use rhytid_kernels::table::{TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
 
 /// Runs one dispatch: buffers are bound in the order of the kernel's table, the last is the one that it writes.
