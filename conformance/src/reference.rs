@@ -153,13 +153,22 @@ fn vertex_normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[Expected; 3]> 
         let incident = vertex_triangles.at(v);
         let (mut sum, mut sizes) = ([0.0; 3], [0.0; 3]);
         for &t in incident {
-            let [a, b, c] = rig.triangles[t as usize].map(|i| p[i as usize]);
-            let (e, f) = (vec3::sub(b, a), vec3::sub(c, a));
-            let cross = vec3::cross(e, f);
+            let mut corners = rig.triangles[t as usize].map(|i| p[i as usize]);
+            let mut largest = [0.0f64; 3];
+            // The area is the same from each corner, the products are not.
+            for _ in corners {
+                let (e, f) = (vec3::sub(corners[1], corners[0]), vec3::sub(corners[2], corners[0]));
+                for (c, largest) in largest.iter_mut().enumerate() {
+                    let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+                    *largest = largest.max((e[i] * f[j]).abs() + (e[j] * f[i]).abs());
+                }
+                corners.rotate_left(1);
+            }
+            let [a, b, c] = corners;
+            let cross = vec3::cross(vec3::sub(b, a), vec3::sub(c, a));
             for c in 0..3 {
-                let (i, j) = ((c + 1) % 3, (c + 2) % 3);
                 sum[c] += cross[c];
-                sizes[c] += (e[i] * f[j]).abs() + (e[j] * f[i]).abs();
+                sizes[c] += largest[c];
             }
         }
         let roundings = tolerance::cross_products(incident.len());

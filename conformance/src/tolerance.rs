@@ -13,6 +13,7 @@
 //! - **Divide: 2.5 units** in Vulkan, WebGPU and OpenCL 1.2 alike.
 //! - **Square root: 4.5 units.** OpenCL allows 3; Vulkan and WebGPU `1 / inverseSqrt(x)`: 2 and a division.
 //! - **Any order of a sum**, so every term is counted as if it were added first. That covers trees and SIMD lanes.
+//! - **Any corner of a triangle** as the one from which its area is computed.
 //! - **Fused operations**: `a b + c` with one rounding has fewer than two.
 //! - **Flushed denormals**: what is below [`TINY`] may become 0, in inputs, in between and in results.
 //!
@@ -55,7 +56,7 @@ pub fn large_scale(handles: usize) -> f64 {
 }
 
 /// `normals`, relative to the sum of the products in the cross products of `triangles` triangles, each component for
-/// itself: two differences, the product, the difference of products, the sum over triangles.
+/// itself, and each from the corner where they are the most, as any will do: two differences, the product, the difference of products, the sum over triangles.
 pub fn cross_products(triangles: usize) -> f64 {
     triangles as f64 + 3.0
 }
@@ -94,7 +95,7 @@ pub fn in_words(stage: Stage) -> &'static str {
         Stage::Strain => "7 ε Σ(|u₁| + |u₂|)(|e| + |ē|) / (L + l) / l + 14.75 ε |f|",
         Stage::LargeScale => "(H + 1) ε Σ|b u| + ε |x|",
         Stage::LargeScaleNormals | Stage::Normals => {
-            "(T + 3) ε Σ|e f| over the area, for T triangles at the vertex, and 13.5 ε |n|"
+            "(T + 3) ε Σ|e f| over the area, for T triangles at the vertex, from the corner with the most, and 13.5 ε |n|"
         }
         Stage::Detail => "(N + (K + 3)/2 + 5.5) ε (|Σw| r_p + Σ|w| (r + r_p)), for the pivot p",
         Stage::Positions => "3 ε Σ|R d|, the error of the frame's t and b times d, and ε |x|",

@@ -72,9 +72,10 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     normals_of(&results.large_scale, &mut results.large_scale_normals);
     let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
     detail::detail(
-        detail::Params::whole(frames, vertices, strain_edges, rig.influences(), rig.centers()),
+        detail::Params::whole(frames, vertices, strain_edges, rig.centers()),
         &squared_differences(rig, &results.strain),
         &detail::Buffers {
+            influences: rig.influences(),
             influence_edges: &rig.influence_edges,
             influence_weights: &rig.influence_weights,
             rbf_weights: &rbf_weights,

@@ -61,15 +61,10 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
         Stage::LargeScaleNormals => normals_of(Stage::LargeScale),
         Stage::Normals => normals_of(Stage::Positions),
         Stage::Detail => {
-            let params = detail::Params::whole(
-                frames,
-                vertices,
-                rig.strain_edges.len(),
-                rig.influences(),
-                rig.centers(),
-            );
+            let params = detail::Params::whole(frames, vertices, rig.strain_edges.len(), rig.centers());
             let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
             let buffers = detail::Buffers {
+                influences: rig.influences(),
                 influence_edges: &rig.influence_edges,
                 influence_weights: &rig.influence_weights,
                 rbf_weights: &rbf_weights,

@@ -7,7 +7,7 @@ use crate::lanes::{Lanes, load3, store3};
 use crate::rows::{GROUP, ROW, Row, RowVectors};
 use pulp::Simd;
 use rhytid_core::Rig;
-use rhytid_kernels::detail::pivoted;
+use rhytid_kernels::detail::{pivoted, tile_influences};
 use rhytid_kernels::{Number, differences};
 
 /// Centres whose distances are summed at once in one frame.
@@ -56,18 +56,9 @@ impl Influences {
         for first in (0..vertices).step_by(ROW) {
             let here = first * k..(first + ROW).min(vertices) * k;
             let (edges, weights) = (&rig.influence_edges[here.clone()], &rig.influence_weights[here]);
-            let begin = all.edges.len();
-            let drives = |&(_, &alpha): &(&u32, &f32)| alpha != 0.0;
-            let mut list: Vec<u32> = edges.iter().zip(weights).filter(drives).map(|(&e, _)| e).collect();
-            list.sort_unstable();
-            list.dedup();
-            all.edges.extend(list);
-            all.weights.resize(all.edges.len(), Row::ZERO);
-            for (i, (e, weight)) in edges.iter().zip(weights).enumerate() {
-                if let Ok(row) = all.edges[begin..].binary_search(e) {
-                    all.weights[begin + row].0[i / k] = *weight;
-                }
-            }
+            let (edges, weights) = tile_influences(k, edges, weights);
+            all.edges.extend(edges);
+            all.weights.extend(weights.into_iter().map(Row));
             all.first.push(all.edges.len());
         }
         all

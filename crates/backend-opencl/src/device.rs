@@ -4,7 +4,7 @@ use crate::status::Status;
 use ocl::ffi::*;
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
-use rhytid_kernels::table::{Kernel, TILE, WORKGROUP_SIZE, builds};
+use rhytid_kernels::table::{Each, Kernel, TILE, WORKGROUP_SIZE, builds};
 use std::sync::{Mutex, PoisonError};
 
 /// No option that trades accuracy for speed: relaxed or unsafe arithmetic would let a device reorder sums, drop
@@ -78,8 +78,10 @@ impl OpenCl {
         let build = |(kernel, frames): (&'static Kernel, u32)| {
             let mut options = BUILD_OPTIONS.to_owned();
             if kernel.batched {
-                let vertices = vertices.unwrap_or(kernel.at_once);
-                options += &format!(" -D FRAMES={frames} -D VERTICES={vertices}");
+                options += &format!(" -D FRAMES={frames}");
+            }
+            if kernel.each == Each::Vertex {
+                options += &format!(" -D VERTICES={}", vertices.unwrap_or(kernel.at_once));
             }
             let program = Program::build(&context, device, &source(kernel), &options);
             let program = program.map_err(|failure| match failure {
@@ -110,7 +112,7 @@ impl OpenCl {
 
     /// Work items of a workgroup.
     pub(crate) fn workgroup_size(&self, kernel: &Kernel) -> usize {
-        let vertices = self.vertices.filter(|_| kernel.batched).unwrap_or(kernel.at_once);
+        let vertices = self.vertices.filter(|_| kernel.each == Each::Vertex).unwrap_or(kernel.at_once);
         (WORKGROUP_SIZE * kernel.at_once / vertices) as usize
     }
 }

@@ -1,7 +1,7 @@
 //! The Vulkan backend: any driver of Vulkan 1.1 or later, found when the program runs.
 //!
 //! A machine without a Vulkan loader or without a driver has no devices, and that is no error. No feature, extension
-//! or limit beyond Vulkan 1.1's smallest is needed, but six storage buffers for a shader, which all known drivers have.
+//! or limit beyond Vulkan 1.1's smallest is needed, but seven storage buffers for a shader, which all known drivers have.
 //!
 //! `RHYTID_VULKAN_VALIDATION=1` turns on Khronos' validation layer with synchronization validation; then its
 //! messages are errors.

@@ -3,9 +3,8 @@
 mod contents;
 
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
-use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::table::{
-    DETAIL, DIFFERENCES, FINE_SCALE, FRAMES_AT_ONCE, Kernel, LARGE_SCALE, NORMALS, STRAIN, TILE,
+    DETAIL, DIFFERENCES, Each, FINE_SCALE, FRAMES_AT_ONCE, Kernel, LARGE_SCALE, NORMALS, STRAIN, TILE,
     WORKGROUP_SIZE,
 };
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
@@ -15,8 +14,8 @@ use std::ops::Range;
 /// The smallest buffer: some APIs refuse empty ones, and a rig may have no strain edges.
 const SMALLEST_BUFFER: u64 = 16;
 
-/// The bytes of a triangle's corner.
-const CORNER: usize = 8;
+/// The bytes of a row of a tile: a number for each of its vertices.
+const ROW: usize = TILE * 4;
 
 /// Kernels count in 32 bits, so no array is larger than this whatever the device could do.
 const LARGEST_BINDING: u64 = 1 << 31;
@@ -41,6 +40,10 @@ pub struct Plan {
     /// H×3.
     handle_rest: Vec<[f32; 3]>,
     parts: Vec<Range<usize>>,
+    /// Where the rows of each tile's fans begin, and where the last ones end.
+    fan_offsets: Vec<u32>,
+    /// The same of its influences.
+    influence_offsets: Vec<u32>,
     max_frames: usize,
     frames_per_slice: usize,
     buffers: Vec<PlannedBuffer>,
@@ -51,7 +54,6 @@ struct Sizes {
     vertices: usize,
     handles: usize,
     edges: usize,
-    influences: usize,
     centers: usize,
 }
 
@@ -146,7 +148,6 @@ impl Plan {
             vertices: rig.vertices(),
             handles: rig.handles.len(),
             edges: rig.strain_edges.len(),
-            influences: rig.influences(),
             centers: rig.centers(),
         };
         let half_basis = options.basis == BasisStorage::F16;
@@ -163,16 +164,21 @@ impl Plan {
         }
 
         let basis_bytes = sizes.handles * if half_basis { 2 } else { 4 };
-        let tile_bytes = TILE * basis_bytes.max(sizes.influences * 4).max(sizes.centers * 12);
+        let tile_bytes = TILE * basis_bytes.max(sizes.centers * 12);
         if tile_bytes > limit {
             return Err(unsupported("a binding of 16 vertices, in bytes,", tile_bytes, limit));
         }
-        let triangles = VertexTriangles::new(sizes.vertices, &rig.triangles);
-        let parts = parts(&triangles.offsets, (limit / tile_bytes).min(most_vertices / TILE).max(1), limit);
+        let (fan_offsets, influence_offsets) = (contents::fan_offsets(rig), contents::influence_offsets(rig));
+        let most_tiles = (limit / tile_bytes).min(most_vertices / TILE).max(1);
+        let bytes_of_rows = |part: &Range<usize>| {
+            [&fan_offsets, &influence_offsets].map(|offsets| rows(offsets, part).len() * ROW)
+        };
+        let parts = parts(sizes.vertices, |part| {
+            part.len() <= most_tiles * TILE && bytes_of_rows(part).iter().all(|&bytes| bytes <= limit)
+        });
         let frame_bytes = (sizes.vertices * 12).max(sizes.handles * 16).max(sizes.table_len() * 4);
-        let corners_bytes =
-            parts.iter().map(|part| corners(&triangles.offsets, part) * CORNER).max().unwrap_or(0);
-        let whole = frame_bytes.max(corners_bytes).max(sizes.edges * 8);
+        let row_bytes = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
+        let whole = frame_bytes.max(row_bytes).max(sizes.edges * 8);
         if whole > limit {
             return Err(unsupported("a binding, in bytes,", whole, limit));
         }
@@ -184,19 +190,19 @@ impl Plan {
             half_basis,
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
             parts,
+            fan_offsets,
+            influence_offsets,
             max_frames: options.max_frames,
             frames_per_slice,
             buffers: Vec::new(),
         };
-        plan.plan_buffers(&triangles.offsets);
+        plan.plan_buffers();
         Ok(plan)
     }
 
-    /// `corner_offsets` says where each vertex's corners begin.
-    fn plan_buffers(&mut self, corner_offsets: &[u32]) {
-        let Sizes { vertices, handles, edges, influences, centers } = self.sizes;
+    fn plan_buffers(&mut self) {
+        let Sizes { vertices, handles, edges, centers } = self.sizes;
         let table_len = self.sizes.table_len();
-        let edge_words = influences.div_ceil(detail::edges_per_word(edges));
         let mut add = |name: &'static str, bytes: usize, role: Role| {
             let bytes = (bytes as u64).max(SMALLEST_BUFFER);
             self.buffers.push(PlannedBuffer { name, bytes, role });
@@ -214,14 +220,17 @@ impl Plan {
         let basis_bytes = if self.half_basis { 2 } else { 4 };
         for part in &self.parts {
             let tiled = part.len().next_multiple_of(TILE);
+            let offsets = part.len().div_ceil(TILE) + 1;
+            let influences = rows(&self.influence_offsets, part).len();
             for (name, bytes) in [
                 ("basis", tiled * handles * basis_bytes),
-                ("influence_edges", tiled * edge_words * 4),
-                ("influence_weights", tiled * influences * 4),
+                ("influence_offsets", offsets * 4),
+                ("influence_edges", influences * 4),
+                ("influence_weights", influences * ROW),
                 ("rbf_weights", tiled * centers * 12),
                 ("pivots", tiled * 4),
-                ("corner_offsets", (part.len() + 1) * 4),
-                ("corners", corners(corner_offsets, part) * CORNER),
+                ("fan_offsets", offsets * 4),
+                ("fans", rows(&self.fan_offsets, part).len() * ROW),
             ] {
                 add(name, bytes, Role::Constant { part: Some(part.clone()) });
             }
@@ -282,10 +291,12 @@ impl Plan {
             let frames = frames.len() as u32;
             let frames_of = |kernel: &Kernel| if kernel.batched && frames > 1 { FRAMES_AT_ONCE } else { 1 };
             for (stage, kernel) in STEPS {
-                // These are of edges, not of vertices, and never split.
+                // These are never split.
                 let edges = 0..self.sizes.edges;
-                let of_edges = [STRAIN.name, DIFFERENCES.name].contains(&kernel.name);
-                let parts = if of_edges { std::slice::from_ref(&edges) } else { &self.parts[..] };
+                let parts = match kernel.each {
+                    Each::StrainEdge => std::slice::from_ref(&edges),
+                    Each::Vertex => &self.parts[..],
+                };
                 let frames_at_once = frames_of(kernel);
                 for part in parts.iter().filter(|part| !part.is_empty()) {
                     let buffers = kernel.bindings.iter();
@@ -310,10 +321,9 @@ impl Plan {
 
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: &Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
-        let Sizes { vertices, handles, edges, influences, centers } = self.sizes;
-        let edges_per_word = detail::edges_per_word(edges) as u32;
-        let [vertices, handles, strain_edges, influences, centers] =
-            [vertices, handles, edges, influences, centers].map(|n| n as u32);
+        let Sizes { vertices, handles, edges, centers } = self.sizes;
+        let [vertices, handles, strain_edges, centers] =
+            [vertices, handles, edges, centers].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
         match kernel.name {
             "strain" => words(&strain::Params { frames, handles, strain_edges }),
@@ -333,9 +343,7 @@ impl Plan {
                 first_vertex,
                 part_vertices,
                 strain_edges,
-                influences,
                 centers,
-                edges_per_word,
             }),
             "fine_scale" => words(&fine_scale::Params { frames, vertices, first_vertex, part_vertices }),
             name => unreachable!("no kernel is called {name}"),
@@ -376,28 +384,22 @@ const STEPS: [(Stage, &Kernel); 7] = [
     (Stage::Normals, &NORMALS),
 ];
 
-/// Cuts the vertices into parts of whole tiles: of at most so many, and with at most so many bytes of corners.
-fn parts(corner_offsets: &[u32], most_tiles: usize, limit: usize) -> Vec<Range<usize>> {
-    let vertices = corner_offsets.len() - 1;
+/// Cuts the vertices into parts of whole tiles, as long as they fit.
+fn parts(vertices: usize, fits: impl Fn(&Range<usize>) -> bool) -> Vec<Range<usize>> {
     let mut parts: Vec<Range<usize>> = Vec::new();
     for first in (0..vertices).step_by(TILE) {
         let end = (first + TILE).min(vertices);
         match parts.last_mut() {
-            Some(part)
-                if end - part.start <= most_tiles * TILE
-                    && corners(corner_offsets, &(part.start..end)) * CORNER <= limit =>
-            {
-                part.end = end;
-            }
+            Some(part) if fits(&(part.start..end)) => part.end = end,
             _ => parts.push(first..end),
         }
     }
     parts
 }
 
-/// How many corners of triangles these vertices have.
-fn corners(corner_offsets: &[u32], vertices: &Range<usize>) -> usize {
-    (corner_offsets[vertices.end] - corner_offsets[vertices.start]) as usize
+/// The rows of a part's tiles, given where each tile's begin.
+fn rows(offsets: &[u32], part: &Range<usize>) -> Range<usize> {
+    offsets[part.start / TILE] as usize..offsets[part.end.div_ceil(TILE)] as usize
 }
 
 /// The name of the buffer that a stage's result is in.

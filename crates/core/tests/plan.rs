@@ -35,7 +35,7 @@ fn large_rig(vertices: usize) -> Rig {
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let rig = rig();
     let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
-    assert_eq!(plan.buffers().len(), 6 + 7 + 9);
+    assert_eq!(plan.buffers().len(), 6 + 8 + 9);
     assert_eq!(plan.slices(31).count(), 1);
     let mut stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
     assert_eq!(stages.len(), 7);
@@ -153,29 +153,59 @@ fn what_a_device_cannot_do_is_said() {
     refused(PlanLimits { max_workgroups: 0, ..NO_LIMITS });
 }
 
-/// Kernels stop at the first influence that is zero, or that their device takes for zero.
+/// The words of a constant buffer, of a rig that is one part.
+fn words(rig: &Rig, name: &str) -> Vec<u32> {
+    let plan = Plan::new(rig, UploadOptions::frames(1), NO_LIMITS, "test:0").unwrap();
+    let buffer = plan.buffers().iter().position(|buffer| buffer.name == name).unwrap();
+    let contents = plan.contents(rig, buffer);
+    contents.as_chunks().0.iter().map(|&bytes| u32::from_ne_bytes(bytes)).collect()
+}
+
 #[test]
-fn influences_that_are_zero_come_last() {
+fn a_tiles_influences_are_those_of_its_vertices() {
     let mut rig = rig();
-    let k = rig.influences();
-    assert!(k == 6 && rig.strain_edges.len() <= 256, "{k} influences, in words of four");
-    let tiny = f32::from_bits(7);
-    rig.influence_weights[..6].copy_from_slice(&[0.0, 0.5, tiny, 1.0, 0.0, 0.75]);
-    rig.influence_weights[6..12].copy_from_slice(&[0.25, 0.0, 0.0, 0.125, 0.5, 0.0]);
-    let plan = Plan::new(&rig, UploadOptions::frames(1), NO_LIMITS, "test:0").unwrap();
-    let contents = |name| {
-        let buffer = plan.buffers().iter().position(|buffer| buffer.name == name).unwrap();
-        bytemuck::pod_collect_to_vec::<u8, u32>(&plan.contents(&rig, buffer))
-    };
-    let (edges, weights) = (contents("influence_edges"), contents("influence_weights"));
-    for (v, order, expected) in [
-        (0, [1, 3, 5, 2, 0, 4], [0.5, 1.0, 0.75, tiny, 0.0, 0.0]),
-        (1, [0, 3, 4, 1, 2, 5], [0.25, 0.125, 0.5, 0.0, 0.0, 0.0]),
-    ] {
-        for (i, (from, expected)) in order.into_iter().zip(expected).enumerate() {
-            let edge = u32::from(edges[16 * (i / 4) + v].to_le_bytes()[i % 4]);
-            assert_eq!(edge, rig.influence_edges[v * k + from], "vertex {v}, influence {i}");
-            assert_eq!(f32::from_bits(weights[16 * i + v]), expected, "vertex {v}, influence {i}");
+    let (vertices, k) = (rig.vertices(), rig.influences());
+    rig.influence_weights[..k].fill(0.0);
+    rig.influence_weights[3 * k + 1] = f32::from_bits(7);
+    let [offsets, edges, weights] =
+        ["influence_offsets", "influence_edges", "influence_weights"].map(|name| words(&rig, name));
+    assert_eq!(offsets.len(), vertices.div_ceil(16) + 1);
+    assert_eq!((edges.len() as u32, weights.len()), (offsets[vertices.div_ceil(16)], 16 * edges.len()));
+    for (tile, rows) in offsets.array_windows().map(|&[a, b]| a as usize..b as usize).enumerate() {
+        assert!(edges[rows.clone()].is_sorted_by(|a, b| a < b), "{tile}");
+        for lane in 0..16 {
+            let alphas = rows.clone().map(|row| (edges[row], f32::from_bits(weights[16 * row + lane])));
+            let found: Vec<(u32, f32)> = alphas.filter(|(_, alpha)| *alpha != 0.0).collect();
+            let v = 16 * tile + lane;
+            let of_rig = (v * k..(v + 1) * k).filter(|_| v < vertices);
+            let of_rig = of_rig.map(|i| (rig.influence_edges[i], rig.influence_weights[i]));
+            let expected: Vec<(u32, f32)> = of_rig.filter(|(_, alpha)| *alpha != 0.0).collect();
+            assert_eq!(found, expected, "vertex {v}");
         }
+        // No edge is there for nothing.
+        let rows = rows.map(|row| &weights[16 * row..][..16]);
+        assert!(rows.into_iter().all(|row| row.iter().any(|&alpha| alpha != 0)), "{tile}");
     }
+}
+
+#[test]
+fn fans_have_every_triangle_at_each_of_its_vertices() {
+    let rig = rig();
+    let vertices = rig.vertices() as u32;
+    let (offsets, fans) = (words(&rig, "fan_offsets"), words(&rig, "fans"));
+    assert_eq!(fans.len(), 16 * offsets[rig.vertices().div_ceil(16)] as usize);
+    assert!(fans.iter().all(|&v| v < vertices));
+    let mut found: Vec<[u32; 3]> = Vec::new();
+    for v in 0..vertices {
+        let tile = v as usize / 16;
+        let rows = offsets[tile] as usize..offsets[tile + 1] as usize;
+        let fan: Vec<u32> = rows.map(|row| fans[16 * row + v as usize % 16]).collect();
+        let pairs = fan.array_windows().filter(|pair: &&[u32; 2]| !pair.contains(&v));
+        found.extend(pairs.map(|&[a, b]| [v, a, b]));
+    }
+    let corners = |&[a, b, c]: &[u32; 3]| [[a, b, c], [b, c, a], [c, a, b]];
+    let mut expected: Vec<[u32; 3]> = rig.triangles.iter().flat_map(corners).collect();
+    found.sort_unstable();
+    expected.sort_unstable();
+    assert!(found == expected, "{} for {} corners", found.len(), expected.len());
 }

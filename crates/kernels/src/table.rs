@@ -23,12 +23,13 @@ pub struct Kernel {
     /// Its buffers, in the order of their bindings (Vulkan, WebGPU: set 0) and arguments (OpenCL). The parameter
     /// block comes after them: WebGPU has it at the next binding.
     pub bindings: &'static [Binding],
-    /// What an invocation computes, along x: a vertex, or an edge, or as many vertices as this.
+    /// What it computes, along x. In OpenCL the kernels of vertices have a macro `VERTICES`, which is `at_once`, or [`TILE`] where
+    /// the device is a processor; a workgroup has as many vertices either way.
+    pub each: Each,
+    /// How many of them an invocation computes.
     pub at_once: u32,
     /// Whether an invocation computes several frames: then each language has a constant `FRAMES`, which is 1 or
-    /// [`FRAMES_AT_ONCE`] (Vulkan: specialisation constant 0; WebGPU: `override`; OpenCL: a macro). In OpenCL these
-    /// kernels have a macro `VERTICES` too, which is `at_once`, or [`TILE`] where the device is a processor; a
-    /// workgroup has as many vertices either way.
+    /// [`FRAMES_AT_ONCE`] (Vulkan: specialisation constant 0; WebGPU: `override`; OpenCL: a macro).
     pub batched: bool,
     /// GLSL, for Vulkan; `spirv` is made from it. Its entry point is renamed from `main`.
     pub glsl: &'static str,
@@ -38,6 +39,15 @@ pub struct Kernel {
     pub opencl: &'static str,
     /// WGSL.
     pub wgsl: &'static str,
+}
+
+/// What a kernel computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Each {
+    /// Something of each vertex of a part.
+    Vertex,
+    /// Something of each strain edge.
+    StrainEdge,
 }
 
 /// A buffer of a kernel.
@@ -88,11 +98,12 @@ const fn write(name: &'static str) -> Binding {
 }
 
 macro_rules! kernel {
-    ($name:ident, at_once: $at_once:expr, batched: $batched:expr, $($binding:expr),* $(,)?) => {
+    ($name:ident, each: $each:expr, at_once: $at_once:expr, batched: $batched:expr, $($binding:expr),* $(,)?) => {
         Kernel {
             name: stringify!($name),
             params: $name::Params::FIELDS,
             bindings: &[$($binding),*],
+            each: $each,
             at_once: $at_once,
             batched: $batched,
             glsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".comp")),
@@ -103,11 +114,13 @@ macro_rules! kernel {
     };
 }
 
+use Each::{StrainEdge, Vertex};
 use Element::{F32, F32x4, U32, U32x2};
 
 /// Handle positions to features.
 pub static STRAIN: Kernel = kernel!(
     strain,
+    each: StrainEdge,
     at_once: 1,
     batched: false,
     read("handle_positions", F32),
@@ -120,6 +133,7 @@ pub static STRAIN: Kernel = kernel!(
 /// Displacements of the handles to smooth positions.
 pub static LARGE_SCALE: Kernel = kernel!(
     large_scale,
+    each: Vertex,
     at_once: 4,
     batched: true,
     read("rest", F32),
@@ -131,17 +145,19 @@ pub static LARGE_SCALE: Kernel = kernel!(
 /// Positions to normals, large scale or final.
 pub static NORMALS: Kernel = kernel!(
     normals,
+    each: Vertex,
     at_once: 1,
     batched: false,
     read("positions", F32),
-    read("corner_offsets", U32),
-    read("corners", U32),
+    read("fan_offsets", U32),
+    read("fans", U32),
     write("vertex_normals"),
 );
 
 /// Features to what tells them from those of the centres.
 pub static DIFFERENCES: Kernel = kernel!(
     differences,
+    each: StrainEdge,
     at_once: 1,
     batched: false,
     read("features", F32),
@@ -152,11 +168,13 @@ pub static DIFFERENCES: Kernel = kernel!(
 /// Differences of features to details in the local frames.
 pub static DETAIL: Kernel = kernel!(
     detail,
+    each: Vertex,
     at_once: 1,
     batched: true,
     read("squared_differences", F32x4),
-    tiled("influence_edges", U32),
-    tiled("influence_weights", F32),
+    read("influence_offsets", U32),
+    read("influence_edges", U32),
+    read("influence_weights", F32),
     tiled("rbf_weights", F32),
     tiled("pivots", U32),
     write("local_detail"),
@@ -165,6 +183,7 @@ pub static DETAIL: Kernel = kernel!(
 /// Smooth positions and details to positions.
 pub static FINE_SCALE: Kernel = kernel!(
     fine_scale,
+    each: Vertex,
     at_once: 1,
     batched: false,
     read("large_scale_positions", F32),

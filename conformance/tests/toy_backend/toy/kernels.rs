@@ -51,13 +51,14 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let mut params: normals::Params = parameters(dispatch);
             params.frames = params.frames.min(frames);
             params.part_vertices = params.part_vertices.min(invocations);
-            let (offsets, corners) = (words(1), words(2).as_chunks::<2>().0);
+            let (offsets, fans) = (words(1), words(2).as_chunks::<TILE>().0);
             let vertex_normals = results.as_chunks_mut().0;
-            for i in 0..params.part_vertices {
-                let v = params.first_vertex + i;
-                let at = offsets[i as usize] as usize..offsets[i as usize + 1] as usize;
-                let at = at.start.min(corners.len())..at.end.min(corners.len());
-                let triangles: Vec<_> = corners[at].iter().map(|&c| normals::triangle_of(v, c)).collect();
+            for i in 0..params.part_vertices as usize {
+                let v = params.first_vertex + i as u32;
+                let at = offsets[i / TILE] as usize..offsets[i / TILE + 1] as usize;
+                let at = at.start.min(fans.len())..at.end.min(fans.len());
+                let fan: Vec<u32> = fans[at].iter().map(|row| row[i % TILE]).collect();
+                let triangles: Vec<_> = fan.array_windows().map(|&[a, b]| [v, a, b]).collect();
                 let all: Vec<u32> = (0..triangles.len() as u32).collect();
                 for frame in 0..params.frames as usize {
                     let first = frame * params.vertices as usize;
@@ -74,23 +75,29 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
         }
         "detail" => {
             let mut params: detail::Params = parameters(dispatch);
-            let (vertices, k) = (params.part_vertices as usize, params.influences as usize);
-            let weights = untiled(numbers(3), 3 * params.centers as usize, vertices);
-            let per_word = params.edges_per_word as usize;
-            let words_each = k.div_ceil(per_word);
-            let packed = untiled(words(1), words_each, vertices);
-            let of_vertices = packed.chunks_exact(words_each.max(1));
-            let buffers = detail::Buffers {
-                influence_edges: &of_vertices
-                    .flat_map(|words| detail::unpacked(words, per_word, k))
-                    .collect::<Vec<u32>>(),
-                influence_weights: &untiled(numbers(2), k, vertices),
-                rbf_weights: weights.as_chunks().0,
-                pivots: &untiled(words(4), 1, vertices),
-            };
+            let (vertices, n) = (params.part_vertices as usize, params.centers as usize);
+            let weights = untiled(numbers(4), 3 * n, vertices);
+            let weights = weights.as_chunks().0;
+            let (offsets, alphas) = (words(1), numbers(3).as_chunks::<TILE>().0);
             params.frames = params.frames.min(frames);
-            params.part_vertices = params.part_vertices.min(invocations);
-            detail::detail(params, numbers(0), &buffers, results.as_chunks_mut().0);
+            let local_detail = results.as_chunks_mut().0;
+            for i in 0..params.part_vertices.min(invocations) as usize {
+                // The twin has each vertex's influences: here those of its tile.
+                let at = offsets[i / TILE] as usize..offsets[i / TILE + 1] as usize;
+                let buffers = detail::Buffers {
+                    influences: at.len(),
+                    influence_edges: &words(2)[at.clone()],
+                    influence_weights: &alphas[at].iter().map(|row| row[i % TILE]).collect::<Vec<f32>>(),
+                    rbf_weights: &weights[i * n..][..n],
+                    pivots: &words(5)[i..=i],
+                };
+                for frame in 0..params.frames as usize {
+                    let len = differences::table_len(params.strain_edges as usize, n);
+                    let table = &numbers(0)[frame * len..];
+                    let v = frame * params.vertices as usize + params.first_vertex as usize + i;
+                    local_detail[v] = detail::vertex_detail(params, &buffers, table, 0);
+                }
+            }
         }
         "fine_scale" => {
             let mut params: fine_scale::Params = parameters(dispatch);

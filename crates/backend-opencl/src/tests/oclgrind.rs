@@ -29,8 +29,8 @@ const SIZES: [[usize; 5]; 4] = [[1, 1, 0, 0, 0], [64, 3, 4, 1, 2], [65, 4, 65, 2
 /// The kernel, or what the child's planted fault makes of it.
 fn source(kernel: &Kernel) -> String {
     let (of, from, to) = match std::env::var(PLANT).as_deref() {
-        // Neighbours write to one place.
-        Ok("race") => ("normals", "uint result = 3 * (first + v);", "uint result = 3 * (first + v / 2 * 2);"),
+        // Tiles write to one place.
+        Ok("race") => ("normals", "v + lane, vertex_normals)", "first + lane, vertex_normals)"),
         // The last frame is written behind the end.
         Ok("overrun") => ("strain", "features[frame *", "features[(frame + 1) *"),
         // One component is left out.

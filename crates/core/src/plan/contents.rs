@@ -2,6 +2,7 @@
 use super::{Input, Plan, Role, Sizes, Slice, TILE};
 use crate::{HandleFrames, Rig};
 use half::f16;
+use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, normals, strain};
 use std::borrow::Cow;
@@ -14,7 +15,7 @@ impl Plan {
     pub fn contents<'a>(&self, rig: &'a Rig, buffer: usize) -> Cow<'a, [u8]> {
         let Role::Constant { part } = &self.buffers[buffer].role else { return Cow::Borrowed(&[]) };
         let part = part.clone().unwrap_or_default();
-        let Sizes { handles, edges, influences, centers, .. } = self.sizes;
+        let Sizes { handles, centers, .. } = self.sizes;
         let of_part = |per_vertex: usize| part.start * per_vertex..part.end * per_vertex;
         match self.buffers[buffer].name {
             "rest" => Cow::Borrowed(bytemuck::cast_slice(&rig.rest)),
@@ -29,33 +30,22 @@ impl Plan {
                 owned(&tiled(&halves, handles))
             }
             "basis" => owned(&tiled(&rig.basis[of_part(handles)], handles)),
+            "influence_offsets" => owned(&of_tiles(&self.influence_offsets, &part)),
             "influence_edges" => {
-                let per_word = detail::edges_per_word(edges);
-                let edges = zeros_last(rig, of_part(influences), &rig.influence_edges);
-                let of_vertices = edges.chunks_exact(influences.max(1));
-                let words: Vec<u32> = of_vertices.flat_map(|edges| detail::packed(edges, per_word)).collect();
-                owned(&tiled(&words, influences.div_ceil(per_word)))
+                owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).0).collect::<Vec<_>>())
             }
             "influence_weights" => {
-                owned(&tiled(&zeros_last(rig, of_part(influences), &rig.influence_weights), influences))
+                owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1).collect::<Vec<_>>())
             }
             "rbf_weights" => {
                 let (weights, _) = detail::pivoted(&rig.rbf_weights[of_part(centers)], centers);
                 owned(&tiled(weights.as_flattened(), centers * 3))
             }
             "pivots" => owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1)),
-            "corner_offsets" => {
+            "fan_offsets" => owned(&of_tiles(&self.fan_offsets, &part)),
+            "fans" => {
                 let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
-                let offsets = &triangles.offsets[part.start..=part.end];
-                owned(&offsets.iter().map(|offset| offset - offsets[0]).collect::<Vec<u32>>())
-            }
-            "corners" => {
-                let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
-                owned(
-                    &part
-                        .flat_map(|v| normals::corners(v as u32, &rig.triangles, triangles.at(v)))
-                        .collect::<Vec<_>>(),
-                )
+                owned(&tiles(&part).flat_map_iter(|tile| fans_of(rig, &triangles, tile)).collect::<Vec<_>>())
             }
             name => unreachable!("no constant is called {name}"),
         }
@@ -83,22 +73,56 @@ impl Plan {
     }
 }
 
-/// Those of V × K entries that belong to `range`, each vertex's with α = 0 last. Before those, the ones whose α is so small that some
-/// devices take it for zero.
-fn zeros_last<T: Copy>(rig: &Rig, range: Range<usize>, entries: &[T]) -> Vec<T> {
-    let k = rig.influences().max(1);
-    let rank = |alpha: f32| u8::from(alpha < f32::MIN_POSITIVE) + u8::from(alpha == 0.0);
-    let weights = rig.influence_weights[range.clone()].chunks_exact(k);
-    let mut order = Vec::with_capacity(k);
-    let of_vertices = entries[range].chunks_exact(k).zip(weights);
-    of_vertices
-        .flat_map(|(entries, weights)| {
-            order.clear();
-            order.extend(0..k);
-            order.sort_by_key(|&i| rank(weights[i]));
-            order.iter().map(|&i| entries[i]).collect::<Vec<T>>()
-        })
-        .collect()
+/// The tiles of a part.
+fn tiles(part: &Range<usize>) -> rayon::range::Iter<usize> {
+    (part.start / TILE..part.end.div_ceil(TILE)).into_par_iter()
+}
+
+/// The offsets of a part's tiles, counted from the part's first row.
+fn of_tiles(offsets: &[u32], part: &Range<usize>) -> Vec<u32> {
+    let offsets = &offsets[part.start / TILE..=part.end.div_ceil(TILE)];
+    offsets.iter().map(|offset| offset - offsets[0]).collect()
+}
+
+/// Where the rows of each tile's fans begin, and where the last ones end.
+pub(super) fn fan_offsets(rig: &Rig) -> Vec<u32> {
+    let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+    offsets(rig, |tile| fans_of(rig, &triangles, tile).len())
+}
+
+/// The same of its influences.
+pub(super) fn influence_offsets(rig: &Rig) -> Vec<u32> {
+    offsets(rig, |tile| influences_of(rig, tile).0.len())
+}
+
+fn offsets(rig: &Rig, rows: impl Fn(usize) -> usize + Sync + Send) -> Vec<u32> {
+    let rows: Vec<usize> = tiles(&(0..rig.vertices())).map(rows).collect();
+    let ends = rows.iter().scan(0, |end, &rows| {
+        *end += rows as u32;
+        Some(*end)
+    });
+    std::iter::once(0).chain(ends).collect()
+}
+
+/// The strain edges that drive a tile's vertices, and α.
+fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
+    let k = rig.influences();
+    let here = tile * TILE * k..((tile + 1) * TILE).min(rig.vertices()) * k;
+    detail::tile_influences(k, &rig.influence_edges[here.clone()], &rig.influence_weights[here])
+}
+
+/// The fans of a tile's vertices side by side, each with its vertex behind it up to the longest.
+fn fans_of(rig: &Rig, triangles: &VertexTriangles, tile: usize) -> Vec<[u32; TILE]> {
+    let first = tile * TILE;
+    let vertices = first..(first + TILE).min(rig.vertices());
+    let fans: Vec<Vec<u32>> =
+        vertices.map(|v| normals::fan(v as u32, &rig.triangles, triangles.at(v))).collect();
+    let at = |row: usize, lane: usize| match fans.get(lane) {
+        Some(fan) => fan.get(row).copied().unwrap_or((first + lane) as u32),
+        None => 0,
+    };
+    let rows = fans.iter().map(Vec::len).max().unwrap_or(0);
+    (0..rows).map(|row| std::array::from_fn(|lane| at(row, lane))).collect()
 }
 
 fn owned<T: bytemuck::NoUninit>(numbers: &[T]) -> Cow<'static, [u8]> {

@@ -9,9 +9,11 @@
 #if VERTICES == 1
 typedef float Floats;
 typedef uint Uints;
+#define ANY(flags) (flags)
 #else
 typedef float16 Floats;
 typedef uint16 Uints;
+#define ANY(flags) any(flags)
 #endif
 typedef union {
     Floats all;
@@ -24,61 +26,55 @@ typedef struct {
     uint first_vertex;
     uint part_vertices;
     uint strain_edges;
-    uint influences;
     uint centers;
-    uint edges_per_word;
 } Params;
 
-// Computes the distances of each frame's features from those of the centres 8 eight to 8 eight + 7, as vertex i of the
-// part sees them, for one lane of `distances`.
+// Computes the distances of each frame's features from those of the centres 8 eight to 8 eight + 7, as the vertices of the
+// part from i on see them.
 static void measure(
     __global const float *squared_differences,
+    __global const uint *influence_offsets,
     __global const uint *influence_edges,
     __global const float *influence_weights,
     const Params params,
     uint i,
     uint frame,
     uint eight,
-    uint lane,
-    Lanes distances[FRAMES][8])
+    Floats distances[FRAMES][8])
 {
     uint eights = (params.centers + 7) / 8;
-    uint words = (params.influences + params.edges_per_word - 1) / params.edges_per_word;
-    uint bits = 32 / params.edges_per_word;
-    uint mask = 0xffffffff >> (32 - bits);
-    float8 squares[FRAMES];
     for (uint g = 0; g < FRAMES; g++) {
-        squares[g] = (float8)(0.0f);
+        for (uint j = 0; j < 8; j++) {
+            distances[g][j] = (Floats)(0.0f);
+        }
     }
-    for (uint word = 0; word < words; word++) {
-        uint edges = influence_edges[(i / 16 * words + word) * 16 + i % 16];
-        uint first = word * params.edges_per_word;
-        for (uint k = first; k < min(first + params.edges_per_word, params.influences); k++) {
-            uint edge = edges >> ((k - first) * bits) & mask;
-            float alpha = influence_weights[(i / 16 * params.influences + k) * 16 + i % 16];
-            // Those that are zero come last.
-            if (alpha == 0.0f) {
-                word = words;
-                break;
-            }
-            for (uint g = 0; g < FRAMES; g++) {
-                uint of_frame = min(frame + g, params.frames - 1);
-                uint at = (of_frame * eights + eight) * params.strain_edges + edge;
-                squares[g] += alpha * ((__global const float8 *)squared_differences)[at];
-            }
+    for (uint row = influence_offsets[i / 16]; row < influence_offsets[i / 16 + 1]; row++) {
+        uint edge = influence_edges[row];
+        Floats alpha = ((__global const Floats *)influence_weights)[(16 * row + i % 16) / VERTICES];
+        for (uint g = 0; g < FRAMES; g++) {
+            uint of_frame = min(frame + g, params.frames - 1);
+            uint at = (of_frame * eights + eight) * params.strain_edges + edge;
+            float8 squares = ((__global const float8 *)squared_differences)[at];
+            distances[g][0] += alpha * squares.s0;
+            distances[g][1] += alpha * squares.s1;
+            distances[g][2] += alpha * squares.s2;
+            distances[g][3] += alpha * squares.s3;
+            distances[g][4] += alpha * squares.s4;
+            distances[g][5] += alpha * squares.s5;
+            distances[g][6] += alpha * squares.s6;
+            distances[g][7] += alpha * squares.s7;
         }
     }
     for (uint g = 0; g < FRAMES; g++) {
-        float of_eight[8];
-        vstore8(sqrt(squares[g]), 0, of_eight);
         for (uint j = 0; j < 8; j++) {
-            distances[g][j].of[lane] = of_eight[j];
+            distances[g][j] = sqrt(distances[g][j]);
         }
     }
 }
 
 __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
     __global const float *restrict squared_differences,
+    __global const uint *restrict influence_offsets,
     __global const uint *restrict influence_edges,
     __global const float *restrict influence_weights,
     __global const float *restrict rbf_weights,
@@ -93,35 +89,38 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
     }
     // A part ends with a whole tile, so that there is something to read for every lane.
     Uints pivot = ((__global const Uints *)pivots)[i / VERTICES];
-    Lanes distances[FRAMES][8];
-    for (uint lane = 0; lane < VERTICES; lane++) {
-        measure(squared_differences, influence_edges, influence_weights, params, i + lane, frame,
-                pivots[i + lane] / 8, lane, distances);
-    }
+    Floats distances[FRAMES][8];
     Floats r_pivot[FRAMES];
     Lanes sum[FRAMES][3];
     for (uint g = 0; g < FRAMES; g++) {
-        r_pivot[g] = distances[g][0].all;
-        for (uint j = 1; j < 8; j++) {
-            r_pivot[g] = pivot % 8 == j ? distances[g][j].all : r_pivot[g];
-        }
+        r_pivot[g] = (Floats)(0.0f);
         for (uint c = 0; c < 3; c++) {
             sum[g][c].all = (Floats)(0.0f);
         }
     }
     for (uint first = 0; first < params.centers; first += 8) {
-        // Most rigs have no more than eight centres: then these are the distances that there are already.
-        if (params.centers > 8) {
-            for (uint lane = 0; lane < VERTICES; lane++) {
-                measure(squared_differences, influence_edges, influence_weights, params, i + lane, frame,
-                        first / 8, lane, distances);
+        if (!ANY(pivot / 8 == first / 8)) {
+            continue;
+        }
+        measure(squared_differences, influence_offsets, influence_edges, influence_weights, params, i, frame,
+                first / 8, distances);
+        for (uint g = 0; g < FRAMES; g++) {
+            for (uint j = 0; j < 8; j++) {
+                r_pivot[g] = pivot == first + j ? distances[g][j] : r_pivot[g];
             }
         }
-        for (uint j = 0; j < min(8u, params.centers - first); j++) {
+    }
+    for (uint first = 0; first < params.centers; first += 8) {
+        // Most rigs have no more than eight centres: then these are the distances that there are already.
+        if (params.centers > 8) {
+            measure(squared_differences, influence_offsets, influence_edges, influence_weights, params, i, frame,
+                    first / 8, distances);
+        }
+        for (uint j = 0; j < 8 && first + j < params.centers; j++) {
             uint at = ((i / 16 * params.centers + first + j) * 48 + i % 16) / VERTICES;
             __global const Floats *w = (__global const Floats *)rbf_weights + at;
             for (uint g = 0; g < FRAMES; g++) {
-                Floats r = pivot == first + j ? r_pivot[g] : distances[g][j].all - r_pivot[g];
+                Floats r = pivot == first + j ? r_pivot[g] : distances[g][j] - r_pivot[g];
                 sum[g][0].all += w[0] * r;
                 sum[g][1].all += w[16 / VERTICES] * r;
                 sum[g][2].all += w[32 / VERTICES] * r;

@@ -9,16 +9,15 @@ layout(push_constant, std430) uniform Params {
     uint first_vertex;
     uint part_vertices;
     uint strain_edges;
-    uint influences;
     uint centers;
-    uint edges_per_word;
 } params;
 layout(std430, binding = 0) readonly buffer SquaredDifferences { vec4 squared_differences[]; };
-layout(std430, binding = 1) readonly buffer InfluenceEdges { uint influence_edges[]; };
-layout(std430, binding = 2) readonly buffer InfluenceWeights { float influence_weights[]; };
-layout(std430, binding = 3) readonly buffer RbfWeights { float rbf_weights[]; };
-layout(std430, binding = 4) readonly buffer Pivots { uint pivots[]; };
-layout(std430, binding = 5) writeonly buffer LocalDetail { float local_detail[]; };
+layout(std430, binding = 1) readonly buffer InfluenceOffsets { uint influence_offsets[]; };
+layout(std430, binding = 2) readonly buffer InfluenceEdges { uint influence_edges[]; };
+layout(std430, binding = 3) readonly buffer InfluenceWeights { float influence_weights[]; };
+layout(std430, binding = 4) readonly buffer RbfWeights { float rbf_weights[]; };
+layout(std430, binding = 5) readonly buffer Pivots { uint pivots[]; };
+layout(std430, binding = 6) writeonly buffer LocalDetail { float local_detail[]; };
 
 // The distances of each frame's features from those of eight centres: the first four, and the others.
 vec4 low[4];
@@ -27,32 +26,18 @@ vec4 high[4];
 // Computes the distances from the centres 8 eight to 8 eight + 7, as vertex i of the part sees them.
 void measure(uint i, uint frame, uint eight) {
     uint eights = (params.centers + 7) / 8;
-    uint words = (params.influences + params.edges_per_word - 1) / params.edges_per_word;
-    uint bits = 32 / params.edges_per_word;
-    uint mask = 0xffffffffu >> (32 - bits);
-    uint tile = i / 16;
-    uint lane = i % 16;
     for (uint g = 0; g < FRAMES; g++) {
         low[g] = vec4(0.0);
         high[g] = vec4(0.0);
     }
-    for (uint word = 0; word < words; word++) {
-        uint edges = influence_edges[(tile * words + word) * 16 + lane];
-        uint first = word * params.edges_per_word;
-        for (uint k = first; k < min(first + params.edges_per_word, params.influences); k++) {
-            uint edge = edges >> ((k - first) * bits) & mask;
-            float alpha = influence_weights[(tile * params.influences + k) * 16 + lane];
-            // Those that are zero come last.
-            if (alpha == 0.0) {
-                word = words;
-                break;
-            }
-            for (uint g = 0; g < FRAMES; g++) {
-                uint of_frame = min(frame + g, params.frames - 1);
-                uint at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);
-                low[g] += alpha * squared_differences[at];
-                high[g] += alpha * squared_differences[at + 1];
-            }
+    for (uint row = influence_offsets[i / 16]; row < influence_offsets[i / 16 + 1]; row++) {
+        uint edge = influence_edges[row];
+        float alpha = influence_weights[16 * row + i % 16];
+        for (uint g = 0; g < FRAMES; g++) {
+            uint of_frame = min(frame + g, params.frames - 1);
+            uint at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);
+            low[g] += alpha * squared_differences[at];
+            high[g] += alpha * squared_differences[at + 1];
         }
     }
     for (uint g = 0; g < FRAMES; g++) {

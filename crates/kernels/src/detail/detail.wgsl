@@ -7,18 +7,17 @@ struct Params {
     first_vertex: u32,
     part_vertices: u32,
     strain_edges: u32,
-    influences: u32,
     centers: u32,
-    edges_per_word: u32,
 }
 
 @group(0) @binding(0) var<storage, read> squared_differences: array<vec4f>;
-@group(0) @binding(1) var<storage, read> influence_edges: array<u32>;
-@group(0) @binding(2) var<storage, read> influence_weights: array<f32>;
-@group(0) @binding(3) var<storage, read> rbf_weights: array<f32>;
-@group(0) @binding(4) var<storage, read> pivots: array<u32>;
-@group(0) @binding(5) var<storage, read_write> local_detail: array<f32>;
-@group(0) @binding(6) var<uniform> params: Params;
+@group(0) @binding(1) var<storage, read> influence_offsets: array<u32>;
+@group(0) @binding(2) var<storage, read> influence_edges: array<u32>;
+@group(0) @binding(3) var<storage, read> influence_weights: array<f32>;
+@group(0) @binding(4) var<storage, read> rbf_weights: array<f32>;
+@group(0) @binding(5) var<storage, read> pivots: array<u32>;
+@group(0) @binding(6) var<storage, read_write> local_detail: array<f32>;
+@group(0) @binding(7) var<uniform> params: Params;
 
 // The distances of each frame's features from those of eight centres: the first four, and the others.
 var<private> low: array<vec4f, 4>;
@@ -27,30 +26,16 @@ var<private> high: array<vec4f, 4>;
 // Computes the distances from the centres 8 eight to 8 eight + 7, as vertex i of the part sees them.
 fn measure(i: u32, frame: u32, eight: u32) {
     let eights = (params.centers + 7) / 8;
-    let words = (params.influences + params.edges_per_word - 1) / params.edges_per_word;
-    let bits = 32 / params.edges_per_word;
-    let mask = 0xffffffffu >> (32 - bits);
-    let tile = i / 16;
-    let lane = i % 16;
     low = array<vec4f, 4>();
     high = array<vec4f, 4>();
-    for (var word = 0u; word < words; word++) {
-        let edges = influence_edges[(tile * words + word) * 16 + lane];
-        let first = word * params.edges_per_word;
-        for (var k = first; k < min(first + params.edges_per_word, params.influences); k++) {
-            let edge = edges >> ((k - first) * bits) & mask;
-            let alpha = influence_weights[(tile * params.influences + k) * 16 + lane];
-            // Those that are zero come last.
-            if (alpha == 0) {
-                word = words;
-                break;
-            }
-            for (var g = 0u; g < FRAMES; g++) {
-                let of_frame = min(frame + g, params.frames - 1);
-                let at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);
-                low[g] += alpha * squared_differences[at];
-                high[g] += alpha * squared_differences[at + 1];
-            }
+    for (var row = influence_offsets[i / 16]; row < influence_offsets[i / 16 + 1]; row++) {
+        let edge = influence_edges[row];
+        let alpha = influence_weights[16 * row + i % 16];
+        for (var g = 0u; g < FRAMES; g++) {
+            let of_frame = min(frame + g, params.frames - 1);
+            let at = 2 * ((of_frame * eights + eight) * params.strain_edges + edge);
+            low[g] += alpha * squared_differences[at];
+            high[g] += alpha * squared_differences[at + 1];
         }
     }
     for (var g = 0u; g < FRAMES; g++) {

@@ -2,6 +2,7 @@
 use crate::Real;
 use crate::differences::{table_index, table_len};
 use crate::params::parameter_block;
+use crate::table::TILE;
 
 parameter_block!(
     /// Frames in the batch.
@@ -14,58 +15,39 @@ parameter_block!(
     part_vertices,
     /// F.
     strain_edges,
-    /// K.
-    influences,
     /// N, the rest pose included.
     centers,
-    /// Indices of strain edges in a word of `influence_edges`: 1, 2 or 4. The twin has one in each and does not look.
-    edges_per_word,
 );
 
 impl Params {
-    /// For a rig in one piece, of V vertices, F strain edges, K influences and N centres.
-    pub fn whole(frames: usize, vertices: usize, edges: usize, influences: usize, centers: usize) -> Self {
-        let [frames, vertices, strain_edges, influences, centers] =
-            [frames, vertices, edges, influences, centers].map(|n| n as u32);
-        Self {
-            frames,
-            vertices,
-            first_vertex: 0,
-            part_vertices: vertices,
-            strain_edges,
-            influences,
-            centers,
-            edges_per_word: 1,
-        }
+    /// For a rig in one piece, of V vertices, F strain edges and N centres.
+    pub fn whole(frames: usize, vertices: usize, edges: usize, centers: usize) -> Self {
+        let [frames, vertices, strain_edges, centers] = [frames, vertices, edges, centers].map(|n| n as u32);
+        Self { frames, vertices, first_vertex: 0, part_vertices: vertices, strain_edges, centers }
     }
 }
 
-/// How many indices of F strain edges fit in a word.
-pub fn edges_per_word(strain_edges: usize) -> usize {
-    match strain_edges {
-        0..=0x100 => 4,
-        0x101..=0x1_0000 => 2,
-        _ => 1,
+/// The influences of a tile's vertices, at most 16 with K each: the strain edges that drive any of them, ascending, and of each edge
+/// α for all of them. That is zero where the edge does not drive the vertex, which changes no sum.
+///
+/// Vertices that lie side by side are driven by nearly the same edges, so that there are not many more of these than each has.
+pub fn tile_influences(k: usize, edges: &[u32], weights: &[f32]) -> (Vec<u32>, Vec<[f32; TILE]>) {
+    let all = || edges.iter().zip(weights).enumerate().filter(|(_, (_, alpha))| **alpha != 0.0);
+    let mut list: Vec<u32> = all().map(|(_, (&e, _))| e).collect();
+    list.sort_unstable();
+    list.dedup();
+    let mut of_vertices = vec![[0.0; TILE]; list.len()];
+    for (i, (&e, &alpha)) in all() {
+        of_vertices[list.partition_point(|&other| other < e)][i / k] = alpha;
     }
+    (list, of_vertices)
 }
 
-/// K indices of strain edges in words, the first in the lowest bits; what is left of the last word is zero.
-pub fn packed(edges: &[u32], per_word: usize) -> impl Iterator<Item = u32> {
-    let bits = u32::BITS as usize / per_word;
-    edges
-        .chunks(per_word)
-        .map(move |edges| edges.iter().rev().fold(0, |word: u32, &e| word.unbounded_shl(bits as u32) | e))
-}
-
-/// What [`packed`] was given, K indices.
-pub fn unpacked(words: &[u32], per_word: usize, influences: usize) -> impl Iterator<Item = u32> {
-    let bits = u32::BITS as usize / per_word;
-    (0..influences).map(move |k| words[k / per_word] << (32 - bits - k % per_word * bits) >> (32 - bits))
-}
-
-/// What the kernel reads of a rig: the vertices of the part alone.
+/// What the twin reads of a rig: the vertices of the part alone, and each one's influences as the rig has them.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
+    /// K.
+    pub influences: usize,
     /// V×K indices of strain edges.
     pub influence_edges: &'a [u32],
     /// α, V×K.
@@ -102,7 +84,7 @@ pub fn feature_distance<T: Real>(edges: &[u32], weights: &[T], f: &[T], f_j: &[T
 
 /// d_v of vertex `i` of the part, given the table of one frame.
 pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &[T], i: usize) -> [T; 3] {
-    let (edges, k, n) = (params.strain_edges as usize, params.influences as usize, params.centers as usize);
+    let (edges, k, n) = (params.strain_edges as usize, buffers.influences, params.centers as usize);
     let influence_edges = &buffers.influence_edges[i * k..][..k];
     let influence_weights = &buffers.influence_weights[i * k..][..k];
     let distance = |j: usize| {

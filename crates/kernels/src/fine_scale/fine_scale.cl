@@ -1,4 +1,18 @@
-// README.md beside this file says what is computed. One work item: one vertex (x) of one frame (y).
+// README.md beside this file says what is computed. One work item: VERTICES vertices (x) of one frame (y).
+// 1 on GPUs; 16, a tile, where there is a processor behind OpenCL.
+#ifndef VERTICES
+#define VERTICES 1
+#endif
+#if VERTICES == 1
+typedef float Floats;
+#else
+typedef float16 Floats;
+#endif
+typedef union {
+    Floats all;
+    float of[VERTICES];
+} Lanes;
+
 typedef struct {
     uint frames;
     uint vertices;
@@ -6,21 +20,26 @@ typedef struct {
     uint part_vertices;
 } Params;
 
-static float3 vector(__global const float *numbers, uint i) {
-    return (float3)(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
-}
-
 // a / |a|, or zero where a is zero; divides by the largest component first, so that no square vanishes or overflows.
-static float3 unit(float3 a) {
-    float largest = max(max(fabs(a.x), fabs(a.y)), fabs(a.z));
-    if (largest == 0.0f) {
-        return (float3)(0.0f);
-    }
-    float3 scaled = a / largest;
-    return scaled / sqrt(scaled.x * scaled.x + scaled.y * scaled.y + scaled.z * scaled.z);
+static void normalize_all(Lanes a[3]) {
+    Floats largest = max(max(fabs(a[0].all), fabs(a[1].all)), fabs(a[2].all));
+    Floats scale = select(largest, (Floats)(1.0f), largest == 0.0f);
+    Floats x = a[0].all / scale;
+    Floats y = a[1].all / scale;
+    Floats z = a[2].all / scale;
+    Floats length = select(sqrt(x * x + y * y + z * z), (Floats)(1.0f), largest == 0.0f);
+    a[0].all = x / length;
+    a[1].all = y / length;
+    a[2].all = z / length;
 }
 
-__kernel __attribute__((reqd_work_group_size(64, 1, 1))) void fine_scale(
+static void put(float3 a, uint lane, Lanes vectors[3]) {
+    vectors[0].of[lane] = a.x;
+    vectors[1].of[lane] = a.y;
+    vectors[2].of[lane] = a.z;
+}
+
+__kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void fine_scale(
     __global const float *restrict large_scale_positions,
     __global const float *restrict large_scale_normals,
     __global const float *restrict local_detail,
@@ -28,21 +47,40 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void fine_scale(
     __global float *restrict positions,
     const Params params)
 {
-    uint i = get_global_id(0);
+    uint i = VERTICES * get_global_id(0);
     uint frame = get_global_id(1);
     if (i >= params.part_vertices) {
         return;
     }
-    uint v = params.first_vertex + i;
     uint first = frame * params.vertices;
-    uint at = 3 * (first + v);
-    float3 x = vector(large_scale_positions, first + v);
-    float3 n = (float3)(large_scale_normals[at], large_scale_normals[at + 1], large_scale_normals[at + 2]);
-    float3 e = vector(large_scale_positions, first + frame_neighbors[v]) - x;
-    float3 t = unit(e - (e.x * n.x + e.y * n.y + e.z * n.z) * n);
-    float3 b = (float3)(n.y * t.z - n.z * t.y, n.z * t.x - n.x * t.z, n.x * t.y - n.y * t.x);
-    float3 moved = x + (t * local_detail[at] + b * local_detail[at + 1] + n * local_detail[at + 2]);
-    positions[at] = moved.x;
-    positions[at + 1] = moved.y;
-    positions[at + 2] = moved.z;
+    uint lanes = min((uint)VERTICES, params.part_vertices - i);
+    Lanes x[3];
+    Lanes e[3];
+    Lanes n[3];
+    Lanes d[3];
+    for (uint lane = 0; lane < VERTICES; lane++) {
+        // What is past the part is computed as its last vertex, and not written.
+        uint v = params.first_vertex + i + min(lane, lanes - 1);
+        float3 here = vload3(first + v, large_scale_positions);
+        put(here, lane, x);
+        put(vload3(first + frame_neighbors[v], large_scale_positions) - here, lane, e);
+        put(vload3(first + v, large_scale_normals), lane, n);
+        put(vload3(first + v, local_detail), lane, d);
+    }
+    Floats along = e[0].all * n[0].all + e[1].all * n[1].all + e[2].all * n[2].all;
+    Lanes t[3];
+    for (uint c = 0; c < 3; c++) {
+        t[c].all = e[c].all - along * n[c].all;
+    }
+    normalize_all(t);
+    for (uint c = 0; c < 3; c++) {
+        uint p = (c + 1) % 3;
+        uint q = (c + 2) % 3;
+        Floats b = n[p].all * t[q].all - n[q].all * t[p].all;
+        x[c].all += t[c].all * d[0].all + b * d[1].all + n[c].all * d[2].all;
+    }
+    for (uint lane = 0; lane < lanes; lane++) {
+        uint v = params.first_vertex + i + lane;
+        vstore3((float3)(x[0].of[lane], x[1].of[lane], x[2].of[lane]), first + v, positions);
+    }
 }

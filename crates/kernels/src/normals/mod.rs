@@ -57,25 +57,51 @@ impl VertexTriangles {
     }
 }
 
-/// The two words of each corner at vertex `v`, given the triangles at it: the README's `corners`. A triangle that has the
-/// vertex twice has no area, so that it does not matter which of the two a corner is.
-pub fn corners<'a>(
-    v: u32,
-    triangles: &'a [[u32; 3]],
-    incident: &'a [u32],
-) -> impl Iterator<Item = [u32; 2]> + 'a {
-    incident.iter().map(move |&t| {
-        let triangle = triangles[t as usize];
-        let corner = triangle.iter().position(|&other| other == v).unwrap_or(0);
-        [triangle[(corner + 1) % 3] | (corner as u32) << 30, triangle[(corner + 2) % 3]]
-    })
-}
-
-/// The triangle that [`corners`] has at vertex `v`.
-pub fn triangle_of(v: u32, [next, last]: [u32; 2]) -> [u32; 3] {
-    let mut triangle = [v, next & !(3 << 30), last];
-    triangle.rotate_right((next >> 30) as usize);
-    triangle
+/// The vertices around vertex v, given the triangles at it: the README's `fans`. Each two that follow each other are a triangle with
+/// v, in its order; v itself stands between those that are none.
+///
+/// Triangles that have a vertex twice have no area and are left out.
+pub fn fan(v: u32, triangles: &[[u32; 3]], incident: &[u32]) -> Vec<u32> {
+    let mut edges: Vec<[u32; 2]> = Vec::with_capacity(incident.len());
+    for &t in incident {
+        let [a, b, c] = triangles[t as usize];
+        let edge = if v == a {
+            [b, c]
+        } else if v == b {
+            [c, a]
+        } else {
+            [a, b]
+        };
+        if edge[0] != edge[1] && !edge.contains(&v) {
+            edges.push(edge);
+        }
+    }
+    edges.sort_unstable();
+    let mut ends: Vec<u32> = edges.iter().map(|edge| edge[1]).collect();
+    ends.sort_unstable();
+    // Of the edges that begin at one vertex, the first one says how many have been walked along.
+    let mut walked = vec![0; edges.len()];
+    let mut walk = |from: u32| {
+        let first = edges.partition_point(|edge| edge[0] < from);
+        let [begin, end] = *edges.get(first + walked.get(first)?)?;
+        (begin == from).then(|| {
+            walked[first] += 1;
+            end
+        })
+    };
+    let mut fan = Vec::with_capacity(edges.len() + 1);
+    // Open fans are walked from their beginnings; what is left are closed ones.
+    let begins = edges.iter().map(|edge| edge[0]);
+    for begin in begins.clone().filter(|begin| ends.binary_search(begin).is_err()).chain(begins) {
+        while let Some(next) = walk(begin) {
+            if !fan.is_empty() {
+                fan.push(v);
+            }
+            fan.push(begin);
+            fan.extend(std::iter::successors(Some(next), |&at| walk(at)));
+        }
+    }
+    fan
 }
 
 /// The normal of one vertex, given the triangles at it.
@@ -105,6 +131,49 @@ pub fn normals<T: Real>(
         for i in 0..params.part_vertices as usize {
             let v = params.first_vertex as usize + i;
             vertex_normals[frame * vertices + v] = vertex_normal(p, triangles, vertex_triangles.at(v));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The triangles at vertex v that a fan has, each from its smallest vertex on, ascending.
+    fn triangles_of(v: u32, fan: &[u32]) -> Vec<[u32; 3]> {
+        let pairs = fan.array_windows().filter(|pair: &&[u32; 2]| !pair.contains(&v));
+        sorted(pairs.map(|&[a, b]| [v, a, b]))
+    }
+
+    fn sorted(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
+        let mut all: Vec<[u32; 3]> = triangles
+            .map(|mut triangle| {
+                let smallest = (0..3).min_by_key(|&i| triangle[i]).unwrap();
+                triangle.rotate_left(smallest);
+                triangle
+            })
+            .collect();
+        all.sort_unstable();
+        all
+    }
+
+    #[test]
+    fn a_fan_has_each_triangle_at_its_vertex_once() {
+        let cases: [(&str, &[[u32; 3]], usize); 7] = [
+            ("no triangle", &[], 0),
+            ("closed, from any corner", &[[0, 1, 2], [3, 0, 2], [3, 4, 0], [0, 4, 1]], 5),
+            ("open", &[[4, 0, 3], [0, 1, 2], [3, 0, 2]], 4),
+            ("two that touch at the vertex alone", &[[0, 1, 2], [0, 2, 3], [5, 0, 4]], 6),
+            ("turned against each other", &[[0, 1, 2], [0, 3, 2], [0, 1, 3]], 6),
+            ("three at one edge, and one triangle twice", &[[0, 1, 2], [0, 1, 3], [0, 1, 2], [0, 2, 1]], 7),
+            ("without area", &[[0, 0, 1], [0, 1, 1], [0, 1, 2], [2, 0, 2]], 2),
+        ];
+        for (name, triangles, words) in cases {
+            let incident: Vec<u32> = (0..triangles.len() as u32).collect();
+            let found = fan(0, triangles, &incident);
+            let expected = triangles.iter().filter(|[a, b, c]| a != b && b != c && c != a);
+            assert_eq!(triangles_of(0, &found), sorted(expected.copied()), "{name}: {found:?}");
+            assert_eq!(found.len(), words, "{name}: {found:?}");
         }
     }
 }

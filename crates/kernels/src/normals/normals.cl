@@ -1,4 +1,18 @@
-// README.md beside this file says what is computed. One work item: one vertex (x) of one frame (y).
+// README.md beside this file says what is computed. One work item: VERTICES vertices (x) of one frame (y).
+// 1 on GPUs; 16, a tile, where there is a processor behind OpenCL.
+#ifndef VERTICES
+#define VERTICES 1
+#endif
+#if VERTICES == 1
+typedef float Floats;
+#else
+typedef float16 Floats;
+#endif
+typedef union {
+    Floats all;
+    float of[VERTICES];
+} Lanes;
+
 typedef struct {
     uint frames;
     uint vertices;
@@ -7,43 +21,51 @@ typedef struct {
 } Params;
 
 // a / |a|, or zero where a is zero; divides by the largest component first, so that no square vanishes or overflows.
-static float3 unit(float3 a) {
-    float largest = max(max(fabs(a.x), fabs(a.y)), fabs(a.z));
-    if (largest == 0.0f) {
-        return (float3)(0.0f);
-    }
-    float3 scaled = a / largest;
-    return scaled / sqrt(scaled.x * scaled.x + scaled.y * scaled.y + scaled.z * scaled.z);
+static void normalize_all(Lanes a[3]) {
+    Floats largest = max(max(fabs(a[0].all), fabs(a[1].all)), fabs(a[2].all));
+    Floats scale = select(largest, (Floats)(1.0f), largest == 0.0f);
+    Floats x = a[0].all / scale;
+    Floats y = a[1].all / scale;
+    Floats z = a[2].all / scale;
+    Floats length = select(sqrt(x * x + y * y + z * z), (Floats)(1.0f), largest == 0.0f);
+    a[0].all = x / length;
+    a[1].all = y / length;
+    a[2].all = z / length;
 }
 
-__kernel __attribute__((reqd_work_group_size(64, 1, 1))) void normals(
+__kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void normals(
     __global const float *restrict positions,
-    __global const uint *restrict corner_offsets,
-    __global const uint *restrict corners,
+    __global const uint *restrict fan_offsets,
+    __global const uint *restrict fans,
     __global float *restrict vertex_normals,
     const Params params)
 {
-    uint i = get_global_id(0);
+    uint i = VERTICES * get_global_id(0);
     uint frame = get_global_id(1);
     if (i >= params.part_vertices) {
         return;
     }
-    uint v = params.first_vertex + i;
     uint first = frame * params.vertices;
-    float3 sum = (float3)(0.0f);
-    float3 here = vload3(first + v, positions);
-    for (uint k = corner_offsets[i]; k < corner_offsets[i + 1]; k++) {
-        uint corner = corners[2 * k] >> 30;
-        float3 next = vload3(first + (corners[2 * k] & 0x3fffffff), positions);
-        float3 last = vload3(first + corners[2 * k + 1], positions);
-        float3 a = corner == 0 ? here : corner == 1 ? last : next;
-        float3 e = (corner == 0 ? next : corner == 1 ? here : last) - a;
-        float3 f = (corner == 0 ? last : corner == 1 ? next : here) - a;
-        sum += (float3)(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
+    uint v = first + params.first_vertex + i;
+    uint lanes = min((uint)VERTICES, params.part_vertices - i);
+    Lanes normal[3];
+    for (uint lane = 0; lane < VERTICES; lane++) {
+        // What is past the part is computed as its last vertex, and not written.
+        float3 here = vload3(v + min(lane, lanes - 1), positions);
+        float3 e = (float3)(0.0f);
+        float3 sum = (float3)(0.0f);
+        for (uint row = fan_offsets[i / 16]; row < fan_offsets[i / 16 + 1]; row++) {
+            float3 f = vload3(first + fans[16 * row + i % 16 + lane], positions) - here;
+            // e × f, but for the order of its components.
+            sum += e * f.yzx - e.yzx * f;
+            e = f;
+        }
+        normal[0].of[lane] = sum.y;
+        normal[1].of[lane] = sum.z;
+        normal[2].of[lane] = sum.x;
     }
-    float3 n = unit(sum);
-    uint result = 3 * (first + v);
-    vertex_normals[result] = n.x;
-    vertex_normals[result + 1] = n.y;
-    vertex_normals[result + 2] = n.z;
+    normalize_all(normal);
+    for (uint lane = 0; lane < lanes; lane++) {
+        vstore3((float3)(normal[0].of[lane], normal[1].of[lane], normal[2].of[lane]), v + lane, vertex_normals);
+    }
 }

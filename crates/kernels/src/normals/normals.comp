@@ -9,8 +9,8 @@ layout(push_constant, std430) uniform Params {
     uint part_vertices;
 } params;
 layout(std430, binding = 0) readonly buffer Positions { float positions[]; };
-layout(std430, binding = 1) readonly buffer CornerOffsets { uint corner_offsets[]; };
-layout(std430, binding = 2) readonly buffer Corners { uint corners[]; };
+layout(std430, binding = 1) readonly buffer FanOffsets { uint fan_offsets[]; };
+layout(std430, binding = 2) readonly buffer Fans { uint fans[]; };
 layout(std430, binding = 3) writeonly buffer VertexNormals { float vertex_normals[]; };
 
 vec3 position(uint v) {
@@ -35,16 +35,13 @@ void main() {
     }
     uint v = params.first_vertex + i;
     uint first = frame * params.vertices;
-    vec3 sum = vec3(0.0);
     vec3 here = position(first + v);
-    for (uint k = corner_offsets[i]; k < corner_offsets[i + 1]; k++) {
-        uint corner = corners[2 * k] >> 30;
-        vec3 next = position(first + (corners[2 * k] & 0x3fffffff));
-        vec3 last = position(first + corners[2 * k + 1]);
-        vec3 a = corner == 0 ? here : corner == 1 ? last : next;
-        vec3 e = (corner == 0 ? next : corner == 1 ? here : last) - a;
-        vec3 f = (corner == 0 ? last : corner == 1 ? next : here) - a;
-        sum += vec3(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
+    vec3 e = vec3(0.0);
+    vec3 sum = vec3(0.0);
+    for (uint row = fan_offsets[i / 16]; row < fan_offsets[i / 16 + 1]; row++) {
+        vec3 f = position(first + fans[16 * row + i % 16]) - here;
+        sum += cross(e, f);
+        e = f;
     }
     vec3 n = unit(sum);
     uint result = 3 * (first + v);

@@ -7,8 +7,8 @@ struct Params {
 }
 
 @group(0) @binding(0) var<storage, read> positions: array<f32>;
-@group(0) @binding(1) var<storage, read> corner_offsets: array<u32>;
-@group(0) @binding(2) var<storage, read> corners: array<u32>;
+@group(0) @binding(1) var<storage, read> fan_offsets: array<u32>;
+@group(0) @binding(2) var<storage, read> fans: array<u32>;
 @group(0) @binding(3) var<storage, read_write> vertex_normals: array<f32>;
 @group(0) @binding(4) var<uniform> params: Params;
 
@@ -35,16 +35,13 @@ fn normals(@builtin(global_invocation_id) id: vec3u) {
     }
     let v = params.first_vertex + i;
     let first = frame * params.vertices;
-    var sum = vec3f();
     let here = position(first + v);
-    for (var k = corner_offsets[i]; k < corner_offsets[i + 1]; k++) {
-        let corner = corners[2 * k] >> 30;
-        let next = position(first + (corners[2 * k] & 0x3fffffff));
-        let last = position(first + corners[2 * k + 1]);
-        let a = select(select(next, last, corner == 1), here, corner == 0);
-        let e = select(select(last, here, corner == 1), next, corner == 0) - a;
-        let f = select(select(here, next, corner == 1), last, corner == 0) - a;
-        sum += vec3f(e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
+    var e = vec3f();
+    var sum = vec3f();
+    for (var row = fan_offsets[i / 16]; row < fan_offsets[i / 16 + 1]; row++) {
+        let f = position(first + fans[16 * row + i % 16]) - here;
+        sum += cross(e, f);
+        e = f;
     }
     let n = unit(sum);
     let result = 3 * (first + v);
