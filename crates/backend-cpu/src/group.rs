@@ -12,6 +12,9 @@ use rhytid_core::Stage;
 use rhytid_kernels::{fine_scale, vec3};
 use std::time::Instant;
 
+/// Vertices that are put into frames at once: so many that each frame's part is written in long runs.
+const BLOCK: usize = 512;
+
 /// Room for the results of a group, V each.
 #[derive(Debug)]
 pub struct Group {
@@ -49,17 +52,13 @@ impl Group {
         self.fine(face, features, Stage::Positions, times);
         let start = Instant::now();
         let fine = &self.fine;
-        let blocks = tiles(positions, face).zip(tiles(normals, face)).enumerate();
-        blocks.for_each_init(
-            || [ZERO; TILE],
-            |room, (i, (positions, normals))| {
-                let first = i * TILE;
-                let count = (fine.len() - first).min(TILE);
-                interleave(&fine[first..first + count], positions);
-                face.vectors.run(Normals { face, positions: fine, first, out: &mut room[..count] });
-                interleave(&room[..count], normals);
-            },
-        );
+        let blocks = blocks(positions, face).zip(blocks(normals, face)).zip(fine.par_chunks(BLOCK));
+        blocks.enumerate().for_each_init(Vec::new, |room, (i, ((positions, normals), own))| {
+            interleave(own, positions);
+            room.resize(own.len(), ZERO);
+            face.vectors.run(Normals { face, positions: fine, first: i * BLOCK, out: room });
+            interleave(room, normals);
+        });
         times.add(Stage::Normals, start);
     }
 
@@ -79,7 +78,7 @@ impl Group {
             self.fine(face, features, stage, &times);
             &self.fine
         };
-        tiles(out, face).zip(result.par_chunks(TILE)).for_each(|(out, result)| interleave(result, out));
+        blocks(out, face).zip(result.par_chunks(BLOCK)).for_each(|(out, result)| interleave(result, out));
     }
 
     fn large_scale(&mut self, face: &Resident, u: &[[f32; 3]], frames: usize, times: &Times) {
@@ -118,20 +117,20 @@ impl Group {
     }
 }
 
-/// Each tile's parts of frames × V results.
-fn tiles<'a>(
+/// Each block's parts of frames × V results.
+fn blocks<'a>(
     results: &'a mut [[f32; 3]],
     face: &Resident,
 ) -> impl IndexedParallelIterator<Item = Vec<&'a mut [[f32; 3]]>> {
     let vertices = face.rest.len();
-    let mut tiles: Vec<Vec<&mut [[f32; 3]]>> = Vec::new();
-    tiles.resize_with(vertices.div_ceil(TILE), || Vec::with_capacity(GROUP));
+    let mut blocks: Vec<Vec<&mut [[f32; 3]]>> = Vec::new();
+    blocks.resize_with(vertices.div_ceil(BLOCK), || Vec::with_capacity(GROUP));
     for frame in results.chunks_exact_mut(vertices) {
-        for (part, tile) in frame.chunks_mut(TILE).zip(&mut tiles) {
-            tile.push(part);
+        for (part, block) in frame.chunks_mut(BLOCK).zip(&mut blocks) {
+            block.push(part);
         }
     }
-    tiles.into_par_iter()
+    blocks.into_par_iter()
 }
 
 /// From one vertex in all frames to one frame of all vertices: a transposition, four rows by four columns at a time.
