@@ -3,7 +3,9 @@ use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
 /// What the tests run and are checked with, beside Python and Node.js.
-const PACKAGES: [&str; 18] = [
+const PACKAGES: [&str; 19] = [
+    // fincore, which tells how much of a file is in memory.
+    "util-linux-extra",
     // Vulkan: the loader, the lavapipe driver, the validation layers, `spirv-val`.
     "libvulkan1",
     "mesa-vulkan-drivers",
