@@ -1,23 +1,29 @@
 //! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
 //! read once for all of them.
 use crate::detail::GroupTableRow;
-use crate::lanes::{Lanes, load3, store3};
+use crate::group_mesh::GroupMesh;
+use crate::lanes::{load3, store3};
+use crate::prefetch::Prefetch;
 use crate::resident::Resident;
-use crate::rows::{GROUP, Row, RowVectors, TILE};
+use crate::rows::{GROUP, ROW, Row, RowVectors, TILE};
 use crate::times::Times;
 use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use rhytid_core::Stage;
+use rhytid_core::{Rig, Stage};
 use rhytid_kernels::{fine_scale, vec3};
 use std::time::Instant;
 
 /// Vertices that are put into frames at once: so many that each frame's part is written in long runs.
 const BLOCK: usize = 512;
 
-/// Room for the results of a group, V each.
+/// How many numbers ahead of its being written a frame's memory is asked for, a cache line at a time.
+const AHEAD: usize = 256;
+
+/// The mesh, and room for the results of a group, V each.
 #[derive(Debug)]
 pub struct Group {
+    mesh: GroupMesh,
     smooth: Vec<RowVectors>,
     fine: Vec<RowVectors>,
 }
@@ -34,8 +40,13 @@ struct Scratch {
 const ZERO: RowVectors = [Row::ZERO; 3];
 
 impl Group {
-    pub fn new(vertices: usize) -> Self {
-        Self { smooth: vec![ZERO; vertices], fine: vec![ZERO; vertices] }
+    pub fn new(rig: &Rig) -> Self {
+        let vertices = rig.vertices();
+        Self {
+            mesh: GroupMesh::new(vertices, &rig.triangles),
+            smooth: vec![ZERO; vertices],
+            fine: vec![ZERO; vertices],
+        }
     }
 
     /// The positions and normals from frames × H displacements and frames × F features, of as many frames as fill `positions`, at most [`GROUP`].
@@ -51,12 +62,12 @@ impl Group {
         self.large_scale(face, u, frames, times);
         self.fine(face, features, Stage::Positions, times);
         let start = Instant::now();
-        let fine = &self.fine;
+        let Self { mesh, fine, .. } = &*self;
         let blocks = blocks(positions, face).zip(blocks(normals, face)).zip(fine.par_chunks(BLOCK));
         blocks.enumerate().for_each_init(Vec::new, |room, (i, ((positions, normals), own))| {
             interleave(own, positions);
             room.resize(own.len(), ZERO);
-            face.vectors.run(Normals { face, positions: fine, first: i * BLOCK, out: room });
+            face.vectors.run(Normals { mesh, positions: fine, first: i * BLOCK, out: room });
             interleave(room, normals);
         });
         times.add(Stage::Normals, start);
@@ -100,7 +111,7 @@ impl Group {
     /// From the large scale to `stage`: its normals, the detail or the positions.
     fn fine(&mut self, face: &Resident, features: &[f32], stage: Stage, times: &Times) {
         let table = face.detail.group_table(features);
-        let smooth = &self.smooth;
+        let (mesh, smooth) = (&self.mesh, &self.smooth);
         times.shared(|times| {
             self.fine.par_chunks_mut(TILE).enumerate().for_each_init(
                 || Scratch {
@@ -110,7 +121,17 @@ impl Group {
                 },
                 |scratch, (i, out)| {
                     let first = i * TILE;
-                    face.vectors.run(Fine { face, smooth, table: &table, scratch, first, stage, out, times });
+                    face.vectors.run(Fine {
+                        face,
+                        mesh,
+                        smooth,
+                        table: &table,
+                        scratch,
+                        first,
+                        stage,
+                        out,
+                        times,
+                    });
                 },
             );
         });
@@ -135,9 +156,17 @@ fn blocks<'a>(
 
 /// From one vertex in all frames to one frame of all vertices: a transposition, four rows by four columns at a time.
 fn interleave(vectors: &[RowVectors], mut frames: Vec<&mut [[f32; 3]]>) {
+    let prefetch = Prefetch::new();
     let (rows, last) = vectors.as_flattened().as_chunks::<4>();
     for (q, frames) in frames.chunks_mut(4).enumerate() {
         for (i, rows) in rows.iter().enumerate() {
+            if i % 4 == 0 {
+                let line = 4 * i + AHEAD..4 * i + AHEAD + ROW;
+                for out in &*frames {
+                    let line = out.as_flattened().get(line.clone()).unwrap_or_default();
+                    prefetch.ask(bytemuck::cast_slice(line));
+                }
+            }
             let columns = rows.each_ref().map(|row| Vec4::from_slice(&row.0[4 * q..]));
             let by_frame = Mat4::from_cols(columns[0], columns[1], columns[2], columns[3]).transpose();
             for (out, numbers) in frames.iter_mut().zip(by_frame.to_cols_array_2d()) {
@@ -154,6 +183,7 @@ fn interleave(vectors: &[RowVectors], mut frames: Vec<&mut [[f32; 3]]>) {
 /// A tile from the large scale on.
 struct Fine<'a> {
     face: &'a Resident,
+    mesh: &'a GroupMesh,
     smooth: &'a [RowVectors],
     table: &'a [GroupTableRow],
     scratch: &'a mut Scratch,
@@ -172,7 +202,7 @@ impl WithSimd for Fine<'_> {
         let Scratch { normals, details, distances } = self.scratch;
         let (normals, details) = (&mut normals[..self.out.len()], &mut details[..self.out.len()]);
         let start = Instant::now();
-        Normals { face, positions: smooth, first, out: normals }.with_simd(simd);
+        self.mesh.normals(simd, smooth, first, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
         face.detail.group(simd, first, self.table, distances, details);
         let start = self.times.add(Stage::Detail, start);
@@ -198,7 +228,7 @@ impl WithSimd for Fine<'_> {
 
 /// The normals of consecutive vertices.
 struct Normals<'a> {
-    face: &'a Resident,
+    mesh: &'a GroupMesh,
     positions: &'a [RowVectors],
     first: usize,
     out: &'a mut [RowVectors],
@@ -209,16 +239,6 @@ impl WithSimd for Normals<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for (i, out) in self.out.iter_mut().enumerate() {
-            for part in 0..GROUP / S::F32_LANES {
-                let mut sum = [Lanes::splat(simd, 0.0); 3];
-                for &t in self.face.vertex_triangles.at(self.first + i) {
-                    let corners = self.face.triangles[t as usize];
-                    let [a, b, c] = corners.map(|v| load3(simd, &self.positions[v as usize], part));
-                    sum = vec3::add(sum, vec3::cross(vec3::sub(b, a), vec3::sub(c, a)));
-                }
-                store3(vec3::normalize(sum), out, part);
-            }
-        }
+        self.mesh.normals(simd, self.positions, self.first, self.out);
     }
 }

@@ -1,5 +1,6 @@
 //! The large scale: B times the handles' displacements.
 use crate::lanes::{Lanes, load3, splat3, store3};
+use crate::prefetch::Prefetch;
 use crate::rows::{GROUP, RowVectors, TILE, TileRow};
 use crate::vectors::Vectors;
 use half::f16;
@@ -76,12 +77,18 @@ impl Basis {
         out: &mut [RowVectors],
         room: &mut Vec<TileRow>,
     ) {
-        let range = tile * self.handles..(tile + 1) * self.handles;
-        let rows = match &self.rows {
-            Rows::F32(rows) => copied(&rows[range], room),
-            Rows::F16(rows) => widened(&rows[range], room),
+        let [own, next] = [tile, tile + 1].map(|tile| tile * self.handles..(tile + 1) * self.handles);
+        let (rows, next) = match &self.rows {
+            Rows::F32(rows) => {
+                let own = &rows[own];
+                (own, bytemuck::cast_slice(rows.get(next).unwrap_or(own)))
+            }
+            Rows::F16(rows) => {
+                let own = &rows[own];
+                (widened(own, room), bytemuck::cast_slice(rows.get(next).unwrap_or(own)))
+            }
         };
-        vectors.run(Group { rows, u, rest, out });
+        vectors.run(Group { rows, next, u, rest, out });
     }
 }
 
@@ -92,13 +99,6 @@ fn each_entry(basis: &[f32], handles: usize, mut put: impl FnMut(usize, usize, f
             put(v / TILE * handles + h, v % TILE, b);
         }
     }
-}
-
-/// The rows in `room`: memory is read faster in its order than in that of the work.
-fn copied<'a>(rows: &[TileRow], room: &'a mut Vec<TileRow>) -> &'a [TileRow] {
-    room.clear();
-    room.extend_from_slice(rows);
-    room
 }
 
 /// The rows as floats, in `room`.
@@ -196,6 +196,9 @@ fn frame<S: Simd, R: Load<S>>(simd: S, rows: &[R], u: &[[f32; 3]], rest: &[[f32;
 /// A tile in a group of frames.
 struct Group<'a> {
     rows: &'a [TileRow],
+    /// The next tile's rows as they are stored. They are asked for during the work on this one, which takes of each row a few numbers at
+    /// a time: not an order that the processor foresees.
+    next: &'a [u8],
     u: &'a [RowVectors],
     rest: &'a [[f32; 3]],
     out: &'a mut [RowVectors],
@@ -206,10 +209,16 @@ impl WithSimd for Group<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        let prefetch = Prefetch::new();
+        // As much for each handle and each few vertices: a request that comes with many others has to wait.
+        let requests = self.u.len() * (TILE / VERTICES);
+        let bytes = self.next.len().checked_div(requests).unwrap_or(1);
         for (i, out) in self.out.chunks_mut(VERTICES).enumerate() {
+            let next = self.next[i * self.u.len() * bytes..].chunks_exact(bytes);
             for part in 0..GROUP / S::F32_LANES {
                 let mut sum = [[Lanes::splat(simd, 0.0); 3]; VERTICES];
-                for (row, u) in self.rows.iter().zip(self.u) {
+                for ((row, u), next) in self.rows.iter().zip(self.u).zip(next.clone()) {
+                    prefetch.ask(next);
                     let u = load3(simd, u, part);
                     let (b, _) = row.0.as_chunks::<VERTICES>();
                     for (sum, b) in sum.iter_mut().zip(&b[i]) {

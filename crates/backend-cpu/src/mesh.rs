@@ -18,8 +18,7 @@ pub struct BlockMesh {
     numbers: Numbers,
 }
 
-/// Pairs of triangles and frame neighbours in as many bytes as the block's numbers need. A pair a, b, c, d is the triangles a, b, c and
-/// a, c, d, as a quad's are; where d is c, the second has no area.
+/// Pairs of triangles and frame neighbours in as many bytes as the block's numbers need.
 #[derive(Debug)]
 enum Numbers {
     U16(Vec<[u16; 4]>, Vec<u16>),
@@ -150,8 +149,9 @@ impl BlockMesh {
     }
 }
 
-/// Triangles in pairs, each with the next one where they are those of a quad.
-fn pairs(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 4]> {
+/// Triangles in pairs, each with the next one where they are those of a quad: a, b, c, d is the triangles a, b, c and a, c, d. Where d
+/// is c, there is only the first: the second has no area.
+pub fn pairs(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 4]> {
     let mut pairs: Vec<[u32; 4]> = Vec::new();
     for [a, b, c] in triangles {
         match pairs.last_mut() {

@@ -18,8 +18,6 @@ pub struct Resident {
     /// Vertices of a block.
     pub block: usize,
     pub meshes: Vec<BlockMesh>,
-    pub triangles: Vec<[u32; 3]>,
-    pub vertex_triangles: VertexTriangles,
     pub frame_neighbors: Vec<u32>,
 }
 
@@ -35,8 +33,6 @@ impl Resident {
             detail: Detail::new(rig),
             block,
             meshes: BlockMesh::all(block, vertices, &rig.triangles, &vertex_triangles, &rig.frame_neighbors),
-            triangles: rig.triangles.clone(),
-            vertex_triangles,
             frame_neighbors: rig.frame_neighbors.clone(),
         }
     }

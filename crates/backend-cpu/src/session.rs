@@ -41,7 +41,7 @@ impl CpuSession {
             strain_edges: rig.strain_edges.clone(),
             rest_lengths: strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
             one_frame: OneFrame::new(vertices),
-            group: (max_frames >= FEWEST).then(|| Group::new(vertices)),
+            group: (max_frames >= FEWEST).then(|| Group::new(rig)),
             features: Vec::new(),
             displacements: Vec::new(),
             positions: vec![[0.0; 3]; max_frames * vertices],

@@ -1,0 +1,34 @@
+//! Asking for memory a little before it is needed, where the work's order is not one that the processor foresees.
+
+/// Bytes of a cache line.
+#[cfg(target_arch = "x86_64")]
+const LINE: usize = 64;
+
+/// The instruction that asks, where there is one. It changes no result.
+#[derive(Clone, Copy)]
+pub struct Prefetch {
+    #[cfg(target_arch = "x86_64")]
+    simd: Option<pulp::x86::V1>,
+}
+
+impl Prefetch {
+    pub fn new() -> Self {
+        Self {
+            #[cfg(target_arch = "x86_64")]
+            simd: pulp::x86::V1::try_new(),
+        }
+    }
+
+    /// Asks for all of `bytes`, and waits for none.
+    #[inline(always)]
+    pub fn ask(self, bytes: &[u8]) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = self.simd {
+            for line in bytes.chunks(LINE) {
+                simd.sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(line.as_ptr().cast());
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = bytes;
+    }
+}
