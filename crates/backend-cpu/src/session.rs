@@ -211,4 +211,29 @@ mod tests {
             assert!(out.into_iter().map(f32::to_bits).eq(expected), "{stage:?}");
         }
     }
+
+    /// Handles that go their own ways by 1 bring some vertex near the bound, and none past it.
+    #[test]
+    fn halves_move_no_vertex_further_than_said() {
+        let face = rhytid_demo::face(1_500);
+        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let bound = BasisStorage::F16.largest_error(&rig) as f32;
+        assert!(BasisStorage::F32.largest_error(&rig) == 0.0);
+        let frames = 64;
+        let rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
+        let sign = |i: usize| if ((i * 2_654_435_761) >> 7) & 1 == 0 { 1.0 } else { -1.0 };
+        let handles: Vec<f32> =
+            (0..frames).flat_map(|_| rest.clone()).enumerate().map(|(i, x)| x + sign(i)).collect();
+        let smooth = |basis| {
+            let mut session = CpuSession::new(&rig, UploadOptions { max_frames: frames, basis });
+            session.evaluate(HandleFrames { positions: &handles, frames }).unwrap();
+            let mut out = Vec::new();
+            session.read(Stage::LargeScale, &mut out).unwrap();
+            out
+        };
+        let (exact, rounded) = (smooth(BasisStorage::F32), smooth(BasisStorage::F16));
+        let differences = exact.iter().zip(&rounded).map(|(a, b)| (a - b).abs());
+        let largest = differences.fold(0.0, f32::max);
+        assert!(largest > 0.2 * bound && largest < bound + 1e-5, "{largest}, bound {bound}");
+    }
 }

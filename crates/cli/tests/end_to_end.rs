@@ -283,10 +283,13 @@ fn info_counts() {
     assert_eq!(rig["bounds"]["max"][1], 5.0);
     // The basis alone is 441 × 5 numbers of 4 bytes.
     assert!(rig["device_bytes"].as_u64().unwrap() > 441 * 5 * 4);
+    // Rounding to eleven bits changes a number by at most 2⁻¹² of the next power of two; a row's five sum to about 1.
+    let f16_error = rig["f16_error"].as_f64().unwrap();
+    assert!(f16_error > 1e-5 && f16_error < 2e-3, "{f16_error}");
     let take = json(&f, "info take.csv --json");
     assert_eq!((&take["frames"], &take["rate"], &take["markers"]), (&20.into(), &30.0.into(), &5.into()));
     let text = f.done("info face.safetensors");
-    for word in ["441", "left, right, top, bottom, middle", "pinch", "cm, Y up"] {
+    for word in ["441", "left, right, top, bottom, middle", "pinch", "cm, Y up", "basis in halves"] {
         assert!(text.contains(word), "{word}: {text}");
     }
 }

@@ -1,4 +1,6 @@
 use crate::{Animator, Result, Rig};
+use half::f16;
+use rayon::prelude::*;
 use std::time::Duration;
 
 /// One result of the runtime, so that a difference between devices is pinned to one kernel.
@@ -70,8 +72,21 @@ pub enum BasisStorage {
     #[default]
     F32,
     /// Rounded to the nearest `f16`: half the memory and half the traffic. The rows of handles stay exact, so markers
-    /// are still met; elsewhere a vertex moves by at most 2⁻¹¹ Σ_h |B_vh| |u_h|.
+    /// are still met; [`BasisStorage::largest_error`] says what it does to the other vertices.
     F16,
+}
+
+impl BasisStorage {
+    /// How far rounding the basis of `rig` can move any vertex, as a part of the largest displacement of a handle:
+    /// `max_v Σ_h |B_vh − B'_vh|`, B' being the basis as it is kept. 0 for [`BasisStorage::F32`].
+    pub fn largest_error(self, rig: &Rig) -> f64 {
+        let kept = |b: f32| match self {
+            Self::F32 => b,
+            Self::F16 => f16::from_f32(b).to_f32(),
+        };
+        let error = |row: &[f32]| row.iter().map(|&b| f64::from((b - kept(b)).abs())).sum();
+        rig.basis.par_chunks(rig.handles.len().max(1)).map(error).reduce(|| 0.0, f64::max)
+    }
 }
 
 /// What kind of processor is behind a device.

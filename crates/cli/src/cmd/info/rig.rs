@@ -2,7 +2,7 @@
 
 use super::shape::{Shape, list, row, up};
 use crate::{human, memory};
-use rhytid_core::{Mesh, Rig, UpAxis};
+use rhytid_core::{BasisStorage, Mesh, Rig, UpAxis};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -21,6 +21,7 @@ pub struct RigInfo {
     influences: usize,
     bending_length: f64,
     beta: f64,
+    f16_error: f64,
     device_bytes: usize,
     device_bytes_per_frame: usize,
 }
@@ -28,6 +29,7 @@ pub struct RigInfo {
 impl RigInfo {
     pub fn of(rig: Rig) -> Self {
         let (device_bytes, device_bytes_per_frame) = (memory::rig_bytes(&rig), memory::frame_bytes(&rig));
+        let f16_error = BasisStorage::F16.largest_error(&rig);
         let driven = |row: &&[f32]| row.iter().any(|&b| b != 0.0);
         let driven_vertices = rig.basis.chunks_exact(rig.handles.len().max(1)).filter(driven).count();
         let (centers, influences) = (rig.centers(), rig.influences());
@@ -51,6 +53,7 @@ impl RigInfo {
             influences,
             bending_length: rig.bending_length,
             beta: rig.beta,
+            f16_error,
             device_bytes,
             device_bytes_per_frame,
         }
@@ -68,6 +71,13 @@ impl RigInfo {
             row("influences", format!("{} per vertex", self.influences)),
             row("bending length", format!("{} {unit}", human::number(self.bending_length))),
             row("beta", format!("{} per {unit}", human::number(self.beta))),
+            row(
+                "basis in halves",
+                format!(
+                    "moves a vertex by at most {} % of the largest displacement",
+                    human::number(100.0 * self.f16_error)
+                ),
+            ),
             row(
                 "memory on a device",
                 format!(
