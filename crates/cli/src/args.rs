@@ -222,7 +222,7 @@ pub struct Animate {
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 
@@ -319,7 +319,7 @@ pub struct ExportShapes {
     #[arg(long)]
     pub force: bool,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 }
@@ -343,7 +343,7 @@ pub struct Verify {
     #[arg(long, value_name = "TAKE.toml")]
     pub setup: Option<PathBuf>,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 

@@ -1,5 +1,8 @@
 //! What `--device` asks for: one device by its id, or `auto`, the fastest that passes the quick conformance suite.
 //!
+//! A processor behind a GPU's API comes after all others, the CPU backend among them: the two do the same work on the same
+//! cores about as fast, so that chance would choose between them, and with them between two roundings.
+//!
 //! `auto` tries a device once for each version of its driver and of this program, and remembers the outcome in the
 //! user's cache folder.
 
@@ -7,7 +10,9 @@ use crate::progress::Ui;
 use etcetera::BaseStrategy;
 use rhytid_backends::Found;
 use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
-use rhytid_core::{Device, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Stage, WriteBeside};
+use rhytid_core::{
+    Device, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Progress, Result, Stage, WriteBeside,
+};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -120,7 +125,12 @@ pub fn auto(ui: &Ui) -> Result<Vec<DeviceInfo>> {
     Ok(devices)
 }
 
-/// Fastest first, without those that failed, and a sentence that says why the first is the first.
+/// A processor that a software driver shows as a GPU.
+fn is_stand_in(device: &DeviceInfo) -> bool {
+    device.kind == DeviceKind::Cpu && device.backend != "cpu"
+}
+
+/// Fastest first, without those that failed and with the stand-ins last, and a sentence that says why the first is the first.
 fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)> {
     let total = tried.len();
     let failed: Vec<String> = tried
@@ -132,7 +142,10 @@ fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)
         log::warn!("auto leaves a device out: {sentence}; see `rhytid conform`");
     }
     tried.retain(|(_, tried)| tried.failed.is_empty());
-    tried.sort_by(|(_, a), (_, b)| b.frames_per_second.total_cmp(&a.frames_per_second));
+    tried.sort_by(|(a_device, a), (b_device, b)| {
+        let slower = b.frames_per_second.total_cmp(&a.frames_per_second);
+        is_stand_in(a_device).cmp(&is_stand_in(b_device)).then(slower)
+    });
     let Some((first, best)) = tried.first() else {
         return Err(Error::Device {
             kind: DeviceErrorKind::NotFound,
@@ -143,12 +156,16 @@ fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)
             },
         });
     };
+    let stand_ins = tried.iter().filter(|(device, _)| is_stand_in(device)).count();
+    let (peers, last) = match (tried.len() - stand_ins, stand_ins) {
+        (0, stand_ins) => (stand_ins, String::new()),
+        (peers, 0) => (peers, String::new()),
+        (peers, stand_ins) => (peers, format!("; software drivers come last: {stand_ins}")),
+    };
     let why = format!(
-        "{} ({}): the fastest of {} that pass the quick conformance suite ({} found), {:.0} frames/s of 65,536 vertices",
+        "{} ({}): the fastest of {peers} that pass the quick conformance suite ({total} found{last}), {:.0} frames/s of 65,536 vertices",
         first.id(),
         first.name,
-        tried.len(),
-        total,
         best.frames_per_second
     );
     Ok((tried.into_iter().map(|(device, _)| device).collect(), why))
@@ -229,7 +246,6 @@ fn remember(path: &Path, memory: &Memory) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rhytid_core::DeviceKind;
 
     fn tried(name: &str, frames_per_second: f64, failed: &[&str]) -> (DeviceInfo, Tried) {
         let device = DeviceInfo {
@@ -263,6 +279,30 @@ mod tests {
         let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
         assert_eq!(names, ["fast", "middling", "slow"]);
         assert!(why.contains("fast") && why.contains("fastest of 3") && why.contains("4 found"), "{why}");
+    }
+
+    /// What a software driver shows as a GPU computes on the same cores as the CPU backend: which of them is faster today must
+    /// not decide about the bits.
+    #[test]
+    fn software_drivers_come_after_the_cpu_backend_and_gpus() {
+        let [mut pocl, mut lavapipe] = [tried("pocl", 900.0, &[]), tried("lavapipe", 950.0, &[])];
+        pocl.0.kind = DeviceKind::Cpu;
+        lavapipe.0.kind = DeviceKind::Cpu;
+        let mut cpu = tried("processor", 800.0, &[]);
+        (cpu.0.backend, cpu.0.kind) = ("cpu", DeviceKind::Cpu);
+        let gpu = tried("gpu", 100.0, &[]);
+
+        let (devices, why) = rank(vec![pocl.clone(), gpu, lavapipe.clone(), cpu]).unwrap();
+        let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
+        assert_eq!(names, ["processor", "gpu", "lavapipe", "pocl"]);
+        assert!(
+            why.contains("fastest of 2") && why.contains("4 found; software drivers come last: 2"),
+            "{why}"
+        );
+
+        let (devices, why) = rank(vec![pocl, lavapipe]).unwrap();
+        assert_eq!(devices[0].name, "lavapipe");
+        assert!(why.contains("fastest of 2") && !why.contains("come last"), "{why}");
     }
 
     #[test]
