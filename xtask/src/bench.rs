@@ -5,7 +5,8 @@ use crate::{debian, python};
 /// What to time; `--peers` or `--quick`.
 #[derive(clap::Args)]
 pub struct Bench {
-    /// Time one frame and a batch of 32 beside NumPy, Numba and C++, once their results agree.
+    /// Time one frame and a batch of 32 beside NumPy, Numba and C++, and the solve's linear system beside CHOLMOD,
+    /// once their results agree.
     #[arg(long, required_unless_present = "quick", conflicts_with = "quick")]
     peers: bool,
     /// Compare the ratio to Numba with the one in benches/peers/ratios.json; fail where it is 15 % lower.
@@ -17,7 +18,7 @@ pub struct Bench {
     /// About how many vertices the face has.
     #[arg(long, value_name = "N", default_value_t = 530_000, value_parser = clap::value_parser!(u32).range(1_000..=4_000_000), conflicts_with = "quick")]
     vertices: u32,
-    /// Print JSON.
+    /// Print JSON, of the frames alone.
     #[arg(long, requires = "peers")]
     json: bool,
 }
@@ -29,11 +30,17 @@ pub fn bench(options: &Bench) -> Result {
     let vertices = options.vertices.to_string();
     let rig = root().join("target/bench").join(format!("face-{vertices}.safetensors"));
     let mut peers = cargo(&["run", "--quiet", "--release", "--package", "rhytid-peers", "--"]);
-    peers.arg(rig).args(["--vertices", &vertices, "--python"]).arg(python);
+    peers.arg(&rig).args(["--vertices", &vertices, "--python"]).arg(&python);
     for (flag, is_set) in [("--quick", options.quick), ("--store", options.store), ("--json", options.json)] {
         if is_set {
             peers.arg(flag);
         }
     }
-    run(peers)
+    run(peers)?;
+    if options.peers && !options.json {
+        let mut solve = cargo(&["bench", "--quiet", "--package", "rhytid-core", "--bench", "solve", "--"]);
+        solve.arg("--rig").arg(rig).arg("--peer").arg(python);
+        run(solve)?;
+    }
+    Ok(())
 }
