@@ -32,8 +32,8 @@ const PACKAGES: [&str; 19] = [
     "libxt6",
 ];
 
-/// What the bench's peers are built with.
-pub const PEERS: [&str; 2] = ["g++", "libsuitesparse-dev"];
+/// What the bench's peers are built with. Without OpenBLAS, CHOLMOD would get the reference BLAS, which is many times slower.
+pub const PEERS: [&str; 3] = ["g++", "libsuitesparse-dev", "libopenblas0-pthread"];
 
 /// The SwiftShader driver of Debian's Chromium: its description for the Vulkan loader.
 pub const SWIFTSHADER_ICD: &str = "/usr/lib/chromium/vk_swiftshader_icd.json";

@@ -10,9 +10,7 @@ use crate::progress::Ui;
 use etcetera::BaseStrategy;
 use rhytid_backends::Found;
 use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
-use rhytid_core::{
-    Device, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Progress, Result, Stage, WriteBeside,
-};
+use rhytid_core::{Device, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Stage, WriteBeside};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -125,12 +123,7 @@ pub fn auto(ui: &Ui) -> Result<Vec<DeviceInfo>> {
     Ok(devices)
 }
 
-/// A processor that a software driver shows as a GPU.
-fn is_stand_in(device: &DeviceInfo) -> bool {
-    device.kind == DeviceKind::Cpu && device.backend != "cpu"
-}
-
-/// Fastest first, without those that failed and with the stand-ins last, and a sentence that says why the first is the first.
+/// Fastest first, without those that failed and with software drivers last, and a sentence that says why the first is the first.
 fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)> {
     let total = tried.len();
     let failed: Vec<String> = tried
@@ -144,7 +137,7 @@ fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)
     tried.retain(|(_, tried)| tried.failed.is_empty());
     tried.sort_by(|(a_device, a), (b_device, b)| {
         let slower = b.frames_per_second.total_cmp(&a.frames_per_second);
-        is_stand_in(a_device).cmp(&is_stand_in(b_device)).then(slower)
+        a_device.is_software_driver().cmp(&b_device.is_software_driver()).then(slower)
     });
     let Some((first, best)) = tried.first() else {
         return Err(Error::Device {
@@ -156,11 +149,11 @@ fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)
             },
         });
     };
-    let stand_ins = tried.iter().filter(|(device, _)| is_stand_in(device)).count();
-    let (peers, last) = match (tried.len() - stand_ins, stand_ins) {
-        (0, stand_ins) => (stand_ins, String::new()),
+    let software = tried.iter().filter(|(device, _)| device.is_software_driver()).count();
+    let (peers, last) = match (tried.len() - software, software) {
+        (0, software) => (software, String::new()),
         (peers, 0) => (peers, String::new()),
-        (peers, stand_ins) => (peers, format!("; software drivers come last: {stand_ins}")),
+        (peers, software) => (peers, format!("; software drivers come last: {software}")),
     };
     let why = format!(
         "{} ({}): the fastest of {peers} that pass the quick conformance suite ({total} found{last}), {:.0} frames/s of 65,536 vertices",
@@ -246,6 +239,7 @@ fn remember(path: &Path, memory: &Memory) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rhytid_core::DeviceKind;
 
     fn tried(name: &str, frames_per_second: f64, failed: &[&str]) -> (DeviceInfo, Tried) {
         let device = DeviceInfo {
