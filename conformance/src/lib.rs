@@ -21,7 +21,7 @@ mod suite;
 pub mod tolerance;
 mod twin;
 
-pub use bandwidth::read_bandwidth;
+pub use bandwidth::{Memory, read_bandwidth};
 pub use canary::{run_canaries, run_canaries_against};
 pub use case::{Built, Case, Suite, cases, timing_case};
 pub use compare::{Difference, worst_difference};

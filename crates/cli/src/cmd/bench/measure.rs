@@ -1,13 +1,13 @@
 //! How long a device takes for a rig, and what the least is that it has to move for it.
 
-use rhytid_conformance::stage_name;
+use rhytid_conformance::{Memory, stage_name};
 use rhytid_core::{BasisStorage, DeviceInfo, Result, Rig, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Rounds before and while measuring, and how long measuring takes at most.
-const WARM_UP: usize = 2;
-const ROUNDS: usize = 25;
+/// Turns of a device, the rounds that are measured in each, and how long measuring takes at most.
+const TURNS: usize = 5;
+const ROUNDS: usize = 5;
 const LIMIT: Duration = Duration::from_secs(10);
 
 /// A stage's time and bytes for one frame.
@@ -25,6 +25,8 @@ pub struct Measured {
 pub struct Whole {
     pub ms: f64,
     pub bytes: f64,
+    /// Of the processor's memory, measured in turns with the device: the median.
+    pub read_bandwidth_gb_s: f64,
     pub share_of_bandwidth: f64,
     pub fps: f64,
 }
@@ -37,7 +39,7 @@ struct Rounds {
     stages: [Vec<f64>; 6],
 }
 
-/// Medians of many batches of `options.max_frames` frames, per frame; stages are left out where the device does not time them.
+/// Medians of many batches of `options.max_frames` frames, per frame, in turns with reading `memory`; stages are left out where the device does not time them.
 ///
 /// # Errors
 /// The device's.
@@ -45,13 +47,21 @@ pub fn measure(
     info: &DeviceInfo,
     rig: &Rig,
     options: UploadOptions,
-    bandwidth: f64,
+    memory: &Memory,
 ) -> Result<(Whole, Vec<Measured>)> {
-    let mut rounds = rounds(info, rig, options, (ROUNDS, LIMIT))?;
+    let mut bandwidths = Vec::new();
+    let mut rounds = rounds(info, rig, options, ROUNDS, LIMIT, || bandwidths.push(memory.read_bandwidth()))?;
+    let bandwidth = median(&mut bandwidths);
     let bytes = least_bytes(rig, options);
     let share = |bytes: f64, ms: f64| bytes / bandwidth * 1e3 / ms;
     let (ms, sum) = (median(&mut rounds.wholes), bytes.iter().sum());
-    let whole = Whole { ms, bytes: sum, share_of_bandwidth: share(sum, ms), fps: 1e3 / ms };
+    let whole = Whole {
+        ms,
+        bytes: sum,
+        read_bandwidth_gb_s: bandwidth / 1e9,
+        share_of_bandwidth: share(sum, ms),
+        fps: 1e3 / ms,
+    };
     let stages = Stage::ALL.into_iter().zip(rounds.stages).zip(bytes);
     let measured = stages.filter(|((_, times), _)| !times.is_empty()).map(|((stage, mut times), bytes)| {
         let ms = median(&mut times);
@@ -65,14 +75,17 @@ pub fn measure(
 /// # Errors
 /// The device's.
 pub fn whole_frame(info: &DeviceInfo, rig: &Rig, options: UploadOptions) -> Result<f64> {
-    rounds(info, rig, options, (ROUNDS / 2, LIMIT / 4)).map(|mut rounds| median(&mut rounds.wholes))
+    rounds(info, rig, options, ROUNDS / 2, LIMIT / 4, || ()).map(|mut rounds| median(&mut rounds.wholes))
 }
 
+/// `count` rounds in each turn, after one that is not measured; between turns, something else.
 fn rounds(
     info: &DeviceInfo,
     rig: &Rig,
     options: UploadOptions,
-    (count, limit): (usize, Duration),
+    count: usize,
+    limit: Duration,
+    mut between: impl FnMut(),
 ) -> Result<Rounds> {
     let frames = options.max_frames;
     let mut animator = rhytid_backends::open(info)?.upload(rig, options)?;
@@ -80,7 +93,11 @@ fn rounds(
     let mut rounds = Rounds::default();
     let mut first = Vec::new();
     let start = Instant::now();
-    for round in 0..WARM_UP + count {
+    for round in 0..TURNS * (1 + count) {
+        let is_measured = round % (1 + count) > 0;
+        if !is_measured {
+            between();
+        }
         let begin = Instant::now();
         animator.evaluate(&handle_positions)?;
         // Asking for the times, or for the smallest result, waits for the last kernel.
@@ -89,7 +106,7 @@ fn rounds(
             animator.read(Stage::Strain, &mut first)?;
         }
         let whole = begin.elapsed();
-        if round >= WARM_UP {
+        if is_measured {
             rounds.wholes.push(whole.as_secs_f64() * 1e3 / frames as f64);
             for (stage, time) in rounds.stages.iter_mut().zip(times.into_iter().flatten()) {
                 stage.push(time.as_secs_f64() * 1e3 / frames as f64);
@@ -158,10 +175,11 @@ mod tests {
     fn times_add_up() {
         let rig = sized_rig(Size { vertices: 20_000, handles: 20, examples: 2 });
         let cpu = rhytid_backends::find("cpu:0").unwrap();
-        let (whole, stages) = measure(&cpu, &rig, UploadOptions::frames(2), 1e10).unwrap();
+        let (whole, stages) = measure(&cpu, &rig, UploadOptions::frames(2), &Memory::new()).unwrap();
         let sum: f64 = stages.iter().map(|stage| stage.ms).sum();
         assert!(stages.len() == 6 && sum > 0.0 && sum < 1.5 * whole.ms, "{sum} of {}", whole.ms);
         assert!((whole.fps * whole.ms - 1e3).abs() < 1e-6);
-        assert!((whole.share_of_bandwidth - whole.bytes / 1e10 * 1e3 / whole.ms).abs() < 1e-12);
+        let least_ms = whole.bytes / (whole.read_bandwidth_gb_s * 1e6);
+        assert!((whole.share_of_bandwidth - least_ms / whole.ms).abs() < 1e-9);
     }
 }

@@ -8,7 +8,7 @@ use crate::progress::Ui;
 use crate::{args, device_choice, human, output};
 use growth::{Point, What};
 use measure::{Measured, Whole};
-use rhytid_conformance::{COMMIT, read_bandwidth};
+use rhytid_conformance::{COMMIT, Memory};
 use rhytid_core::{
     BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, WriteBeside, rig_file,
 };
@@ -31,7 +31,6 @@ struct Report {
     centers: usize,
     storage: &'static str,
     frames: usize,
-    read_bandwidth_gb_s: f64,
     devices: Vec<DeviceTimes>,
 }
 
@@ -64,7 +63,7 @@ pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         Some(path) => rig_file::read(path)?,
         None => ui.timed("make a rig", || sized_rig(size)).0,
     };
-    let bandwidth = ui.timed("measure the memory", read_bandwidth).0;
+    let memory = Memory::new();
     let options = UploadOptions { max_frames: args.frames as usize, basis: args.storage.into() };
     let mut report = Report {
         version: env!("CARGO_PKG_VERSION"),
@@ -77,14 +76,13 @@ pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         centers: rig.centers(),
         storage: if options.basis == BasisStorage::F16 { "f16" } else { "f32" },
         frames: options.max_frames,
-        read_bandwidth_gb_s: bandwidth / 1e9,
         devices: Vec::new(),
     };
     for info in &devices {
         if ui.cancelled() {
             return Err(Error::Cancelled);
         }
-        let times = device_times(info, &rig, options, bandwidth, ui);
+        let times = device_times(info, &rig, options, &memory, ui);
         match times {
             Err(error) if args.device != "all" => return Err(error),
             times => report.devices.push(times.unwrap_or_else(|error| DeviceTimes::failed(info, &error))),
@@ -110,11 +108,11 @@ fn device_times(
     info: &DeviceInfo,
     rig: &Rig,
     options: UploadOptions,
-    bandwidth: f64,
+    memory: &Memory,
     ui: &Ui,
 ) -> Result<DeviceTimes> {
     ui.report("measure", 0, 1);
-    let (whole, stages) = measure::measure(info, rig, options, bandwidth)?;
+    let (whole, stages) = measure::measure(info, rig, options, memory)?;
     Ok(DeviceTimes { error: None, whole: Some(whole), stages, ..DeviceTimes::of(info) })
 }
 
@@ -145,20 +143,17 @@ impl Report {
             format!("batches of {}, per frame", human::count(self.frames))
         };
         let mut text = format!(
-            "{} vertices, {} handles, {} strain edges, {} centres, {} influences; basis in {}; {batch}\n\
-             memory reads at {:.1} GB/s with {} threads\n",
+            "{} vertices, {} handles, {} strain edges, {} centres, {} influences; basis in {}; {batch}\n",
             human::count(self.vertices),
             self.handles,
             self.strain_edges,
             self.centers,
             self.influences,
             self.storage,
-            self.read_bandwidth_gb_s,
-            self.threads,
         );
         for device in &self.devices {
             text += &format!("\n{} ({}; {})\n", device.device, device.name, device.driver);
-            text += &device.to_terminal();
+            text += &device.to_terminal(self.threads);
         }
         let [large_scale, its_normals, fine_scale, normals] = CHAPTER;
         text + &format!(
@@ -169,7 +164,7 @@ impl Report {
 }
 
 impl DeviceTimes {
-    fn to_terminal(&self) -> String {
+    fn to_terminal(&self, threads: usize) -> String {
         if let Some(error) = &self.error {
             return format!("  {error}\n");
         }
@@ -188,7 +183,10 @@ impl DeviceTimes {
         let mut text = String::new();
         if let Some(whole) = &self.whole {
             rows.push(row("whole frame", whole.ms, whole.bytes, whole.share_of_bandwidth));
-            text = format!("  {:.0} frames a second\n", whole.fps);
+            text = format!(
+                "  {:.0} frames a second; memory, in turns with them, at {:.1} GB/s with {threads} threads\n",
+                whole.fps, whole.read_bandwidth_gb_s
+            );
         }
         text.insert_str(0, &(output::table(&rows) + "\n"));
         for what in What::ALL {

@@ -105,8 +105,8 @@ fn draw_bars(root: &Root, report: &Report, devices: &[&DeviceTimes]) -> Drawn {
         root.draw(&Text::new(times, at(end, middle), right))?;
     }
     let note = format!(
-        "The mark is what a frame's bytes take at the {:.1} GB/s at which this machine's processor reads memory. Rhytid {} ({}).",
-        report.read_bandwidth_gb_s, report.version, report.commit
+        "The mark is what a frame's bytes take at the speed at which this machine's processor reads memory. Rhytid {} ({}).",
+        report.version, report.commit
     );
     let y = HEADING + devices.len() as u32 * BAR + 4 * FINE;
     root.draw(&Text::new(note, at(12 * FINE as i32, y), text(11)))
