@@ -153,7 +153,7 @@ Examples:
 
     /// Measure how fast devices are, stage by stage.
     ///
-    /// Each time is compared with what its bytes take at the speed of the memory, which is measured first. Without RIG, a rig is made of as many vertices as --vertices says, with 89 handles and six examples as in the chapter that the method is from.
+    /// Each time is compared with what its bytes take at the speed of the memory, which is measured in turns with them. Without RIG, a rig is made of as many vertices as --vertices says, with 89 handles and six examples as in the chapter that the method is from.
     /// Nothing else should run meanwhile. docs/benchmarks.md has figures of ours.
     #[command(after_help = "\
 Examples:
