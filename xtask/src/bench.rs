@@ -16,7 +16,7 @@ pub struct Bench {
     #[arg(long, requires = "quick")]
     store: bool,
     /// About how many vertices the face has.
-    #[arg(long, value_name = "N", default_value_t = 530_000, value_parser = clap::value_parser!(u32).range(1_000..=4_000_000), conflicts_with = "quick")]
+    #[arg(long, value_name = "N", default_value_t = 530_000, value_parser = clap::value_parser!(u32).range(2_000..=4_000_000), conflicts_with = "quick")]
     vertices: u32,
     /// Print JSON, of the frames alone.
     #[arg(long, requires = "peers")]

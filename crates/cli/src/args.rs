@@ -497,8 +497,8 @@ pub struct Demo {
     #[arg(default_value = "rhytid-demo")]
     pub dir: PathBuf,
 
-    /// About how many vertices the face has.
-    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1_000..=4_000_000))]
+    /// About how many vertices the face has, 2,000 to 4,000,000.
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(2_000..=4_000_000))]
     pub vertices: u32,
 }
 

@@ -319,5 +319,7 @@ fn a_mistyped_command_line() {
     let f = Fixture::new();
     f.refused("slove face.toml -o out/face.safetensors", &["slove"]);
     f.refused("solve face.toml", &["required"]);
-    f.refused("demo out --vertices 3", &["3"]);
+    for vertices in ["3", "1999", "4000001"] {
+        f.refused(&format!("demo out --vertices {vertices}"), &[vertices, "2000", "4000000"]);
+    }
 }

@@ -22,12 +22,12 @@ use rayon::prelude::*;
 use rhytid_core::{Example, Face, Mesh, Settings, UpAxis};
 use shape::Shape;
 
-/// Makes the demo face with about `vertices` vertices (at most 2 % off; 2,000 to 600,000, the nearer is taken):
+/// Makes the demo face with about `vertices` vertices (at most 2 % off; 2,000 to 4,000,000, the nearer is taken):
 /// the neutral mesh in centimetres, Y up, facing +Z, with texture coordinates; 89 handles, the same on both sides;
 /// six expressions.
 pub fn face(vertices: usize) -> Face {
     let shape = Shape::new();
-    let grid = Grid::new(vertices.clamp(2_000, 600_000));
+    let grid = Grid::new(vertices.clamp(2_000, 4_000_000));
     // Pores smaller than a few cells would only be noise.
     let pores = curve::ramp(grid.spacing(), 0.05, 0.03);
     let skin: Vec<Skin> = grid.sites.par_iter().map(|&site| Skin::new(&shape, site)).collect();
