@@ -2,8 +2,8 @@
 use crate::rows::TILE;
 use std::ops::Range;
 
-/// The largest block: what a task works on stays in the second-level cache, and few of its triangles are shared with others.
-const LARGEST: usize = 4096;
+/// The largest block: what a task works on stays in a second-level cache of 1 MB, and few of its triangles are shared with others.
+const LARGEST: usize = 16_384;
 
 /// Blocks of which each thread gets several, so that none waits long for another.
 const PER_THREAD: usize = 8;
