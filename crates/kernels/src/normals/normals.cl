@@ -20,17 +20,18 @@ typedef struct {
     uint part_vertices;
 } Params;
 
-// a / |a|, or zero where a is zero; divides by the largest component first, so that no square vanishes or overflows.
+// a / |a|, or zero where a is zero; scales by the largest component first, so that no square vanishes or overflows.
 static void normalize_all(Lanes a[3]) {
     Floats largest = max(max(fabs(a[0].all), fabs(a[1].all)), fabs(a[2].all));
-    Floats scale = select(largest, (Floats)(1.0f), largest == 0.0f);
-    Floats x = a[0].all / scale;
-    Floats y = a[1].all / scale;
-    Floats z = a[2].all / scale;
-    Floats length = select(sqrt(x * x + y * y + z * z), (Floats)(1.0f), largest == 0.0f);
-    a[0].all = x / length;
-    a[1].all = y / length;
-    a[2].all = z / length;
+    Floats scale = 1.0f / max(largest, (Floats)(FLT_MIN));
+    Floats x = a[0].all * scale;
+    Floats y = a[1].all * scale;
+    Floats z = a[2].all * scale;
+    Floats length = sqrt(x * x + y * y + z * z);
+    scale = 1.0f / select(length, (Floats)(1.0f), length == 0.0f);
+    a[0].all = x * scale;
+    a[1].all = y * scale;
+    a[2].all = z * scale;
 }
 
 __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void normals(
