@@ -16,7 +16,7 @@ fn demo() -> &'static Path {
     static DEMO: OnceLock<TempDir> = OnceLock::new();
     DEMO.get_or_init(|| {
         let folder = TempDir::new().unwrap();
-        let output = rhytid(&format!("demo {} --vertices 1000", folder.path().display())).output().unwrap();
+        let output = rhytid(&format!("demo {} --vertices 2000", folder.path().display())).output().unwrap();
         assert!(output.status.success(), "{}", stderr(&output));
         folder
     })
