@@ -2,7 +2,8 @@
 mod support;
 
 use rhytid_capture::coverage::coverage;
-use rhytid_core::{NoProgress, Rig, Take, solve};
+use rhytid_core::{NoProgress, Rig, Take};
+use rhytid_solve::solve;
 use rhytid_test_data::shared;
 use support::real::{clean_take, face, settings};
 

@@ -5,8 +5,9 @@ use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{
     Animator, Backend, Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, Stage, StrainEdges,
-    UpAxis, UploadOptions, solve,
+    UpAxis, UploadOptions,
 };
+use rhytid_solve::solve;
 use rhytid_test_data::shared;
 use serde::Deserialize;
 

@@ -3,7 +3,8 @@ mod support;
 
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions, solve};
+use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_solve::solve;
 use rhytid_test_data::shared;
 use std::path::Path;
 use support::real::{clean_take, face, settings};

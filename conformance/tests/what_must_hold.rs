@@ -5,7 +5,8 @@ mod support;
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 use rhytid_conformance::{Numbers, evaluate, worst_difference};
-use rhytid_core::{Bind, Example, Face, NoProgress, Rig, solve};
+use rhytid_core::{Bind, Example, Face, NoProgress, Rig};
+use rhytid_solve::solve;
 use support::random_face::faces;
 use support::told_apart;
 

@@ -4,7 +4,8 @@
 //! cargo run --release -p rhytid-examples --example 101_solve -- face.safetensors
 //! ```
 //! With your own scans, `rhytid_formats::project::read("FACE.toml")` gives the `Face`.
-use rhytid_core::{Progress, Result, examine, rig_file, solve};
+use rhytid_core::{Progress, Result, rig_file};
+use rhytid_solve::{examine, solve};
 use std::path::PathBuf;
 
 struct Lines;

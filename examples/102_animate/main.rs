@@ -4,8 +4,9 @@
 //! cargo run --release -p rhytid-examples --example 102_animate -- face.usd
 //! ```
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, Error, NoProgress, Result, Stage, UploadOptions, solve};
+use rhytid_core::{Animator, Backend, Error, NoProgress, Result, Stage, UploadOptions};
 use rhytid_formats::export::{self, Frame, Options, Origin, Scene};
+use rhytid_solve::solve;
 use std::path::PathBuf;
 
 fn main() -> Result<()> {

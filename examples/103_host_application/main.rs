@@ -4,7 +4,8 @@
 //! cargo run --release -p rhytid-examples --example 103_host_application -- 530000
 //! ```
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, NoProgress, Result, Stage, UploadOptions, solve};
+use rhytid_core::{Animator, Backend, NoProgress, Result, Stage, UploadOptions};
+use rhytid_solve::solve;
 use std::time::Instant;
 
 fn main() -> Result<()> {

@@ -5,7 +5,8 @@
 //! cargo run --release -p rhytid-examples --example 104_own_renderer -- face.png
 //! ```
 use rhytid_backend_wgpu::{Wgpu, WgpuSession};
-use rhytid_core::{Animator, NoProgress, Rig, Stage, UploadOptions, solve};
+use rhytid_core::{Animator, NoProgress, Rig, Stage, UploadOptions};
+use rhytid_solve::solve;
 use std::error::Error;
 use std::path::PathBuf;
 

@@ -38,7 +38,7 @@ pub fn bench(options: &Bench) -> Result {
     }
     run(peers)?;
     if options.peers && !options.json {
-        let mut solve = cargo(&["bench", "--quiet", "--package", "rhytid-core", "--bench", "solve", "--"]);
+        let mut solve = cargo(&["bench", "--quiet", "--package", "rhytid-solve", "--bench", "solve", "--"]);
         solve.arg("--rig").arg(rig).arg("--peer").arg(python);
         run(solve)?;
     }

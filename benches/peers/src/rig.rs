@@ -7,7 +7,7 @@ use std::path::Path;
 pub fn at(path: &Path, vertices: u32) -> Result<Rig> {
     if !path.exists() {
         eprintln!("solving the demo face with about {vertices} vertices, once");
-        let rig = rhytid_core::solve(&rhytid_demo::face(vertices as usize), &NoProgress)?.cast();
+        let rig = rhytid_solve::solve(&rhytid_demo::face(vertices as usize), &NoProgress)?.cast();
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
         }

@@ -2,7 +2,8 @@
 use super::real::{clean_take, face, settings};
 use rayon::prelude::*;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{Device, NoProgress, Rig, Stage, UploadOptions, solve};
+use rhytid_core::{Device, NoProgress, Rig, Stage, UploadOptions};
+use rhytid_solve::solve;
 
 /// Each so-manieth frame of the take is compared.
 const EVERY: usize = 50;

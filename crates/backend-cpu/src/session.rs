@@ -142,7 +142,8 @@ impl Session for CpuSession {
 mod tests {
     use super::*;
     use crate::vectors::Vectors;
-    use rhytid_core::{BasisStorage, NoProgress, solve};
+    use rhytid_core::{BasisStorage, NoProgress};
+    use rhytid_solve::solve;
 
     /// Every stage of the first `frames` frames of the demo's performance.
     fn stages(

@@ -110,7 +110,8 @@ fn advised(error: Error) -> Error {
 pub mod tests {
     use super::*;
     use rhytid_backend_cpu::{Cpu, CpuSession};
-    use rhytid_core::{Backend, HandleFrames, NoProgress, solve};
+    use rhytid_core::{Backend, HandleFrames, NoProgress};
+    use rhytid_solve::solve;
     use std::time::Duration;
 
     /// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`

@@ -1,7 +1,7 @@
 //! Which frames of a take are animated, and at which rate.
 
 use crate::args::FrameRange;
-use crate::human;
+use rhytid_core::human;
 use rhytid_core::{Error, Result, RigidMotion, Take};
 use std::ops::Range;
 

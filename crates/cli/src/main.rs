@@ -9,14 +9,12 @@ mod evaluator;
 mod exit;
 mod fade;
 mod frames;
-mod human;
 mod interrupt;
 mod memory;
 mod output;
 mod pipeline;
 mod player;
 mod progress;
-mod report;
 mod takes;
 mod velocities;
 

@@ -182,8 +182,9 @@ mod tests {
     use super::*;
     use crate::evaluator::tests::{Flaky, info};
     use crate::frames;
-    use rhytid_core::{Device, NoProgress, solve};
+    use rhytid_core::{Device, NoProgress};
     use rhytid_formats::export::{self, Origin, Scene};
+    use rhytid_solve::solve;
     use std::path::Path;
 
     const FRAMES: usize = 23;

@@ -1,9 +1,10 @@
 //! What is told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
-use crate::{human, interrupt};
+use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rhytid_core::Progress;
+use rhytid_core::human;
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -60,7 +61,7 @@ impl Ui {
     /// Runs work that is one step in one piece, and says how long it took.
     pub fn timed<T>(&self, step: &'static str, work: impl FnOnce() -> T) -> (T, Duration) {
         self.report(step, 0, 1);
-        let result = human::timed(work);
+        let result = timed(work);
         self.report(step, 1, 1);
         result
     }
@@ -144,6 +145,13 @@ impl Progress for Ui {
     fn cancelled(&self) -> bool {
         interrupt::requested()
     }
+}
+
+/// Runs `work` and says how long it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed())
 }
 
 /// Sends log records to `ui` as lines such as `warning: …`. Shows warnings, and more with each `verbose`; the

@@ -42,7 +42,7 @@ pub enum Bind {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// ℓ = √(k_b/k_s) in mesh units; `None` derives it from the handles' spacing
-    /// (see [`crate::solve::default_bending_length`]).
+    /// (see `default_bending_length` of `rhytid-solve`]).
     pub bending_length: Option<f64>,
     /// Components without a handle.
     pub bind: Bind,

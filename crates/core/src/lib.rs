@@ -1,14 +1,31 @@
-//! The heart of Rhytid: what a face is ([`Face`]), how it becomes a [`Rig`] ([`solve()`]), and the traits by
-//! which any device evaluates one ([`Backend`], [`Session`], [`Animator`]).
+//! The heart of Rhytid, all that plays a rig needs: the data ([`Rig`], its file in [`rig_file`], [`Take`]), and the traits by
+//! which any device evaluates a rig ([`Backend`], [`Session`], [`Animator`]); and [`Face`], the data that `rhytid-solve` makes
+//! a rig of.
 //!
-//! No unsafe code, no GPU, and no file format but the rig's own ([`rig_file`]).
+//! No unsafe code, no GPU, no solver, and no file format but the rig's own.
+//!
+//! ```
+//! use rhytid_core::Take;
+//!
+//! // One marker that rises 3 units in a tenth of a second, at 10 frames a second; then at 30.
+//! let take = Take {
+//!     labels: vec!["chin".into()],
+//!     times: vec![0.0, 0.1],
+//!     positions: vec![[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]],
+//!     ..Take::default()
+//! };
+//! let fine = take.resample(30.0)?;
+//! assert_eq!(fine.frames(), 4);
+//! assert!((fine.positions[1][1] - 1.0).abs() < 1e-9);
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod animator;
 mod backend;
-mod doctor;
 mod error;
 mod face;
+pub mod human;
 mod mesh;
 pub mod plan;
 mod progress;
@@ -17,18 +34,14 @@ mod rig;
 mod rig_check;
 pub mod rig_file;
 mod rigid;
-pub mod solve;
 mod steady_file;
 mod take;
-mod topology;
-mod triangulate;
 mod write_beside;
 
 pub use animator::Animator;
 pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
-pub use doctor::{Finding, Report, Severity, examine};
 pub use error::{DeviceErrorKind, Error, Result};
 pub use face::{Bind, Example, Face, Handles, Settings, StrainEdges};
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
@@ -36,7 +49,5 @@ pub use progress::{NoProgress, Progress};
 pub use raw_take::RawTake;
 pub use rig::Rig;
 pub use rigid::RigidMotion;
-pub use solve::solve;
 pub use take::Take;
-pub use topology::Topology;
 pub use write_beside::WriteBeside;

@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 
 /// Which axis points up in the mesh's own coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -78,6 +79,45 @@ impl Faces {
             rest = tail;
             face
         })
+    }
+}
+
+impl Faces {
+    /// How many triangles `rhytid_solve::triangulate` makes of these polygons.
+    pub fn triangle_count(&self) -> usize {
+        self.counts.iter().map(|&n| n as usize - 2).sum()
+    }
+
+    /// For triangles made by `rhytid_solve::triangulate`, the corner (index into [`Faces::indices`]) at which each of
+    /// their vertices stands. `None` if `triangles` were not made from these polygons.
+    pub fn triangle_corners(&self, triangles: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
+        if triangles.len() != self.triangle_count() {
+            return None;
+        }
+        let mut out = Vec::with_capacity(triangles.len());
+        let mut triangles = triangles.iter();
+        let mut corner_of: HashMap<u32, u32> = HashMap::new();
+        let mut first = 0;
+        for face in self.iter() {
+            // Most faces are small enough to look through; a polygon of thousands of corners is not.
+            corner_of.clear();
+            if face.len() > 32 {
+                corner_of.extend(face.iter().copied().zip(0..));
+            }
+            for triangle in triangles.by_ref().take(face.len() - 2) {
+                let mut corners = [0; 3];
+                for (corner, v) in corners.iter_mut().zip(triangle) {
+                    let found = match corner_of.is_empty() {
+                        true => face.iter().zip(0..).find(|(w, _)| *w == v).map(|(_, corner)| corner),
+                        false => corner_of.get(v).copied(),
+                    };
+                    *corner = first + found?;
+                }
+                out.push(corners);
+            }
+            first += face.len() as u32;
+        }
+        Some(out)
     }
 }
 

@@ -1,3 +1,5 @@
+use crate::{Error, Result};
+
 /// How long work reports to its caller, and how the caller stops it.
 ///
 /// Implementations must be cheap: [`Progress::report`] is called up to a few thousand times a second.
@@ -6,9 +8,18 @@ pub trait Progress: Sync {
     /// `done == total`; its units are of about equal cost.
     fn report(&self, step: &'static str, done: u64, total: u64);
 
-    /// Whether to stop. Asked between units; work that sees `true` returns [`crate::Error::Cancelled`].
+    /// Whether to stop. Asked between units; work that sees `true` returns [`Error::Cancelled`].
     fn cancelled(&self) -> bool {
         false
+    }
+
+    /// Reports, then asks whether to stop.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if the caller asked to stop.
+    fn step(&self, step: &'static str, done: u64, total: u64) -> Result<()> {
+        self.report(step, done, total);
+        if self.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 }
 
@@ -18,10 +29,4 @@ pub struct NoProgress;
 
 impl Progress for NoProgress {
     fn report(&self, _step: &'static str, _done: u64, _total: u64) {}
-}
-
-/// Reports, then fails with [`crate::Error::Cancelled`] if the caller asked to stop.
-pub(crate) fn step(progress: &dyn Progress, name: &'static str, done: u64, total: u64) -> crate::Result<()> {
-    progress.report(name, done, total);
-    if progress.cancelled() { Err(crate::Error::Cancelled) } else { Ok(()) }
 }

@@ -1,8 +1,9 @@
 //! A rig of any size, made without solving: for measuring, not for looking at.
 use rayon::prelude::*;
-use rhytid_core::solve::{frames, geodesic, influences};
-use rhytid_core::{Faces, Rig, Topology, UpAxis};
+use rhytid_core::{Faces, Rig, UpAxis};
 use rhytid_kernels::strain;
+use rhytid_solve::Topology;
+use rhytid_solve::{geodesic, influences, tangent_frames};
 
 /// How large a rig is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,7 +77,7 @@ pub fn sized_rig(size: Size) -> Rig {
         materials: None,
         bending_length: spacing,
         beta: influences.beta,
-        frame_neighbors: frames::frame_neighbors(&rest, &triangles, &topology),
+        frame_neighbors: tangent_frames::frame_neighbors(&rest, &triangles, &topology),
         pose_features: (0..centers * strain_edges.len())
             .map(|i| if i < strain_edges.len() { 0.0 } else { 0.2 * wave(i) })
             .collect(),

@@ -1,6 +1,8 @@
 //! Data for tests that lies beside the project and is no part of it.
 #![forbid(unsafe_code)]
 
+pub mod sheet;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,8 @@
 use crate::args::{HeadChoice, StageChoice};
 use crate::player::{Player, Wanted};
 use crate::progress::Ui;
-use crate::{args, device_choice, frames, human, output, takes};
+use crate::{args, device_choice, frames, output, takes};
+use rhytid_core::human;
 use rhytid_core::{DeviceInfo, Error, Faces, Progress, Result, Take, WriteBeside, rig_file};
 use rhytid_formats::export::{self, Format, Written};
 use std::path::Path;

@@ -1,8 +1,9 @@
 //! `rhytid coverage`
 
 use crate::progress::Ui;
-use crate::{args, human, output, takes};
+use crate::{args, output, takes};
 use rhytid_capture::coverage::{self, Coverage, Difference, Edge, Expression};
+use rhytid_core::human;
 use rhytid_core::{Result, rig_file};
 
 /// Prints what of the take no example shows.

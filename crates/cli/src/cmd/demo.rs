@@ -2,8 +2,9 @@
 
 use super::{animate, solve};
 use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
-use crate::progress::Ui;
-use crate::{args, human, output};
+use crate::progress::{Ui, timed};
+use crate::{args, output};
+use rhytid_core::human;
 use rhytid_core::{Error, Face, Mesh, Progress, Result, StrainEdges, Take};
 use rhytid_formats::project::{
     self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method,
@@ -63,12 +64,12 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     );
     steps.add("make a face", made, time);
 
-    let (take, time) = human::timed(|| rhytid_demo::performance(&face));
+    let (take, time) = timed(|| rhytid_demo::performance(&face));
     let rate = human::number(take.rate());
     let made = format!("{} at {rate} frames per second", human::counted(take.frames(), "frame"));
     steps.add("make a performance", made, time);
 
-    let (written, time) = human::timed(|| write_inputs(dir, &face, &take, ui));
+    let (written, time) = timed(|| write_inputs(dir, &face, &take, ui));
     steps.add("write the input", written?, time);
 
     let ranges = ANIMATIONS.map(|(file, bytes, compressed)| (file, range(&face, &take, bytes), compressed));

@@ -1,7 +1,8 @@
 //! `rhytid devices`
 
-use crate::{args, human, output};
+use crate::{args, output};
 use rhytid_backends::Missing;
+use rhytid_core::human;
 use rhytid_core::{DeviceInfo, DeviceKind, Result};
 use serde::Serialize;
 

@@ -1,8 +1,10 @@
 //! `rhytid doctor`
 
 use crate::progress::Ui;
-use crate::{args, exit, human, output};
-use rhytid_core::{Finding, Report, Result, Severity};
+use crate::{args, exit, output};
+use rhytid_core::Result;
+use rhytid_core::human;
+use rhytid_solve::{Finding, Report, Severity};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -22,7 +24,7 @@ struct Examination<'a> {
 /// As [`rhytid_formats::project::read`]: what cannot be read cannot be examined.
 pub fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
     let face = rhytid_formats::project::read(&args.project)?;
-    let report = rhytid_core::examine(&face);
+    let report = rhytid_solve::examine(&face);
     let count = |severity| report.findings.iter().filter(|f| f.severity == severity).count();
     let examination = Examination {
         file: args.project.display().to_string(),

@@ -4,7 +4,8 @@ use super::animate::triangle_corners;
 use crate::args::StageChoice;
 use crate::player::Player;
 use crate::progress::Ui;
-use crate::{args, device_choice, human, output};
+use crate::{args, device_choice, output};
+use rhytid_core::human;
 use rhytid_core::{Progress, Result, Rig, WriteBeside, rig_file};
 use rhytid_formats::export::{self, Format, Shape, Shapes};
 

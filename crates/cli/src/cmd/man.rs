@@ -1,8 +1,9 @@
 //! `rhytid man`
 
 use crate::progress::Ui;
-use crate::{args, human, output};
+use crate::{args, output};
 use clap::{Command, CommandFactory};
+use rhytid_core::human;
 use rhytid_core::{Error, Result, WriteBeside};
 use std::path::Path;
 

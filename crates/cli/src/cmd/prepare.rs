@@ -1,8 +1,9 @@
 //! `rhytid prepare`
 
 use crate::progress::Ui;
-use crate::{args, human, output, report, takes};
+use crate::{args, output, takes};
 use rhytid_capture::{Cleaned, Kind, Report};
+use rhytid_core::human;
 use rhytid_core::{Result, WriteBeside, rig_file};
 use rhytid_formats::take;
 
@@ -18,7 +19,7 @@ pub fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     ui.timed("write the take", || take::write(&args.output, &take)).0?;
     if let Some(dir) = &args.report {
         let name = args.raw.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        ui.timed("write the report", || report::write(dir, &name, &report, &take, &rig)).0?;
+        ui.timed("write the report", || rhytid_report::write(dir, &name, &report, &take, &rig)).0?;
     }
     ui.clear();
     if ui.is_quiet() {

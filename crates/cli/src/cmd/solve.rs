@@ -1,9 +1,11 @@
 //! `rhytid solve`
 
 use super::doctor;
-use crate::progress::Ui;
-use crate::{args, human, memory, output};
-use rhytid_core::{Error, Progress, Report, Result, Rig, Severity, WriteBeside, rig_file};
+use crate::progress::{Ui, timed};
+use crate::{args, memory, output};
+use rhytid_core::human;
+use rhytid_core::{Error, Progress, Result, Rig, WriteBeside, rig_file};
+use rhytid_solve::{Report, Severity};
 use std::path::Path;
 use std::time::Duration;
 
@@ -60,9 +62,9 @@ pub fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
     check_output(output)?;
     let (face, reading) = ui.timed("read", || rhytid_formats::project::read(project));
     let face = face?;
-    let (report, examining) = ui.timed("examine", || rhytid_core::examine(&face));
+    let (report, examining) = ui.timed("examine", || rhytid_solve::examine(&face));
     show(&report, ui)?;
-    let (rig, solving) = human::timed(|| rhytid_core::solve(&face, ui));
+    let (rig, solving) = timed(|| rhytid_solve::solve(&face, ui));
     let rig = rig?;
     drop(face);
     if ui.cancelled() {

@@ -1,8 +1,9 @@
 //! `rhytid stitch`
 
-use crate::progress::Ui;
-use crate::{args, human, output};
+use crate::progress::{Ui, timed};
+use crate::{args, output};
 use rhytid_core::Result;
+use rhytid_core::human;
 use rhytid_formats::usd::clips;
 
 /// Writes the file that plays the parts one after the other, and says what they came to.
@@ -10,7 +11,7 @@ use rhytid_formats::usd::clips;
 /// # Errors
 /// As [`clips::stitch`].
 pub fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
-    let (stitched, time) = human::timed(|| clips::stitch(&args.parts, &args.output));
+    let (stitched, time) = timed(|| clips::stitch(&args.parts, &args.output));
     let stitched = stitched?;
     if ui.is_quiet() {
         return Ok(());

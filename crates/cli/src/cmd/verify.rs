@@ -3,8 +3,9 @@
 use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
 use crate::player::{Player, Wanted};
 use crate::progress::Ui;
-use crate::{args, device_choice, exit, frames, human, output, takes};
+use crate::{args, device_choice, exit, frames, output, takes};
 use clap::ValueEnum;
+use rhytid_core::human;
 use rhytid_core::{Error, Progress, Result, Rig, RigidMotion, rig_file};
 use rhytid_formats::export::{Frame, Origin};
 use rhytid_formats::recording::{self, Recording};

@@ -4,9 +4,9 @@ use crate::programs::Frames;
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{
     Animator, Backend, Face, NoProgress, Rig, RigidMotion, Stage, Take, UpAxis, UploadOptions, rig_file,
-    solve,
 };
 use rhytid_formats::take;
+use rhytid_solve::solve;
 use std::ops::Range;
 use std::path::PathBuf;
 use tempfile::TempDir;

@@ -12,7 +12,7 @@ use text::{did_you_mean, quoted};
 /// Reads the handles from a CSV file with the header `label,vertex` (in either order); `vertex` counts from 0.
 /// Blanks around cells, blank lines and a byte order mark do not count.
 ///
-/// A vertex that occurs twice is left to [`rhytid_core::examine`].
+/// A vertex that occurs twice is left to `rhytid_solve::examine`.
 ///
 /// # Errors
 /// [`Error::Input`]: a header other than that, an empty label or one that occurs twice, a vertex that is not a

@@ -5,10 +5,11 @@ mod measure;
 mod plot;
 
 use crate::progress::Ui;
-use crate::{args, device_choice, human, output};
+use crate::{args, device_choice, output};
 use growth::{Point, What};
 use measure::{Measured, Whole};
 use rhytid_conformance::{COMMIT, Memory};
+use rhytid_core::human;
 use rhytid_core::{
     BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, WriteBeside, rig_file,
 };

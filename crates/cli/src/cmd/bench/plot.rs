@@ -2,10 +2,10 @@
 
 use super::growth::{Point, What};
 use super::{DeviceTimes, Report};
-use crate::human;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use rhytid_core::human;
 use rhytid_core::{Error, Result};
 
 /// The backend rounds to whole units, so there are two in a pixel.

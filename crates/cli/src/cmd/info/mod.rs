@@ -6,9 +6,10 @@ mod rig;
 mod shape;
 mod take;
 
-use crate::{args, human, output};
+use crate::{args, output};
 use project::ProjectInfo;
 use raw_take::RawTakeInfo;
+use rhytid_core::human;
 use rhytid_core::{Error, Handles, Result, rig_file};
 use rhytid_formats::{mesh, tables};
 use rig::RigInfo;

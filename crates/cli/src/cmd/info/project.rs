@@ -1,7 +1,7 @@
 //! `rhytid info` of a project file.
 
 use super::shape::{Shape, list, row, up};
-use crate::human;
+use rhytid_core::human;
 use rhytid_core::{Bind, Face, StrainEdges, UpAxis};
 use serde::Serialize;
 

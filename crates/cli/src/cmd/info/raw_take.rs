@@ -1,7 +1,7 @@
 //! `rhytid info` of a raw take: what is in the file, before any clean-up.
 
 use super::shape::{Bounds, list, row};
-use crate::human;
+use rhytid_core::human;
 use rhytid_core::{Mesh, RawTake, Result};
 use rhytid_formats::raw_take;
 use serde::Serialize;

@@ -1,7 +1,8 @@
 //! `rhytid info` of a rig file.
 
 use super::shape::{Shape, list, row, up};
-use crate::{human, memory};
+use crate::memory;
+use rhytid_core::human;
 use rhytid_core::{BasisStorage, Mesh, Rig, UpAxis};
 use serde::Serialize;
 

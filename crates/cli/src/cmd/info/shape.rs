@@ -1,6 +1,6 @@
 //! What meshes, rigs and projects have in common, and how rows of text are made.
 
-use crate::human;
+use rhytid_core::human;
 use rhytid_core::{Mesh, UpAxis, Uvs};
 use serde::Serialize;
 use std::collections::BTreeMap;

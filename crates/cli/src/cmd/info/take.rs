@@ -1,7 +1,8 @@
 //! `rhytid info` of a take.
 
 use super::shape::{Bounds, list, row};
-use crate::{frames, human};
+use crate::frames;
+use rhytid_core::human;
 use rhytid_core::{Mesh, Result, Take};
 use rhytid_formats::take;
 use serde::Serialize;

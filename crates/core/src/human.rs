@@ -1,0 +1,84 @@
+//! Numbers as people read them, for sentences, tables and reports.
+
+use std::time::Duration;
+
+/// `1234567` as `1,234,567`.
+pub fn count(n: usize) -> String {
+    let digits = n.to_string();
+    let mut out = String::with_capacity(digits.len() + digits.len() / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// A count and its noun: `1 frame`, `2 frames`.
+pub fn counted(n: usize, noun: &str) -> String {
+    format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })
+}
+
+/// Bytes, decimal: `8.3 MB`.
+pub fn bytes(n: u64) -> String {
+    let units = [(1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
+    match units.iter().find(|(size, _)| n as f64 >= *size) {
+        Some((size, unit)) => format!("{:.1} {unit}", n as f64 / size),
+        None => format!("{n} bytes"),
+    }
+}
+
+/// A duration: `0.12 s`, `3.4 s`, `75 s`, `3 min 20 s`.
+pub fn duration(d: Duration) -> String {
+    match d.as_secs_f64() {
+        s if s < 1.0 => format!("{s:.2} s"),
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 100.0 => format!("{s:.0} s"),
+        s => format!("{} min {:02} s", s as u64 / 60, s as u64 % 60),
+    }
+}
+
+/// A number with up to four significant decimals, without trailing zeros.
+pub fn number(x: f64) -> String {
+    let text = format!("{x:.4}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// The unit's name where it has one: `cm`; else `units of 0.3 m`.
+pub fn unit(metres_per_unit: f64) -> String {
+    let known = [(1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "in")];
+    match known.iter().find(|(metres, _)| (metres_per_unit / metres - 1.0).abs() < 1e-9) {
+        Some((_, name)) => (*name).to_owned(),
+        None => format!("units of {} m", number(metres_per_unit)),
+    }
+}
+
+/// Bounds as `-8.1 … 8.1 × -10 … 12 × 0 … 9`.
+pub fn bounds([lo, hi]: [[f64; 3]; 2]) -> String {
+    let axis = |i: usize| format!("{} … {}", number(lo[i]), number(hi[i]));
+    format!("x {}, y {}, z {}", axis(0), axis(1), axis(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_as_people_read_them() {
+        assert_eq!(count(0), "0");
+        assert_eq!(count(999), "999");
+        assert_eq!(count(1_000), "1,000");
+        assert_eq!(count(1_234_567), "1,234,567");
+        assert_eq!(bytes(999), "999 bytes");
+        assert_eq!(bytes(8_300_000), "8.3 MB");
+        assert_eq!(duration(Duration::from_millis(120)), "0.12 s");
+        assert_eq!(duration(Duration::from_secs(200)), "3 min 20 s");
+        assert_eq!(number(3.0), "3");
+        assert_eq!(number(-0.00001), "0");
+        assert_eq!(number(29.97), "29.97");
+        assert_eq!(unit(0.01), "cm");
+        assert_eq!(unit(0.5), "units of 0.5 m");
+    }
+}

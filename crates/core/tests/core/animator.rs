@@ -1,0 +1,228 @@
+//! What the animator lets through to a backend, seen from a backend that only keeps a record.
+
+use rhytid_core::{
+    Animator, Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, NoProgress, Result,
+    Rig, Session, Stage, UploadOptions,
+};
+use rhytid_solve::solve;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+/// What reached the device.
+#[derive(Debug, Default)]
+struct Record {
+    /// Vertices of the rig and `max_frames` of each upload.
+    uploads: Vec<(usize, usize)>,
+    /// Frames and positions of each batch.
+    batches: Vec<(usize, Vec<f32>)>,
+    /// Stages read.
+    reads: Vec<Stage>,
+}
+
+/// A device that computes nothing: every stage is the positions of its handles.
+#[derive(Debug, Default)]
+struct Recorder {
+    record: Arc<Mutex<Record>>,
+}
+
+struct RecorderSession {
+    record: Arc<Mutex<Record>>,
+}
+
+fn lost() -> Error {
+    Error::Device { kind: DeviceErrorKind::Lost, device: "recorder:0".into(), message: "unplugged".into() }
+}
+
+impl Backend for Recorder {
+    const NAME: &'static str = "recorder";
+    type Session = RecorderSession;
+
+    fn devices() -> Result<Vec<DeviceInfo>> {
+        Ok(vec![])
+    }
+
+    fn open(_device: &DeviceInfo) -> Result<Self> {
+        Ok(Self::default())
+    }
+
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<RecorderSession> {
+        self.record.lock().unwrap().uploads.push((rig.vertices(), options.max_frames));
+        Ok(RecorderSession { record: self.record.clone() })
+    }
+}
+
+impl Session for RecorderSession {
+    /// Lost where a position is 1000.
+    fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
+        if frames.positions.contains(&1000.0) {
+            return Err(lost());
+        }
+        self.record.lock().unwrap().batches.push((frames.frames, frames.positions.to_vec()));
+        Ok(())
+    }
+
+    fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+        let mut record = self.record.lock().unwrap();
+        record.reads.push(stage);
+        out.clone_from(&record.batches.last().unwrap().1);
+        Ok(())
+    }
+
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        Ok(None)
+    }
+}
+
+fn rig() -> Rig {
+    solve(&rhytid_test_data::sheet::face(), &NoProgress).unwrap().cast()
+}
+
+/// An animator of five handles with room for three frames, and the record of its device.
+fn animator() -> (Animator<RecorderSession>, Arc<Mutex<Record>>) {
+    let recorder = Recorder::default();
+    (Animator::new(&recorder, &rig(), UploadOptions::frames(3)).unwrap(), recorder.record)
+}
+
+#[track_caller]
+fn refused<T>(result: Result<T>, words: &[&str]) {
+    match result {
+        Err(Error::Input(message)) => {
+            for word in words {
+                assert!(message.contains(word), "{word}: {message}");
+            }
+        }
+        Err(other) => panic!("{words:?}: {other:?}"),
+        Ok(_) => panic!("{words:?}: let through"),
+    }
+}
+
+#[test]
+fn whole_batches_go_through_as_they_are() {
+    let (mut animator, record) = animator();
+    assert_eq!(animator.max_frames(), 3);
+    let mut out = vec![7.0; 99];
+    for frames in [1, 3, 2] {
+        let positions: Vec<f32> = (0..frames * 15).map(|i| i as f32).collect();
+        animator.evaluate(&positions).unwrap();
+        animator.read(Stage::Positions, &mut out).unwrap();
+        assert_eq!(out, positions);
+    }
+    animator.read(Stage::Strain, &mut out).unwrap();
+    let record = record.lock().unwrap();
+    assert_eq!(record.uploads, [(25, 3)]);
+    assert_eq!(
+        record.batches.iter().map(|b| (b.0, b.1.len())).collect::<Vec<_>>(),
+        [(1, 15), (3, 45), (2, 30)]
+    );
+    assert_eq!(record.reads, [Stage::Positions, Stage::Positions, Stage::Positions, Stage::Strain]);
+}
+
+#[test]
+fn broken_batches_do_not_reach_the_device() {
+    let (mut animator, record) = animator();
+    for length in [1, 3, 14, 16, 29, 46] {
+        let words = [format!("has {length} numbers"), "a multiple of 5 handles × 3".into()];
+        refused(animator.evaluate(&vec![0.0; length]), &words.each_ref().map(String::as_str));
+    }
+    refused(animator.evaluate(&[]), &["has 0 numbers", "above 0"]);
+    refused(animator.evaluate(&[0.0; 60]), &["has 4 frames, expected at most 3"]);
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut positions = vec![0.0; 45];
+        positions[15 + 3 * 4 + 1] = bad;
+        let words = [format!("frame 1 of a batch: handle 4 is at {bad}")];
+        refused(animator.evaluate(&positions), &[&words[0], "expected a finite position"]);
+    }
+    assert!(record.lock().unwrap().batches.is_empty());
+}
+
+#[test]
+fn nothing_is_read_before_it_is_there() {
+    let (mut animator, record) = animator();
+    let mut out = vec![7.0; 2];
+    for stage in Stage::ALL {
+        refused(animator.read(stage, &mut out), &["nothing to read"]);
+    }
+    assert_eq!(out, [7.0; 2]);
+    // A batch that is refused leaves the last results; one that the device failed at does not.
+    animator.evaluate(&[1.0; 15]).unwrap();
+    refused(animator.evaluate(&[]), &[]);
+    animator.read(Stage::Normals, &mut out).unwrap();
+    assert_eq!(out, [1.0; 15]);
+    assert!(matches!(
+        animator.evaluate(&[1000.0; 15]),
+        Err(Error::Device { kind: DeviceErrorKind::Lost, .. })
+    ));
+    refused(animator.read(Stage::Normals, &mut out), &["the last one failed"]);
+    animator.evaluate(&[2.0; 15]).unwrap();
+    animator.read(Stage::Normals, &mut out).unwrap();
+    assert_eq!((out, record.lock().unwrap().reads.len()), (vec![2.0; 15], 2));
+}
+
+#[test]
+fn rigs_that_are_not_sound_are_not_uploaded() {
+    let recorder = Recorder::default();
+    let refused_rig = |word: &str, change: &dyn Fn(&mut Rig)| {
+        let mut rig = rig();
+        change(&mut rig);
+        refused(Animator::new(&recorder, &rig, UploadOptions::frames(3)), &[word]);
+    };
+    refused_rig("found 0, 0 and 0", &|r| {
+        (r.rest, r.handles, r.faces) = Default::default();
+    });
+    refused_rig("handles", &|r| r.handles.clear());
+    refused_rig("labels has 4 elements, expected 5", &|r| r.labels.truncate(r.labels.len() - 1));
+    refused_rig("basis has 124 elements, expected 125", &|r| r.basis.truncate(r.basis.len() - 1));
+    refused_rig("influence_edges", &|r| r.influence_edges.truncate(r.influence_edges.len() - 1));
+    refused_rig("influence_weights", &|r| r.influence_weights.truncate(r.influence_weights.len() - 1));
+    refused_rig("frame_neighbors", &|r| r.frame_neighbors.truncate(r.frame_neighbors.len() - 1));
+    refused_rig("pose_features", &|r| r.pose_features.truncate(r.pose_features.len() - 1));
+    refused_rig("rbf_weights has 49 elements, expected 50", &|r| {
+        r.rbf_weights.truncate(r.rbf_weights.len() - 1);
+    });
+    refused_rig("pose_features", &|r| r.example_names.push("another".into()));
+    refused_rig("triangles", &|r| r.triangles.truncate(r.triangles.len() - 1));
+    refused_rig("handles[0] is 25", &|r| r.handles[0] = 25);
+    refused_rig("basis[6] is NaN", &|r| r.basis[6] = f32::NAN);
+    refused_rig("metres_per_unit", &|r| r.metres_per_unit = f64::NAN);
+    refused_rig("bending_length", &|r| r.bending_length = f64::INFINITY);
+    refused_rig("beta", &|r| r.beta = f64::NAN);
+    refused(
+        Animator::new(&recorder, &rig(), UploadOptions::frames(0)),
+        &["at least 1 frame", "max_frames = 0"],
+    );
+    assert!(recorder.record.lock().unwrap().uploads.is_empty());
+}
+
+#[test]
+fn sessions_of_every_backend_fit_behind_one_type() {
+    let (first, record) = animator();
+    let mut all: Vec<Animator<Box<dyn Session>>> = vec![first.boxed(), animator().0.boxed()];
+    let mut out = Vec::new();
+    refused(all[0].read(Stage::Strain, &mut out), &["nothing to read"]);
+    refused(all[0].evaluate(&[0.0; 60]), &["at most 3"]);
+    all[0].evaluate(&[3.0; 30]).unwrap();
+    // What was evaluated before the box is there after it.
+    let (mut before, _) = animator();
+    before.evaluate(&[4.0; 15]).unwrap();
+    let mut after = before.boxed();
+    after.read(Stage::Strain, &mut out).unwrap();
+    assert_eq!((out.as_slice(), after.max_frames()), (&[4.0; 15][..], 3));
+    let worker = std::thread::spawn(move || {
+        let mut out = Vec::new();
+        all[0].read(Stage::LargeScale, &mut out).map(|()| out)
+    });
+    assert_eq!(worker.join().unwrap().unwrap(), [3.0; 30]);
+    assert_eq!(record.lock().unwrap().batches, [(2, vec![3.0; 30])]);
+}
+
+#[test]
+fn a_basis_that_halves_cannot_hold_is_refused_in_halves_only() {
+    let recorder = Recorder::default();
+    let mut rig = rig();
+    let h = rig.handles.len();
+    rig.basis[2 * h + 1] = 70_000.0;
+    let halves = UploadOptions { max_frames: 1, basis: BasisStorage::F16 };
+    refused(Animator::new(&recorder, &rig, halves), &["vertex 2", "70000", "65504", "f32"]);
+    assert!(recorder.record.lock().unwrap().uploads.is_empty());
+    Animator::new(&recorder, &rig, UploadOptions::frames(1)).unwrap();
+}

@@ -1,0 +1,211 @@
+//! What is planned for a GPU covers every vertex and every frame once and stays within the device's limits. What it
+//! computes is for conformance to say.
+
+use rhytid_core::plan::{Plan, PlanLimits, Role};
+use rhytid_core::{
+    BasisStorage, DeviceErrorKind, Error, HandleFrames, NoProgress, Rig, Stage, UploadOptions,
+};
+use rhytid_solve::solve;
+
+fn rig() -> Rig {
+    solve(&rhytid_test_data::sheet::face(), &NoProgress).unwrap().cast()
+}
+
+const NO_LIMITS: PlanLimits = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: u32::MAX };
+
+/// The face repeated, so that it has at least `vertices` vertices.
+fn large_rig(vertices: usize) -> Rig {
+    let one = rig();
+    let copies = vertices.div_ceil(one.vertices());
+    let mut rig = one.clone();
+    for copy in 1..copies {
+        let first = (copy * one.vertices()) as u32;
+        rig.rest.extend_from_slice(&one.rest);
+        rig.basis.extend_from_slice(&one.basis);
+        rig.influence_edges.extend_from_slice(&one.influence_edges);
+        rig.influence_weights.extend_from_slice(&one.influence_weights);
+        rig.rbf_weights.extend_from_slice(&one.rbf_weights);
+        rig.frame_neighbors.extend(one.frame_neighbors.iter().map(|v| v + first));
+        rig.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    rig
+}
+
+#[test]
+fn an_ordinary_rig_is_one_part_and_one_slice() {
+    let rig = rig();
+    let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
+    assert_eq!(plan.buffers().len(), 6 + 8 + 9);
+    assert_eq!(plan.slices(31).count(), 1);
+    let mut stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
+    assert_eq!(stages.len(), 7);
+    // Two kernels for the detail.
+    stages.dedup();
+    assert_eq!(stages, Stage::ALL);
+    let bytes: u64 = plan.buffers().iter().map(|b| b.bytes).sum();
+    assert_eq!(plan.bytes(), bytes);
+}
+
+#[test]
+fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
+    let rig = large_rig(1000);
+    let vertices = rig.vertices();
+    for (max_binding_bytes, max_workgroups, max_frames) in
+        [(1 << 14, u32::MAX, 1), (100_000, u32::MAX, 31), (1 << 20, 3, 7), (40_000, 5, 100)]
+    {
+        for basis in [BasisStorage::F32, BasisStorage::F16] {
+            let limits = PlanLimits { max_binding_bytes, max_workgroups };
+            let options = UploadOptions { max_frames, basis };
+            let plan = Plan::new(&rig, options, limits, "test:0");
+            let plan = plan.unwrap_or_else(|e| panic!("{limits:?}: {e}"));
+            assert!(plan.buffers().iter().all(|b| b.bytes <= max_binding_bytes && b.bytes % 4 == 0));
+            for (i, buffer) in plan.buffers().iter().enumerate() {
+                let filled = plan.contents(&rig, i).len() as u64;
+                match buffer.role {
+                    Role::Constant { .. } => {
+                        assert!(filled == buffer.bytes || buffer.bytes == 16, "{buffer:?}");
+                    }
+                    _ => assert_eq!(filled, 0),
+                }
+            }
+            for frames in [1, max_frames / 2 + 1, max_frames] {
+                let mut covered = vec![0; frames];
+                for slice in plan.slices(frames) {
+                    covered[slice.frames.clone()].iter_mut().for_each(|n| *n += 1);
+                }
+                assert!(covered.iter().all(|&n| n == 1), "{covered:?}");
+                let handles = rig.handles.len();
+                let positions: Vec<f32> = (0..frames * handles * 3).map(|i| i as f32).collect();
+                let mut written = [Vec::new(), Vec::new()];
+                for input in plan.inputs(HandleFrames { positions: &positions, frames }) {
+                    let buffer = &plan.buffers()[input.buffer];
+                    assert!(buffer.bytes >= 4 * input.numbers.len() as u64);
+                    written[usize::from(buffer.name == "displacements")].extend_from_slice(&input.numbers);
+                }
+                assert_eq!(written[0], positions);
+                for (i, u) in written[1].chunks_exact(4).enumerate() {
+                    let rest = rig.rest[rig.handles[i % handles] as usize];
+                    assert_eq!(
+                        u,
+                        [0, 1, 2, 3].map(|c| if c < 3 { positions[3 * i + c] - rest[c] } else { 0.0 })
+                    );
+                }
+                assert_eq!(written[1].len(), frames * handles * 4);
+
+                for stage in &Stage::ALL[1..] {
+                    let mut covered = vec![0; vertices * frames];
+                    let mut first_frame = 0;
+                    for dispatch in plan
+                        .dispatches(frames)
+                        .iter()
+                        .filter(|d| d.stage == *stage && d.kernel.name != "differences")
+                    {
+                        let [of_slice, v, first, part] = dispatch.params[..4].try_into().unwrap();
+                        assert_eq!(v as usize, vertices);
+                        let in_workgroup = 64 * dispatch.kernel.at_once;
+                        let groups =
+                            [part.div_ceil(in_workgroup), of_slice.div_ceil(dispatch.frames_at_once)];
+                        assert_eq!(dispatch.workgroups, groups);
+                        assert!(dispatch.workgroups.iter().all(|&n| n <= max_workgroups));
+                        for frame in first_frame..first_frame + of_slice as usize {
+                            let all = frame * vertices + first as usize..;
+                            covered[all][..part as usize].iter_mut().for_each(|n| *n += 1);
+                        }
+                        if (first + part) as usize == vertices {
+                            first_frame += of_slice as usize;
+                        }
+                    }
+                    assert!(covered.iter().all(|&n| n == 1), "{stage:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_smaller_batch_runs_the_first_dispatches_of_a_larger_one() {
+    let rig = large_rig(1000);
+    let limits = PlanLimits { max_binding_bytes: 100_000, max_workgroups: 3 };
+    let plan = Plan::new(&rig, UploadOptions::frames(40), limits, "test:0").unwrap();
+    let all = plan.dispatches(40);
+    for frames in 1..40 {
+        let fewer = plan.dispatches(frames);
+        assert!(fewer.len() <= all.len());
+        for (a, b) in fewer.iter().zip(&all) {
+            assert_eq!((a.kernel.name, a.stage, &a.buffers), (b.kernel.name, b.stage, &b.buffers));
+        }
+    }
+}
+
+#[test]
+fn what_a_device_cannot_do_is_said() {
+    let rig = large_rig(1000);
+    let refused = |limits| match Plan::new(&rig, UploadOptions::frames(1), limits, "test:0") {
+        Err(Error::Device { kind: DeviceErrorKind::Unsupported, device, message }) => {
+            assert_eq!(device, "test:0");
+            message
+        }
+        other => panic!("{other:?}"),
+    };
+    let message = refused(PlanLimits { max_binding_bytes: 11_999, ..NO_LIMITS });
+    assert!(message.contains("11999"), "{message}");
+    refused(PlanLimits { max_binding_bytes: 500, ..NO_LIMITS });
+    refused(PlanLimits { max_workgroups: 0, ..NO_LIMITS });
+}
+
+/// The words of a constant buffer, of a rig that is one part.
+fn words(rig: &Rig, name: &str) -> Vec<u32> {
+    let plan = Plan::new(rig, UploadOptions::frames(1), NO_LIMITS, "test:0").unwrap();
+    let buffer = plan.buffers().iter().position(|buffer| buffer.name == name).unwrap();
+    let contents = plan.contents(rig, buffer);
+    contents.as_chunks().0.iter().map(|&bytes| u32::from_ne_bytes(bytes)).collect()
+}
+
+#[test]
+fn a_tiles_influences_are_those_of_its_vertices() {
+    let mut rig = rig();
+    let (vertices, k) = (rig.vertices(), rig.influences());
+    rig.influence_weights[..k].fill(0.0);
+    rig.influence_weights[3 * k + 1] = f32::from_bits(7);
+    let [offsets, edges, weights] =
+        ["influence_offsets", "influence_edges", "influence_weights"].map(|name| words(&rig, name));
+    assert_eq!(offsets.len(), vertices.div_ceil(16) + 1);
+    assert_eq!((edges.len() as u32, weights.len()), (offsets[vertices.div_ceil(16)], 16 * edges.len()));
+    for (tile, rows) in offsets.array_windows().map(|&[a, b]| a as usize..b as usize).enumerate() {
+        assert!(edges[rows.clone()].is_sorted_by(|a, b| a < b), "{tile}");
+        for lane in 0..16 {
+            let alphas = rows.clone().map(|row| (edges[row], f32::from_bits(weights[16 * row + lane])));
+            let found: Vec<(u32, f32)> = alphas.filter(|(_, alpha)| *alpha != 0.0).collect();
+            let v = 16 * tile + lane;
+            let of_rig = (v * k..(v + 1) * k).filter(|_| v < vertices);
+            let of_rig = of_rig.map(|i| (rig.influence_edges[i], rig.influence_weights[i]));
+            let expected: Vec<(u32, f32)> = of_rig.filter(|(_, alpha)| *alpha != 0.0).collect();
+            assert_eq!(found, expected, "vertex {v}");
+        }
+        // No edge is there for nothing.
+        let rows = rows.map(|row| &weights[16 * row..][..16]);
+        assert!(rows.into_iter().all(|row| row.iter().any(|&alpha| alpha != 0)), "{tile}");
+    }
+}
+
+#[test]
+fn fans_have_every_triangle_at_each_of_its_vertices() {
+    let rig = rig();
+    let vertices = rig.vertices() as u32;
+    let (offsets, fans) = (words(&rig, "fan_offsets"), words(&rig, "fans"));
+    assert_eq!(fans.len(), 16 * offsets[rig.vertices().div_ceil(16)] as usize);
+    assert!(fans.iter().all(|&v| v < vertices));
+    let mut found: Vec<[u32; 3]> = Vec::new();
+    for v in 0..vertices {
+        let tile = v as usize / 16;
+        let rows = offsets[tile] as usize..offsets[tile + 1] as usize;
+        let fan: Vec<u32> = rows.map(|row| fans[16 * row + v as usize % 16]).collect();
+        let pairs = fan.array_windows().filter(|pair: &&[u32; 2]| !pair.contains(&v));
+        found.extend(pairs.map(|&[a, b]| [v, a, b]));
+    }
+    let corners = |&[a, b, c]: &[u32; 3]| [[a, b, c], [b, c, a], [c, a, b]];
+    let mut expected: Vec<[u32; 3]> = rig.triangles.iter().flat_map(corners).collect();
+    found.sort_unstable();
+    expected.sort_unstable();
+    assert!(found == expected, "{} for {} corners", found.len(), expected.len());
+}

@@ -1,0 +1,406 @@
+//! The rig file: what is written is read back, and nothing that is broken is let in.
+
+use proptest::prelude::*;
+use rhytid_core::{Error, Materials, NoProgress, Rig, Uvs, rig_file};
+use rhytid_solve::solve;
+use serde_json::{Value, json};
+use std::sync::LazyLock;
+
+/// A rig of 25 vertices with texture coordinates at the corners and materials, and so with every array.
+static RIG: LazyLock<Rig> = LazyLock::new(|| {
+    let mut rig = solve(&rhytid_test_data::sheet::face(), &NoProgress).unwrap().cast::<f32>();
+    let values = (0..9u8).map(|i| [f32::from(i) / 8.0, 0.1]).collect();
+    rig.uvs = Some(Uvs { values, corners: Some((0..64).map(|c| c % 9).collect()) });
+    let of_face = (0..16).map(|f| if f == 5 { Materials::NONE } else { f % 2 }).collect();
+    rig.materials = Some(Materials { names: vec!["skin".into(), "lips".into()], of_face });
+    rig
+});
+
+static BYTES: LazyLock<Vec<u8>> = LazyLock::new(|| rig_file::encode(&RIG).unwrap());
+
+/// Reads a safetensors file by its specification: eight bytes with the length of the header, the header as
+/// JSON, and the arrays.
+fn parse(bytes: &[u8]) -> (Value, &[u8]) {
+    let (length, rest) = bytes.split_first_chunk::<8>().unwrap();
+    let (header, arrays) = rest.split_at(u64::from_le_bytes(*length) as usize);
+    (serde_json::from_slice(header).unwrap(), arrays)
+}
+
+/// The opposite of [`parse`].
+fn assemble(header: &Value, arrays: &[u8]) -> Vec<u8> {
+    let header = header.to_string();
+    [&(header.len() as u64).to_le_bytes(), header.as_bytes(), arrays].concat()
+}
+
+/// The file with its header changed.
+fn with_header(change: impl FnOnce(&mut Value)) -> Vec<u8> {
+    let (mut header, arrays) = parse(&BYTES);
+    change(&mut header);
+    assemble(&header, arrays)
+}
+
+/// The file with its own metadata changed.
+fn with_metadata(change: impl FnOnce(&mut Value)) -> Vec<u8> {
+    with_header(|header| {
+        let text = &mut header["__metadata__"]["rhytid"];
+        let mut metadata: Value = serde_json::from_str(text.as_str().unwrap()).unwrap();
+        change(&mut metadata);
+        *text = metadata.to_string().into();
+    })
+}
+
+/// The file with four bytes of `array` replaced, at `element`.
+fn with_element(array: &str, element: usize, bytes: [u8; 4]) -> Vec<u8> {
+    let (header, arrays) = parse(&BYTES);
+    let start = header[array]["data_offsets"][0].as_u64().unwrap() as usize;
+    let mut arrays = arrays.to_vec();
+    arrays[start + 4 * element..][..4].copy_from_slice(&bytes);
+    assemble(&header, &arrays)
+}
+
+/// Asserts that the file is refused in one sentence which begins with its name and has `words`.
+#[track_caller]
+fn refused(bytes: &[u8], words: &[&str]) {
+    match rig_file::decode(bytes, "face.safetensors") {
+        Err(Error::Input(message)) => {
+            assert!(message.starts_with("face.safetensors: "), "{message}");
+            assert!(!message.contains('\n'), "{message}");
+            for word in words {
+                assert!(message.contains(word), "{word}: {message}");
+            }
+        }
+        other => panic!("{words:?}: {:?}", other.map(|rig| rig.vertices())),
+    }
+}
+
+#[test]
+fn what_is_written_is_read() {
+    let mut face = rhytid_test_data::sheet::face();
+    let corners = RIG.clone();
+    let plain = Rig { uvs: None, materials: None, ..RIG.clone() };
+    let per_vertex = Rig { uvs: Some(Uvs { values: vec![[0.25, 1.0]; 25], corners: None }), ..RIG.clone() };
+    let infinite = Rig { beta: f64::INFINITY, ..RIG.clone() };
+    face.examples.clear();
+    let large_scale_only = solve(&face, &NoProgress).unwrap().cast::<f32>();
+    assert_eq!(large_scale_only.centers(), 1);
+    face.handles.labels.truncate(1);
+    face.handles.vertices.truncate(1);
+    let one_handle = solve(&face, &NoProgress).unwrap().cast::<f32>();
+    assert_eq!((one_handle.strain_edges.len(), one_handle.influences()), (0, 0));
+    let odd_names = Rig {
+        name: "Ü \"quoted\"\n\\".into(),
+        labels: ["", "a b", "é", "{}", "\u{0}"].map(String::from).to_vec(),
+        metres_per_unit: 0.1 + 0.2,
+        beta: f64::MIN_POSITIVE,
+        up_axis: rhytid_core::UpAxis::Z,
+        ..RIG.clone()
+    };
+    for rig in [corners, plain, per_vertex, infinite, large_scale_only, one_handle, odd_names] {
+        let bytes = rig_file::encode(&rig).unwrap();
+        assert_eq!(rig_file::decode(&bytes, "x").unwrap(), rig);
+    }
+}
+
+#[test]
+fn the_same_rig_gives_the_same_bytes() {
+    for _ in 0..8 {
+        assert_eq!(rig_file::encode(&RIG).unwrap(), *BYTES);
+    }
+    let again = rig_file::decode(&BYTES, "x").unwrap();
+    assert_eq!(rig_file::encode(&again).unwrap(), *BYTES);
+}
+
+#[test]
+fn files_are_written_whole_and_named_in_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("face.safetensors");
+    rig_file::write(&path, &RIG).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), *BYTES);
+    assert_eq!(rig_file::read(&path).unwrap(), *RIG);
+
+    // What could not be read back is not written, and does not replace what is there.
+    let mut broken = RIG.clone();
+    broken.rest[3][1] = f32::INFINITY;
+    assert!(matches!(rig_file::write(&path, &broken), Err(Error::Input(m)) if m.contains("rest[10]")));
+    assert_eq!(std::fs::read(&path).unwrap(), *BYTES);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+
+    std::fs::write(&path, &BYTES[..99]).unwrap();
+    let name = path.display().to_string();
+    assert!(matches!(rig_file::read(&path), Err(Error::Input(m)) if m.starts_with(&name)));
+    let absent = folder.path().join("absent.safetensors");
+    assert!(matches!(rig_file::read(&absent), Err(Error::Io { path, .. }) if path == absent));
+}
+
+#[test]
+fn any_reader_of_safetensors_finds_the_arrays() {
+    let (header, arrays) = parse(&BYTES);
+    let (v, h, f, n, k) = (25, 5, RIG.strain_edges.len(), 2, RIG.influences());
+    assert!(f > 0 && k > 0);
+    let expected = [
+        ("face_counts", "U32", json!([16])),
+        ("face_indices", "U32", json!([64])),
+        ("uvs", "F32", json!([9, 2])),
+        ("uv_indices", "U32", json!([64])),
+        ("triangles", "U32", json!([32, 3])),
+        ("rest", "F32", json!([v, 3])),
+        ("handles", "U32", json!([h])),
+        ("basis", "F32", json!([v, h])),
+        ("strain_edges", "U32", json!([f, 2])),
+        ("influence_edges", "U32", json!([v, k])),
+        ("influence_weights", "F32", json!([v, k])),
+        ("frame_neighbors", "U32", json!([v])),
+        ("pose_features", "F32", json!([n, f])),
+        ("rbf_weights", "F32", json!([v, n, 3])),
+        ("example_handles", "F32", json!([1, h, 3])),
+        ("face_materials", "U32", json!([16])),
+    ];
+    assert_eq!(header.as_object().unwrap().len(), expected.len() + 1, "{header}");
+    for (name, dtype, shape) in &expected {
+        assert_eq!((&header[name]["dtype"], &header[name]["shape"]), (&json!(dtype), shape), "{name}");
+    }
+    let array = |name: &str| {
+        let offset = |i: usize| header[name]["data_offsets"][i].as_u64().unwrap() as usize;
+        arrays[offset(0)..offset(1)].as_chunks::<4>().0
+    };
+    let floats = |name: &str| -> Vec<f32> { array(name).iter().map(|b| f32::from_le_bytes(*b)).collect() };
+    let numbers = |name: &str| -> Vec<u32> { array(name).iter().map(|b| u32::from_le_bytes(*b)).collect() };
+    assert_eq!(floats("basis"), RIG.basis);
+    assert_eq!(floats("rest"), RIG.rest.as_flattened());
+    assert_eq!(floats("rbf_weights"), RIG.rbf_weights.as_flattened());
+    assert_eq!(floats("uvs"), RIG.uvs.as_ref().unwrap().values.as_flattened());
+    assert_eq!(numbers("triangles"), RIG.triangles.as_flattened());
+    assert_eq!(numbers("influence_edges"), RIG.influence_edges);
+    assert_eq!(numbers("face_indices"), RIG.faces.indices);
+    assert_eq!(numbers("face_materials"), RIG.materials.as_ref().unwrap().of_face);
+    // The handles where the example has them.
+    let face = rhytid_test_data::sheet::face();
+    let of_example = face.handles.vertices.iter().map(|&v| face.examples[0].positions[v as usize]);
+    let of_example: Vec<f32> = of_example.flatten().map(|x| x as f32).collect();
+    assert_eq!(floats("example_handles"), of_example);
+
+    let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
+    let expected = json!({
+        "version": 2, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "chapter",
+        "bending_length": RIG.bending_length, "beta": RIG.beta,
+        "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"], "materials": ["skin", "lips"],
+    });
+    assert_eq!(metadata, expected);
+}
+
+#[test]
+fn files_cut_short_anywhere() {
+    for length in 0..BYTES.len() {
+        refused(&BYTES[..length], &["cut short"]);
+    }
+    refused(&[&BYTES[..], &[0]].concat(), &["no whole safetensors file"]);
+}
+
+#[test]
+fn other_versions_and_other_files() {
+    for version in [0, 1, 3, u32::MAX] {
+        let bytes = with_metadata(|m| m["version"] = version.into());
+        refused(&bytes, &[&format!("version {version}, expected 2"), "solve the rig again"]);
+    }
+    // A newer file may have other metadata altogether, and arrays that are missing here.
+    let newer = with_metadata(|m| *m = json!({"version": 7}));
+    refused(&newer, &["version 7, expected 2"]);
+    refused(
+        &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
+        &["no rig", "`rhytid`"],
+    );
+    refused(&with_header(|h| h["__metadata__"] = json!({"format": "pt"})), &["no rig", "`rhytid`"]);
+    refused(&with_header(|h| h["__metadata__"]["rhytid"] = "{".into()), &["metadata cannot be read"]);
+    refused(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["no whole safetensors file"]);
+}
+
+#[test]
+fn metadata_out_of_range() {
+    let damaged = |change: &dyn Fn(&mut Value), words: &[&str]| refused(&with_metadata(change), words);
+    for key in ["name", "metres_per_unit", "up_axis", "bending_length", "labels", "examples"] {
+        damaged(&|m| drop(m.as_object_mut().unwrap().remove(key)), &["metadata", key]);
+    }
+    damaged(&|m| m["up_axis"] = "x".into(), &["metadata", "`x`"]);
+    damaged(&|m| m["bending_length"] = Value::Null, &["metadata", "null"]);
+    damaged(&|m| m["bending_length"] = (-1.0).into(), &["bending_length is -1, expected"]);
+    damaged(&|m| m["metres_per_unit"] = 0.0.into(), &["metres_per_unit is 0, expected"]);
+    damaged(&|m| m["beta"] = (-0.5).into(), &["beta is -0.5, expected"]);
+    damaged(&|m| m["labels"] = json!(["a", "b", "c", "d"]), &["labels has 4 elements, expected 5"]);
+    damaged(&|m| m["labels"] = json!(["a", "b", "c", "b", "e"]), &["labels has b twice"]);
+    damaged(&|m| m["materials"] = json!(["skin"]), &["face 2 refers to material 1, expected one of its 1"]);
+    damaged(&|m| m["materials"] = json!(["skin", "skin"]), &["two materials called “skin”"]);
+    damaged(&|m| m["examples"] = json!(["smile", "frown"]), &["`pose_features`", "expected F32 [3, "]);
+    // A number that no float64 holds.
+    let bytes = with_header(|h| {
+        let text = &mut h["__metadata__"]["rhytid"];
+        let changed = text.as_str().unwrap().replace("\"metres_per_unit\":0.01", "\"metres_per_unit\":1e999");
+        assert!(changed.contains("1e999"));
+        *text = changed.into();
+    });
+    refused(&bytes, &["metadata", "out of range"]);
+}
+
+#[test]
+fn arrays_that_are_missing_or_of_another_kind() {
+    let (header, _) = parse(&BYTES);
+    let arrays: Vec<&String> = header.as_object().unwrap().keys().filter(|k| *k != "__metadata__").collect();
+    assert_eq!(arrays.len(), 16);
+    for name in arrays {
+        // Texture coordinates may be missing, but not apart from their indices.
+        if name != "uv_indices" {
+            let bytes = with_header(|h| {
+                let array = h.as_object_mut().unwrap().remove(name).unwrap();
+                h["something_else"] = array;
+            });
+            refused(&bytes, &[&format!("`{name}`")]);
+        }
+        for dtype in ["I32", "F32", "U32"] {
+            if header[name]["dtype"] != dtype {
+                let bytes = with_header(|h| h[name]["dtype"] = dtype.into());
+                refused(&bytes, &[&format!("array `{name}` is {dtype}"), "expected"]);
+            }
+        }
+        let bytes = with_header(|h| h[name]["shape"].as_array_mut().unwrap().insert(0, 1.into()));
+        refused(&bytes, &[&format!("array `{name}` is"), "[1, ", "expected"]);
+    }
+    let bytes = with_header(|h| h["basis"]["shape"].as_array_mut().unwrap().reverse());
+    refused(&bytes, &["array `basis` is F32 [5, 25], expected F32 [25, 5]"]);
+    let bytes = with_header(|h| h["rbf_weights"]["shape"] = json!([25, 3, 2]));
+    refused(&bytes, &["array `rbf_weights` is F32 [25, 3, 2], expected F32 [25, 2, 3]"]);
+    let bytes = with_header(|h| h["triangles"]["shape"] = json!([48, 2]));
+    refused(&bytes, &["array `triangles` is U32 [48, 2], expected U32 [any, 3]"]);
+}
+
+#[test]
+fn indices_past_the_end() {
+    let f = RIG.strain_edges.len() as u32;
+    for (array, end) in [
+        ("handles", 25),
+        ("triangles", 25),
+        ("face_indices", 25),
+        ("frame_neighbors", 25),
+        ("strain_edges", 5),
+        ("influence_edges", f),
+        ("uv_indices", 9),
+    ] {
+        for index in [end, u32::MAX] {
+            let words = [format!("{array}[2] is {index}, expected an index below {end}"), "damaged".into()];
+            refused(&with_element(array, 2, index.to_le_bytes()), &words.each_ref().map(String::as_str));
+        }
+    }
+    refused(&with_element("handles", 2, 4u32.to_le_bytes()), &["handles has vertex 4 twice"]);
+    let first = RIG.influence_edges[0];
+    let words = format!("influence_edges of vertex 0 has {first} after {first}, expected ascending indices");
+    refused(&with_element("influence_edges", 1, first.to_le_bytes()), &[&words]);
+    let [a, b] = RIG.strain_edges[3];
+    refused(&with_element("strain_edges", 7, a.to_le_bytes()), &["strain_edges[3] has no length"]);
+    assert_ne!(a, b);
+    refused(&with_element("triangles", 0, 24u32.to_le_bytes()), &["triangles is not made from the faces"]);
+    for corners in [0, 2] {
+        let words = [format!("face_counts[4] is {corners}, expected at least 3")];
+        refused(&with_element("face_counts", 4, u32::to_le_bytes(corners)), &[&words[0]]);
+    }
+    for corners in [3, 5, u32::MAX] {
+        refused(&with_element("face_counts", 4, corners.to_le_bytes()), &["face_indices has 64 elements"]);
+    }
+}
+
+#[test]
+fn numbers_that_are_none() {
+    for array in
+        ["rest", "basis", "influence_weights", "pose_features", "rbf_weights", "uvs", "example_handles"]
+    {
+        for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let words = [format!("{array}[3] is {number}, expected a finite number")];
+            refused(&with_element(array, 3, number.to_le_bytes()), &[&words[0]]);
+        }
+    }
+    for weight in [-0.25f32, 1.5] {
+        let words = [format!("influence_weights[3] is {weight}, expected 0 to 1")];
+        refused(&with_element("influence_weights", 3, weight.to_le_bytes()), &[&words[0]]);
+    }
+}
+
+/// Sizes that would overflow, or that no memory could hold.
+#[test]
+fn sizes_that_lie() {
+    for length in [u64::MAX, u64::MAX - 7, 1 << 62, 100_000_000, 100_000_001, BYTES.len() as u64 - 7] {
+        refused(&[&length.to_le_bytes(), &BYTES[8..]].concat(), &["no whole safetensors file"]);
+    }
+    let (header, _) = parse(&BYTES);
+    let arrays: Vec<&String> = header.as_object().unwrap().keys().filter(|k| *k != "__metadata__").collect();
+    for name in &arrays {
+        let last = header[name]["shape"].as_array().unwrap().len() - 1;
+        for extent in [u64::MAX, 1 << 62, (1 << 62) + 1, 1 << 40, 1 << 32] {
+            refused(&with_header(|h| h[name]["shape"][0] = extent.into()), &["no whole safetensors file"]);
+            refused(&with_header(|h| h[name]["shape"][last] = extent.into()), &["no whole safetensors file"]);
+        }
+        for offsets in
+            [json!([0, u64::MAX]), json!([u64::MAX, 0]), json!([8, 4]), json!([1u64 << 40, 1u64 << 41])]
+        {
+            refused(&with_header(|h| h[name]["data_offsets"] = offsets), &["no whole safetensors file"]);
+        }
+    }
+    // Every array empty, with extents whose product would overflow if it were taken without the zero.
+    for extent in [0u64, 1 << 20, 1 << 40, u64::MAX] {
+        let bytes = {
+            let (mut header, _) = parse(&BYTES);
+            for name in &arrays {
+                let shape = header[*name]["shape"].as_array_mut().unwrap();
+                shape.fill(extent.into());
+                shape[0] = 0.into();
+                header[*name]["data_offsets"] = json!([0, 0]);
+            }
+            assemble(&header, &[])
+        };
+        refused(&bytes, &[]);
+    }
+    // No vertices in the shape's first extent, but as many handles as can be counted.
+    let mut header = json!({"__metadata__": header["__metadata__"]});
+    header["rest"] = json!({"dtype": "F32", "shape": [1u64 << 62, 0], "data_offsets": [0, 0]});
+    refused(&assemble(&header, &[]), &["`rest`", "expected F32 [any, 3]"]);
+}
+
+/// Reads damaged bytes: refused as input, or a rig that holds what [`Rig::check`] promises.
+fn survives(bytes: &[u8]) -> Result<(), TestCaseError> {
+    match rig_file::decode(bytes, "face.safetensors") {
+        Ok(rig) => {
+            rig.check().map_err(|e| TestCaseError::fail(e.to_string()))?;
+            let bytes = rig_file::encode(&rig).map_err(|e| TestCaseError::fail(e.to_string()))?;
+            prop_assert_eq!(rig_file::decode(&bytes, "again").unwrap(), rig);
+        }
+        Err(Error::Input(message)) => prop_assert!(message.starts_with("face.safetensors: "), "{message}"),
+        Err(other) => prop_assert!(false, "{other:?}"),
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
+    #[test]
+    fn damaged_bytes(flips in prop::collection::vec((any::<prop::sample::Index>(), 1u8..), 1..9)) {
+        let mut bytes = BYTES.clone();
+        for (at, mask) in flips {
+            bytes[at.index(BYTES.len())] ^= mask;
+        }
+        survives(&bytes)?;
+    }
+
+    /// Damage where it hurts most: behind a header that is whole.
+    #[test]
+    fn damaged_arrays(words in prop::collection::vec((any::<prop::sample::Index>(), 0u32..30), 1..4)) {
+        let (header, arrays) = parse(&BYTES);
+        let mut arrays = arrays.to_vec();
+        for (at, word) in words {
+            let start = 4 * at.index(arrays.len() / 4);
+            arrays[start..][..4].copy_from_slice(&word.to_le_bytes());
+        }
+        survives(&assemble(&header, &arrays))?;
+    }
+
+    #[test]
+    fn garbage(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        refused(&bytes, &[]);
+    }
+}

@@ -1,0 +1,94 @@
+//! The report of a clean-up: what it found in a raw take and did to it, as a page that needs nothing else and as JSON.
+//! `docs/report.md` says what is on it.
+//!
+//! ```no_run
+//! # fn main() -> rhytid_core::Result<()> {
+//! # let (raw, rig) = (rhytid_core::RawTake::default(), rhytid_core::rig_file::read("face.safetensors".as_ref())?);
+//! use rhytid_capture::{Cleaned, Settings, Target, clean};
+//!
+//! let Cleaned { take, report, .. } = clean(raw, &Target::of(&rig), &Settings::default(), &rhytid_core::NoProgress)?;
+//! // The folder `report` with report.html and report.json.
+//! rhytid_report::write("report".as_ref(), "session.c3d", &report, &take, &rig)?;
+//! # Ok(())
+//! # }
+//! ```
+#![forbid(unsafe_code)]
+
+mod camera;
+mod curve;
+mod events;
+mod page;
+mod picture;
+mod plots;
+mod raster;
+mod strain;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod timeline;
+
+use rhytid_capture::Report;
+use rhytid_core::{Error, Result, Rig, Take, WriteBeside};
+use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+use strain::Strains;
+use summary::Summary;
+
+/// `report.json`: the keys of [`Report`], and what the page adds to them.
+#[derive(Serialize)]
+struct Document<'a> {
+    title: &'a str,
+    summary: &'a Summary,
+    strains: &'a [strain::Edge],
+    #[serde(flatten)]
+    report: &'a Report,
+}
+
+/// Writes `report.html` and `report.json` to the folder `dir`, which is made if it is not there. `title` names the take;
+/// `take` is what the clean-up made of it, at any rate.
+///
+/// # Errors
+/// [`Error::Io`] if a file cannot be written; [`Error::Internal`] if report, take and rig do not belong together.
+pub fn write(dir: &Path, title: &str, report: &Report, take: &Take, rig: &Rig) -> Result<()> {
+    check(report, rig)?;
+    let strains = Strains::new(take, rig)?;
+    let summary = Summary::new(report, take);
+    let page = page::page(title, &summary, &strains, report, take, rig)?;
+    let document = Document { title, summary: &summary, strains: &strains.edges, report };
+    let json =
+        serde_json::to_string(&document).map_err(|e| Error::Internal(format!("the report as JSON: {e}")))?;
+
+    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
+    for (name, text) in [("report.html", page), ("report.json", json)] {
+        let mut file = WriteBeside::create(&dir.join(name))?;
+        let written = file.write_all(text.as_bytes()).and_then(|()| file.write_all(b"\n"));
+        written.map_err(file.error())?;
+        file.finish()?;
+    }
+    Ok(())
+}
+
+/// Whether the report's frames have times, and every index in it is within what it counts.
+fn check(report: &Report, rig: &Rig) -> Result<()> {
+    let handles = rig.labels.len();
+    let markers = |event: &rhytid_capture::Event| event.marker.into_iter().chain(event.other);
+    let fault = if !(report.rate.is_finite() && report.rate > 0.0 && report.start.is_finite()) {
+        "its frames have no times"
+    } else if report.labels != rig.labels {
+        "its labels are not the rig's"
+    } else if report.setup.markers.len() != handles || report.setup.offsets_mm.len() != handles {
+        "its set-up has not one entry a handle"
+    } else if report.events.iter().any(|event| markers(event).any(|marker| marker >= handles)) {
+        "an event is of no handle"
+    } else if report
+        .events
+        .iter()
+        .any(|e| e.first.checked_add(e.frames).is_none_or(|end| end > report.frames))
+    {
+        "an event ends after the take"
+    } else {
+        return Ok(());
+    };
+    Err(Error::Internal(format!("the report of the clean-up: {fault}")))
+}

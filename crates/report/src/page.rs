@@ -1,0 +1,254 @@
+//! The page: one file that needs nothing else.
+
+use crate::strain::{Edge, Strains};
+use crate::summary::{Spread, Summary};
+use crate::{events, picture, plots, timeline};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use rhytid_capture::{Kind, Report};
+use rhytid_core::human;
+use rhytid_core::{Result, Rig, Take};
+
+/// Edges whose strain is plotted.
+const EDGES: usize = 6;
+
+/// The report as HTML.
+///
+/// # Errors
+/// [`rhytid_core::Error::Internal`] from the plots and the picture.
+pub fn page(
+    title: &str,
+    summary: &Summary,
+    strains: &Strains,
+    report: &Report,
+    take: &Take,
+    rig: &Rig,
+) -> Result<String> {
+    let plots = plots(summary, strains, report)?;
+    let views = picture::views(report, strains, take, rig)?;
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body {
+                header {
+                    h1 { (title) }
+                    p { "on " b { (rig.name) } ", as " code { "rhytid prepare" } " made it clean" }
+                }
+                main {
+                    (overview(summary, report))
+                    section {
+                        h2 { "Markers over time" }
+                        (timeline::legend(summary))
+                        (timeline::timeline(report))
+                    }
+                    (plots)
+                    section {
+                        h2 { "On the rest mesh" }
+                        (picture_key(strains))
+                        (views)
+                    }
+                    section { h2 { "What was changed" } (events::events(report)) }
+                    section { h2 { "Which marker is which" } (events::mapping(report)) }
+                }
+            }
+        }
+    };
+    Ok(markup.into_string())
+}
+
+fn overview(summary: &Summary, report: &Report) -> Markup {
+    html! {
+        section.overview {
+            (shares(summary))
+            @if !report.warnings.is_empty() {
+                ul.warnings { @for warning in &report.warnings { li { (warning) } } }
+            }
+            dl { @for (name, value) in facts(summary, report) { div { dt { (name) } dd { (value) } } } }
+        }
+    }
+}
+
+/// How much of the take is measured, as a bar and in numbers.
+fn shares(summary: &Summary) -> Markup {
+    let states = &summary.states;
+    let named = [
+        ("measured", states.measured),
+        ("filled", states.filled),
+        ("corrected", states.corrected),
+        ("lost", states.lost),
+    ];
+    let percent = |n: usize| 100.0 * n as f64 / summary.samples.max(1) as f64;
+    html! {
+        div.shares aria-hidden="true" {
+            @for (name, n) in named.iter().filter(|(_, n)| *n > 0) {
+                span class=(name) style={ "flex-grow:" (format!("{:.3}", percent(*n))) } {}
+            }
+        }
+        p.states {
+            @for (name, n) in named {
+                span class=(name) title={ (human::count(n)) " of " (human::counted(summary.samples, "sample")) } {
+                    b { (share(n, percent(n))) } " " (name)
+                }
+            }
+        }
+    }
+}
+
+/// A share in per cent, which is 0 or 100 only where it is exactly that.
+fn share(n: usize, percent: f64) -> String {
+    match percent {
+        p if n > 0 && p < 0.01 => "< 0.01 %".to_owned(),
+        p if (99.99..100.0).contains(&p) => "> 99.99 %".to_owned(),
+        p => format!("{} %", human::number((p * 100.0).round() / 100.0)),
+    }
+}
+
+fn facts(summary: &Summary, report: &Report) -> Vec<(&'static str, String)> {
+    let found = &report.setup;
+    let rate = human::number(report.rate);
+    let clean_rate = human::number(summary.clean_rate);
+    let guess = |is: bool| if is { " (guessed)" } else { "" };
+    let mm = |spread: Option<Spread>| {
+        spread.map_or("–".to_owned(), |s| format!("{:.2} mm RMS, {:.2} mm at most", s.rms, s.max))
+    };
+    let neutral = match &found.neutral {
+        range if range.is_empty() => "none".to_owned(),
+        range => {
+            let seconds = report.start + range.start as f64 / report.rate;
+            let how = if found.neutral_is_found { "found" } else { "given" };
+            format!("frames {} to {}, from {seconds:.2} s ({how})", range.start, range.end - 1)
+        }
+    };
+    let space = found.in_head_space;
+    let mut facts = vec![
+        (
+            "Take",
+            format!("{}, {} at {rate} Hz", duration(summary.seconds), human::counted(report.frames, "frame")),
+        ),
+        ("Markers", format!("{} of {}", summary.markers, human::counted(summary.handles, "handle"))),
+        (
+            "Corrected",
+            format!(
+                "{}, {}",
+                human::counted(summary.count(Kind::Swap), "label swap"),
+                human::counted(summary.count(Kind::Outlier), "outlier")
+            ),
+        ),
+        (
+            "Filled",
+            format!(
+                "{}, {} by the model, {} before",
+                human::counted(summary.count(Kind::Spline), "short gap"),
+                human::count(summary.count(Kind::Model)),
+                human::count(summary.count(Kind::FilledBefore))
+            ),
+        ),
+        (
+            "Lost",
+            format!(
+                "{}, {} never seen",
+                human::counted(summary.count(Kind::Lost), "long gap"),
+                human::counted(summary.count(Kind::NeverSeen), "marker")
+            ),
+        ),
+        ("Unit", format!("{}{}", human::unit(found.metres_per_unit), guess(found.unit_is_guessed))),
+        ("Mesh’s x, y, z", format!("{}{}", found.axes.replace('-', "−"), guess(found.axes_are_guessed))),
+        ("Actor’s size", format!("{:.2} % of the rig’s", 100.0 * found.scale)),
+        ("Neutral", neutral),
+        ("Head fit", if space { "in head space already".to_owned() } else { mm(summary.head_residual_mm) }),
+        ("Offsets at neutral", mm(summary.offset_mm)),
+        ("Noise", format!("{:.3} mm RMS", report.noise_mm)),
+        (
+            "Low-pass",
+            report.low_pass_hz.map_or("not filtered".to_owned(), |hz| format!("{} Hz", human::number(hz))),
+        ),
+    ];
+    if summary.clean_frames != report.frames || clean_rate != rate {
+        let resampled = format!("{} at {clean_rate} Hz", human::counted(summary.clean_frames, "frame"));
+        facts.insert(1, ("Resampled to", resampled));
+    }
+    facts
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{s:.2} s"),
+        s => format!("{} min {:04.1} s", (s / 60.0).floor(), s % 60.0),
+    }
+}
+
+fn plots(summary: &Summary, strains: &Strains, report: &Report) -> Result<Markup> {
+    let head = plots::head(report)?;
+    let offsets = plots::offsets(report)?;
+    let worst = &strains.edges[..strains.edges.len().min(EDGES)];
+    let worst: Vec<(&Edge, String)> =
+        worst.iter().map(|edge| Ok((edge, plots::strain(strains, edge, worst)?))).collect::<Result<_>>()?;
+    Ok(html! {
+        section {
+            h2 { "Fit of the head" }
+            @match (&head, summary.head_residual_mm) {
+                (Some(svg), Some(spread)) => {
+                    p { "How far the markers are from where the head’s motion puts them: RMS in each frame, at most "
+                        (format!("{:.2}", spread.max)) " mm." }
+                    (plot(svg, "residual of the head fit in millimetres over time"))
+                }
+                _ => p { "The head’s motion was not fitted." }
+            }
+        }
+        section {
+            h2 { "Alignment with the rig" }
+            @match &offsets {
+                Some(svg) => {
+                    p { "How far each marker was from its handle at neutral, before this offset was taken out. Neighbours "
+                        "that stand out together are worn elsewhere than the handle table says; one alone may be mislabelled." }
+                    (plot(svg, "offset of each marker in millimetres, largest first"))
+                }
+                None => p { "No offset was measured." }
+            }
+        }
+        section {
+            h2 { "Largest strains" }
+            @if worst.is_empty() {
+                p { "The rig has no strain edges." }
+            } @else {
+                p { "Change of length of the " (human::counted(worst.len(), "edge")) " with the largest strain, as a share of the length at rest. "
+                    span.shaded { "Shaded" } " where one of its markers was filled, corrected or lost." }
+                @for (edge, svg) in &worst {
+                    figure {
+                        figcaption {
+                            b { (edge.a) } " – " b { (edge.b) } ": "
+                            (percent(edge.peak())) " at " (format!("{:.2} s", edge.time))
+                        }
+                        (plot(svg, "strain in per cent over time"))
+                    }
+                }
+            }
+        }
+    })
+}
+
+fn plot(svg: &str, label: &str) -> Markup {
+    html! { div.plot role="img" aria-label=(label) { (PreEscaped(svg)) } }
+}
+
+fn picture_key(strains: &Strains) -> Markup {
+    html! {
+        p {
+            "Rings are the handles, dots the clean markers in the first neutral frame, so each dot belongs in its ring."
+            @if let Some(edge) = strains.edges.first() {
+                " Lines lead to where the markers are at " (format!("{:.2} s", edge.time)) ", the frame of the largest strain: "
+                (percent(edge.peak())) " between " b { (edge.a) } " and " b { (edge.b) } ", the thick line."
+            }
+        }
+    }
+}
+
+/// A strain with its sign, in per cent.
+fn percent(strain: f64) -> String {
+    format!("{:+.1} %", 100.0 * strain).replace('-', "−")
+}

@@ -1,0 +1,221 @@
+//! What became of each marker, frame by frame: a row a marker, drawn in runs.
+
+use crate::curve;
+use crate::summary::Summary;
+use maud::{Markup, PreEscaped, html};
+use rhytid_capture::{Event, Kind, Report};
+use rhytid_core::human;
+
+/// How wide and high a row's picture is, in its own units; the page stretches it.
+const WIDTH: f64 = 1000.0;
+const HEIGHT: f64 = 14.0;
+/// Runs are drawn at least this wide, so that one frame of a long take is seen.
+const LEAST: f64 = 3.0;
+/// With more events than this, runs no longer say their frames when they are pointed at.
+const EXPLAINED: usize = 10_000;
+
+/// How a kind of event is drawn. Heights tell them apart without colour: what was filled stands at the bottom, the higher the less it is
+/// to be trusted, and what was corrected hangs from the top.
+pub struct Look {
+    pub kind: Kind,
+    /// The style sheet's class.
+    class: &'static str,
+    pub name: &'static str,
+    meaning: &'static str,
+    top: f64,
+    bottom: f64,
+}
+
+/// All kinds, in the order in which they are drawn over each other.
+pub const LOOKS: [Look; 9] = [
+    look(Kind::FilledBefore, "before", "filled before", "by the capture system", 10.0, HEIGHT),
+    look(Kind::Spline, "spline", "spline", "a short gap", 7.0, HEIGHT),
+    look(Kind::Model, "model", "model", "a longer gap, filled from the other markers", 4.0, HEIGHT),
+    look(Kind::Head, "head", "head not seen", "its motion comes from the face, or is held", 4.0, HEIGHT),
+    look(Kind::Lost, "lost", "lost", "a gap past the limit: do not trust it", 0.0, HEIGHT),
+    look(Kind::NeverSeen, "never", "never seen", "the marker goes with its neighbours", 0.5, HEIGHT - 0.5),
+    look(Kind::Left, "left", "left", "a gap that was not to be filled", 0.0, HEIGHT),
+    look(Kind::Swap, "swap", "swap", "labels exchanged, undone", 0.5, 6.0),
+    look(Kind::Outlier, "outlier", "outlier", "dropped, then filled", 0.0, 6.0),
+];
+
+const fn look(
+    kind: Kind,
+    class: &'static str,
+    name: &'static str,
+    meaning: &'static str,
+    top: f64,
+    bottom: f64,
+) -> Look {
+    Look { kind, class, name, meaning, top, bottom }
+}
+
+impl Look {
+    /// How a kind is drawn.
+    pub fn of(kind: Kind) -> &'static Self {
+        LOOKS.iter().find(|look| look.kind == kind).unwrap_or(&LOOKS[0])
+    }
+
+    /// A rectangle in a row's picture.
+    fn bar(&self, from: f64, to: f64, title: Option<&str>) -> Markup {
+        html! {
+            rect class=(self.class) x=(short(from)) y=(self.top) width=(short(to - from)) height=(self.bottom - self.top) {
+                @if let Some(title) = title { title { (title) } }
+            }
+        }
+    }
+}
+
+/// The colours and what they mean, of the kinds that occur.
+pub fn legend(summary: &Summary) -> Markup {
+    html! {
+        ul.legend {
+            li { span.neutral {} b { "neutral" } ": where the face is at rest" }
+            li { (swatch(&PreEscaped(String::new()))) b { "measured" } }
+            @for look in LOOKS.iter().filter(|look| summary.count(look.kind) > 0) {
+                li { (swatch(&look.bar(1.0, 27.0, None))) b { (look.name) } ": " (look.meaning) }
+            }
+        }
+    }
+}
+
+fn swatch(content: &Markup) -> Markup {
+    html! { svg.swatch viewBox={ "0 0 28 " (HEIGHT) } aria-hidden="true" { (content) } }
+}
+
+/// The table: the head, then a row a marker in the rig's order.
+pub fn timeline(report: &Report) -> Markup {
+    let mut rows: Vec<Vec<&Event>> = vec![Vec::new(); report.labels.len()];
+    for event in &report.events {
+        for marker in event.marker.into_iter().chain(event.other) {
+            rows[marker].push(event);
+        }
+    }
+    let head: Vec<&Event> = report.events.iter().filter(|event| event.marker.is_none()).collect();
+    html! {
+        table.timeline {
+            thead { tr {
+                th scope="col" { "marker" }
+                th scope="col" { (axis(report)) }
+                th.number scope="col" { "not measured" }
+            } }
+            tbody {
+                tr.rigid { (row("head", &head, report)) }
+                @for (label, events) in report.labels.iter().zip(&rows) {
+                    tr.marker { (row(label, events, report)) }
+                }
+            }
+        }
+    }
+}
+
+fn row(label: &str, events: &[&Event], report: &Report) -> Markup {
+    let share = unmeasured(events) as f64 / report.frames.max(1) as f64;
+    html! {
+        th scope="row" title=(label) { (label) }
+        td {
+            svg viewBox={ "0 0 " (WIDTH) " " (HEIGHT) } preserveAspectRatio="none" {
+                @for look in &LOOKS {
+                    @for run in runs(events, look.kind, report) { (run.bar(look, report)) }
+                }
+            }
+        }
+        td.number { (percent(share)) }
+    }
+}
+
+/// A share in per cent; nothing where it is 0.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => String::new(),
+        small if small < 0.1 => "< 0.1 %".to_owned(),
+        percent => format!("{percent:.1} %"),
+    }
+}
+
+/// In how many frames a marker was not measured or not where it was said to be.
+fn unmeasured(events: &[&Event]) -> usize {
+    let mut spans: Vec<(usize, usize)> = events.iter().map(|e| (e.first, e.first + e.frames)).collect();
+    spans.sort_unstable();
+    let (mut frames, mut seen) = (0, 0);
+    for (first, end) in spans {
+        frames += end.saturating_sub(first.max(seen));
+        seen = seen.max(end);
+    }
+    frames
+}
+
+/// Events of one kind that are one bar, since they touch at the picture's width.
+struct Run {
+    first: usize,
+    end: usize,
+    events: usize,
+}
+
+fn runs(events: &[&Event], kind: Kind, report: &Report) -> Vec<Run> {
+    let mut spans: Vec<(usize, usize)> =
+        events.iter().filter(|e| e.kind == kind).map(|e| (e.first, e.first + e.frames)).collect();
+    spans.sort_unstable();
+    let frame = report.frames.max(1) as f64 / WIDTH;
+    let mut runs: Vec<Run> = Vec::new();
+    for (first, end) in spans {
+        match runs.last_mut() {
+            Some(run)
+                if (first as f64) < (run.end as f64).max(run.first as f64 + LEAST * frame) + 0.5 * frame =>
+            {
+                run.end = run.end.max(end);
+                run.events += 1;
+            }
+            _ => runs.push(Run { first, end, events: 1 }),
+        }
+    }
+    runs
+}
+
+impl Run {
+    fn bar(&self, look: &Look, report: &Report) -> Markup {
+        let x = |frame: usize| frame as f64 * WIDTH / report.frames.max(1) as f64;
+        let to = x(self.end).max(x(self.first) + LEAST);
+        // At the end of the take a widened bar would be cut off.
+        let from = x(self.first).min(WIDTH - LEAST);
+        let title = (report.events.len() <= EXPLAINED).then(|| self.title(look, report));
+        look.bar(from, to.min(WIDTH), title.as_deref())
+    }
+
+    fn title(&self, look: &Look, report: &Report) -> String {
+        let times = self.events;
+        let often = if times == 1 { String::new() } else { format!(", {times} times") };
+        let frames = match self.end.saturating_sub(1) {
+            last if last > self.first => format!("frames {} to {last}", self.first),
+            last => format!("frame {last}"),
+        };
+        let seconds = report.start + self.first as f64 / report.rate;
+        format!("{}{often}: {frames}, from {seconds:.3} s", look.name)
+    }
+}
+
+/// The scale of seconds above the rows, and where the neutral frames are.
+fn axis(report: &Report) -> Markup {
+    let end = report.start + report.frames as f64 / report.rate;
+    let percent = |time: f64| short(100.0 * (time - report.start) / (end - report.start));
+    let at = |frame: usize| short(100.0 * frame as f64 / report.frames.max(1) as f64);
+    let neutral = &report.setup.neutral;
+    html! {
+        div.axis {
+            @if !neutral.is_empty() {
+                span.neutral title={ "neutral: frames " (neutral.start) " to " (neutral.end - 1) }
+                    style={ "left:" (at(neutral.start)) "%;width:" (at(neutral.len())) "%" } {}
+            }
+            // At the right end there is no room for a number.
+            @for time in curve::ticks([report.start, end], 10).into_iter().filter(|time| end - time > 0.05 * (end - report.start)) {
+                span.tick style={ "left:" (percent(time)) "%" } { (human::number(time)) " s" }
+            }
+        }
+    }
+}
+
+/// A coordinate with two decimals at most.
+fn short(x: f64) -> String {
+    let text = format!("{x:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}

@@ -1,0 +1,92 @@
+//! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
+use crate::cholesky::Factor;
+use crate::dissection::{Dissection, dissect};
+use crate::laplacian::laplacian;
+use crate::system::{NONE, System};
+use rayon::prelude::*;
+use rhytid_core::{Progress, Result};
+
+/// Right-hand sides solved for by one thread at a time: enough for dense kernels, few enough to bound the memory.
+const COLUMNS_AT_ONCE: usize = 16;
+
+/// B, V×H row-major. `driven[v]` says whether vertex v is in a component with a handle; rows of other vertices
+/// are zero, rows of handles are the identity.
+///
+/// # Errors
+/// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point, [`rhytid_core::Error::Cancelled`].
+pub fn basis(
+    rest: &[[f64; 3]],
+    triangles: &[[u32; 3]],
+    handles: &[u32],
+    driven: &[bool],
+    bending_length: f64,
+    progress: &dyn Progress,
+) -> Result<Vec<f64>> {
+    let vertices = driven.len();
+    let count = handles.len();
+    let mut basis = vec![0.0; vertices * count];
+    let mut free = driven.to_vec();
+    for (h, &v) in handles.iter().enumerate() {
+        free[v as usize] = false;
+        basis[v as usize * count + h] = 1.0;
+    }
+    let free: Vec<u32> = (0..vertices as u32).filter(|&v| free[v as usize]).collect();
+
+    progress.step("assemble", 0, 1)?;
+    let system = System::new(laplacian(rest, triangles), bending_length);
+    let Dissection { order, root } = dissect(rest, system.pattern(), free);
+    let matrix = system.lower(&order);
+    progress.step("assemble", 1, 1)?;
+    let factor = Factor::new(&matrix, &root, progress)?;
+    drop((matrix, root));
+    solve_columns(&system, &factor, &order, handles, &mut basis, progress)?;
+    Ok(basis)
+}
+
+/// B_free = −A_ff⁻¹ A_fH, into the rows of `order` of the basis, V×H row-major.
+///
+/// # Errors
+/// [`rhytid_core::Error::Cancelled`].
+pub fn solve_columns(
+    system: &System,
+    factor: &Factor,
+    order: &[u32],
+    handles: &[u32],
+    basis: &mut [f64],
+    progress: &dyn Progress,
+) -> Result<()> {
+    let count = handles.len();
+    let place = system.places(order);
+    let right = system.right(order, handles);
+    // Each thread has one block of right-hand sides at a time, in memory that it used before.
+    let mut blocks = vec![Vec::new(); rayon::current_num_threads().min(count.div_ceil(COLUMNS_AT_ONCE))];
+    let at_once = blocks.len() * COLUMNS_AT_ONCE;
+    for first in (0..count).step_by(at_once.max(1)) {
+        progress.step("basis", first as u64, count as u64)?;
+        let end = count.min(first + at_once);
+        let width = |block: usize| COLUMNS_AT_ONCE.min(end - first - block * COLUMNS_AT_ONCE);
+        blocks.truncate((end - first).div_ceil(COLUMNS_AT_ONCE));
+        blocks.par_iter_mut().enumerate().for_each(|(block, x)| {
+            let k = width(block);
+            x.clear();
+            x.resize(order.len() * k, 0.0);
+            for j in 0..k {
+                let (rows, values) = right.column(first + block * COLUMNS_AT_ONCE + j);
+                for (&row, &value) in rows.iter().zip(values) {
+                    x[row as usize * k + j] = value;
+                }
+            }
+            factor.solve(x, k);
+        });
+        let rows = basis.par_chunks_mut(count).zip(&place).filter(|(_, place)| **place != NONE);
+        rows.for_each(|(row, &place)| {
+            for (block, (x, row)) in
+                blocks.iter().zip(row[first..end].chunks_mut(COLUMNS_AT_ONCE)).enumerate()
+            {
+                let k = width(block);
+                row.copy_from_slice(&x[place as usize * k..][..k]);
+            }
+        });
+    }
+    progress.step("basis", count as u64, count as u64)
+}

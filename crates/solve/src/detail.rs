@@ -1,0 +1,69 @@
+//! Section 6: what the large scale leaves of the examples.
+use crate::Topology;
+use glam::DVec3;
+use rayon::prelude::*;
+use rhytid_core::{Example, Progress, Result, Rig};
+use rhytid_kernels::{fine_scale, large_scale, normals, strain, vec3};
+
+/// Vertices that one thread moves at a time.
+const VERTICES_AT_ONCE: usize = 4096;
+
+/// The features of the centres (N×F, the rest pose first) and the detail of the examples (P×V×3 in mesh units,
+/// components along t, b, n of the frames on the large-scale result).
+///
+/// `rig` needs everything up to its influences. The detail is zero where `moves` says that a vertex does not.
+///
+/// # Errors
+/// [`rhytid_core::Error::Cancelled`].
+pub fn features_and_detail(
+    rig: &Rig<f64>,
+    rest_lengths: &[f64],
+    topology: &Topology,
+    examples: &[Example],
+    moves: impl Fn(usize) -> bool + Sync,
+    progress: &dyn Progress,
+) -> Result<(Vec<f64>, Vec<[f64; 3]>)> {
+    let (vertices, edges) = (rig.vertices(), rig.strain_edges.len());
+    let mut features = vec![0.0; (examples.len() + 1) * edges];
+    let mut detail = vec![[0.0; 3]; examples.len() * vertices];
+    let at_handles = |positions: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        rig.handles.iter().map(|&v| positions[v as usize]).collect()
+    };
+    let handle_rest = at_handles(&rig.rest);
+    for (j, example) in examples.iter().enumerate() {
+        progress.step("detail", j as u64, examples.len() as u64)?;
+        let handle_positions = at_handles(&example.positions);
+        strain::strain(
+            strain::Params { frames: 1, handles: rig.handles.len() as u32, strain_edges: edges as u32 },
+            &handle_positions,
+            &handle_rest,
+            &rig.strain_edges,
+            rest_lengths,
+            &mut features[(j + 1) * edges..][..edges],
+        );
+        let smooth = smooth(rig, &handle_rest, &handle_positions);
+        detail[j * vertices..][..vertices].par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(
+            |(v, d)| {
+                let n = normals::vertex_normal(&smooth, &rig.triangles, topology.vertex_triangles.at(v));
+                let to_neighbor = vec3::sub(smooth[rig.frame_neighbors[v] as usize], smooth[v]);
+                let frame = fine_scale::local_frame(to_neighbor, n);
+                let left = DVec3::from_array(vec3::sub(example.positions[v], smooth[v]));
+                *d = frame.map(|axis| DVec3::from_array(axis).dot(left));
+            },
+        );
+    }
+    progress.step("detail", examples.len() as u64, examples.len() as u64)?;
+    Ok((features, detail))
+}
+
+/// The large-scale positions of all vertices.
+fn smooth(rig: &Rig<f64>, handle_rest: &[[f64; 3]], handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let handles = rig.handles.len();
+    let mut smooth = vec![[0.0; 3]; rig.vertices()];
+    let parts = smooth.par_chunks_mut(VERTICES_AT_ONCE).zip(rig.rest.par_chunks(VERTICES_AT_ONCE));
+    parts.zip(rig.basis.par_chunks(VERTICES_AT_ONCE * handles)).for_each(|((smooth, rest), basis)| {
+        let params = large_scale::Params::whole(1, rest.len(), handles);
+        large_scale::large_scale(params, rest, basis, handle_rest, handle_positions, smooth);
+    });
+    smooth
+}

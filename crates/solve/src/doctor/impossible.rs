@@ -1,0 +1,140 @@
+//! What makes a solve impossible.
+use super::{Report, Severity, count, first_few};
+use crate::triangulate::{is_degenerate, triangulate};
+use glam::DVec3;
+use rhytid_core::{Face, StrainEdges};
+use std::collections::HashMap;
+
+pub(super) fn examine(face: &Face, report: &mut Report) {
+    let mut error = |code: &'static str, message: String| report.add(Severity::Error, code, message);
+    let mesh = &face.neutral;
+    let vertices = mesh.positions.len();
+    if mesh.faces.is_empty() || vertices == 0 {
+        return error(
+            "no-faces",
+            "the neutral mesh has no faces; export it as a surface, not as points".into(),
+        );
+    }
+    if let Some(v) = not_finite(&mesh.positions) {
+        return error(
+            "not-finite",
+            format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", mesh.positions[v]),
+        );
+    }
+    if let Some(fault) = mesh.faces.fault(vertices) {
+        return error("faces", format!("the neutral mesh: {fault}"));
+    }
+    // The rig carries the texture coordinates along.
+    if let Some(fault) = mesh.uvs.as_ref().and_then(|uvs| uvs.fault(vertices, &mesh.faces)) {
+        error("uvs", format!("the neutral mesh: {fault}"));
+    }
+    let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
+    if triangulate(mesh).iter().all(|t| is_degenerate(t.map(position))) {
+        error("no-area", "no triangle of the neutral mesh has an area; check its coordinates".into());
+    }
+
+    let handles = &face.handles;
+    if handles.vertices.is_empty() {
+        error("no-handles", "the face has no handles; list at least one label and vertex".into());
+    }
+    if handles.labels.len() != handles.vertices.len() {
+        return error(
+            "handles",
+            format!(
+                "the handles have {} labels and {} vertices; each needs one of both",
+                handles.labels.len(),
+                handles.vertices.len()
+            ),
+        );
+    }
+    let mut by_label = HashMap::new();
+    let mut by_vertex = HashMap::new();
+    for (label, &v) in handles.labels.iter().zip(&handles.vertices) {
+        if v as usize >= vertices {
+            error(
+                "handle-out-of-range",
+                format!(
+                    "handle {label} is vertex {v}, expected 0 to {}; vertices count from 0",
+                    vertices - 1
+                ),
+            );
+        }
+        if by_label.insert(label, v).is_some() {
+            error("duplicate-handle", format!("handle {label} is listed twice; each label is one marker"));
+        }
+        // A label that is listed twice with its vertex was named just now.
+        if let Some(other) = by_vertex.insert(v, label)
+            && other != label
+        {
+            error(
+                "duplicate-handle",
+                format!("handles {other} and {label} are both vertex {v}; each needs a vertex of its own"),
+            );
+        }
+    }
+    for example in &face.examples {
+        if example.positions.len() != vertices {
+            error(
+                "example",
+                format!(
+                    "example {} has {} vertices where the neutral mesh has {vertices}; every mesh needs the same \
+                     vertices in the same order",
+                    example.name,
+                    example.positions.len()
+                ),
+            );
+        } else if let Some(v) = not_finite(&example.positions) {
+            error(
+                "not-finite",
+                format!(
+                    "vertex {v} of example {} is at {:?}, expected finite numbers",
+                    example.name, example.positions[v]
+                ),
+            );
+        }
+    }
+
+    let settings = &face.settings;
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    if let Some(length) = settings.bending_length.filter(|l| !positive(*l)) {
+        error("settings", format!("bending_length is {length}, expected a length above 0 in mesh units"));
+    }
+    if settings.max_influences == 0 {
+        error("settings", "max_influences is 0, expected at least 1".into());
+    }
+    if !positive(face.metres_per_unit) {
+        error("settings", format!("a unit is {} metres, expected a number above 0", face.metres_per_unit));
+    }
+    if let StrainEdges::Given(edges) = &settings.strain_edges {
+        let h = handles.vertices.len();
+        if let Some(i) = edges.iter().position(|e| e.iter().any(|&end| end as usize >= h)) {
+            let [a, b] = edges[i];
+            return error(
+                "strain-edges",
+                format!(
+                    "strain edge {i} joins the handles {a} and {b}, expected two of the {h}, counted from 0"
+                ),
+            );
+        }
+        let at = |i: u32| mesh.positions.get(handles.vertices[i as usize] as usize);
+        let flat: Vec<String> = edges
+            .iter()
+            .filter(|&&[a, b]| at(a).is_some() && at(a) == at(b))
+            .map(|&[a, b]| format!("{}–{}", handles.labels[a as usize], handles.labels[b as usize]))
+            .collect();
+        if !flat.is_empty() {
+            error(
+                "strain-edges",
+                format!(
+                    "{} no length at rest: {}; leave out what joins a place to itself",
+                    count(flat.len(), "strain edge has", "strain edges have"),
+                    first_few(&flat)
+                ),
+            );
+        }
+    }
+}
+
+fn not_finite(positions: &[[f64; 3]]) -> Option<usize> {
+    positions.iter().position(|p| p.iter().any(|c| !c.is_finite()))
+}

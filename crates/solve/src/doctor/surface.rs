@@ -1,0 +1,211 @@
+//! What is wrong with the neutral mesh as a surface.
+use super::{Report, Severity, count, first_few};
+use crate::driven::DrivenComponents;
+use crate::triangulate::{is_degenerate, triangulate};
+use glam::DVec3;
+use rhytid_core::{Bind, Face};
+use std::collections::{HashMap, HashSet};
+
+pub(super) fn examine(face: &Face, report: &mut Report) {
+    let mesh = &face.neutral;
+    let triangles = triangulate(mesh);
+    let face_of: Vec<usize> =
+        (0..).zip(&mesh.faces.counts).flat_map(|(f, &n)| vec![f; n as usize - 2]).collect();
+    // Faces are numbered from 1, as modelling programs and editors of OBJ files do.
+    let named = |ts: &[usize]| {
+        let mut faces: Vec<usize> = ts.iter().map(|&t| face_of[t] + 1).collect();
+        faces.dedup();
+        format!("{} {}", if faces.len() == 1 { "face" } else { "faces" }, first_few(&faces))
+    };
+    let components = DrivenComponents::new(&mesh.positions, &triangles, &face.handles.vertices);
+
+    undriven(face, &components, report);
+
+    let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
+    let degenerate: Vec<usize> =
+        (0..triangles.len()).filter(|&t| is_degenerate(triangles[t].map(position))).collect();
+    if !degenerate.is_empty() {
+        report.add(
+            Severity::Warning,
+            "degenerate-triangles",
+            format!(
+                "{} no area, in {}; the skin is not held together there: mend or remove it if that shows",
+                count(degenerate.len(), "triangle has", "triangles have"),
+                named(&degenerate)
+            ),
+        );
+    }
+
+    let mut seen = HashSet::new();
+    let duplicate: Vec<usize> = (0..triangles.len())
+        .filter(|&t| {
+            let mut sorted = triangles[t];
+            sorted.sort_unstable();
+            !seen.insert(sorted)
+        })
+        .collect();
+    if !duplicate.is_empty() {
+        report.add(
+            Severity::Warning,
+            "duplicate-triangles",
+            format!(
+                "{} another one with the same three vertices, in {}; the skin is stiffer there: remove doubled \
+                 faces",
+                count(duplicate.len(), "triangle repeats", "triangles repeat"),
+                named(&duplicate)
+            ),
+        );
+    }
+
+    // What was named already is left out, so that it is not blamed twice.
+    let left_out: HashSet<usize> = degenerate.into_iter().chain(duplicate).collect();
+    let uses = edge_uses((0..triangles.len()).filter(|t| !left_out.contains(t)).map(|t| triangles[t]));
+    edges(&uses, report);
+    seams(face, &components, &uses, report);
+}
+
+fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
+    let mesh = &face.neutral;
+    let mut used = vec![false; mesh.positions.len()];
+    mesh.faces.indices.iter().for_each(|&v| used[v as usize] = true);
+    let isolated: Vec<usize> = (0..used.len()).filter(|&v| !used[v]).collect();
+    if !isolated.is_empty() {
+        let handles = &face.handles;
+        let stray: Vec<&String> = handles
+            .labels
+            .iter()
+            .zip(&handles.vertices)
+            .filter(|(_, v)| !used[**v as usize])
+            .map(|(label, _)| label)
+            .collect();
+        let (severity, then) = if stray.is_empty() {
+            (Severity::Note, "they are kept, but nothing shows of them".to_owned())
+        } else {
+            let named = first_few(&stray);
+            (
+                Severity::Warning,
+                format!("handles among them have no skin to pull ({named}): check their vertices"),
+            )
+        };
+        report.add(
+            severity,
+            "isolated-vertices",
+            format!(
+                "{} to no face: {}; {then}",
+                count(isolated.len(), "vertex belongs", "vertices belong"),
+                first_few(&isolated)
+            ),
+        );
+    }
+
+    let mut size: HashMap<u32, (usize, usize)> = HashMap::new();
+    for (v, &c) in components.component.iter().enumerate() {
+        if !components.driven[v] && used[v] {
+            size.entry(c).or_insert((0, v)).0 += 1;
+        }
+    }
+    let mut undriven: Vec<(usize, usize)> = size.into_values().collect();
+    undriven.sort_by_key(|&(n, v)| (std::cmp::Reverse(n), v));
+    if !undriven.is_empty() {
+        let total: usize = undriven.iter().map(|c| c.0).sum();
+        let listed: Vec<String> = undriven.iter().map(|(n, v)| format!("{n} with vertex {v}")).collect();
+        let (severity, fate) = match face.settings.bind {
+            Bind::Rigid => {
+                (Severity::Warning, "does not move (bind = \"nearest\" would let it follow the skin)")
+            }
+            Bind::Nearest => (Severity::Note, "follows the closest point of the skin (bind = \"nearest\")"),
+        };
+        report.add(
+            severity,
+            "components-without-handles",
+            format!(
+                "{}, {total} of the {} vertices ({}); what has no handle {fate}",
+                count(
+                    undriven.len(),
+                    "connected component has no handle",
+                    "connected components have no handle"
+                ),
+                mesh.positions.len(),
+                first_few(&listed)
+            ),
+        );
+    }
+}
+
+/// For each edge (lower vertex first), how many triangles run along it upwards and downwards.
+type EdgeUses = HashMap<(u32, u32), [u32; 2]>;
+
+fn edge_uses(triangles: impl Iterator<Item = [u32; 3]>) -> EdgeUses {
+    let mut uses = EdgeUses::new();
+    for [a, b, c] in triangles {
+        for (i, j) in [(a, b), (b, c), (c, a)] {
+            uses.entry((i.min(j), i.max(j))).or_default()[usize::from(i > j)] += 1;
+        }
+    }
+    uses
+}
+
+fn edges(uses: &EdgeUses, report: &mut Report) {
+    let select = |bad: fn(&[u32; 2]) -> bool| {
+        let mut edges: Vec<(u32, u32)> = uses.iter().filter(|(_, n)| bad(n)).map(|(e, _)| *e).collect();
+        edges.sort_unstable();
+        let named: Vec<String> = edges.iter().map(|(a, b)| format!("{a}–{b}")).collect();
+        (!edges.is_empty()).then(|| (edges.len(), first_few(&named)))
+    };
+    if let Some((n, named)) = select(|[up, down]| up + down > 2) {
+        report.add(
+            Severity::Warning,
+            "non-manifold-edges",
+            format!(
+                "{} more than two triangles, between vertices {named}; the skin is stiffer there and its normals \
+                 are a mixture: separate the sheets",
+                count(n, "edge has", "edges have")
+            ),
+        );
+    }
+    if let Some((n, named)) = select(|[up, down]| up + down == 2 && up != down) {
+        report.add(
+            Severity::Warning,
+            "inconsistent-orientation",
+            format!(
+                "{} triangles that face opposite ways, between vertices {named}; their normals cancel there: \
+                 recalculate the mesh's normals to the outside",
+                count(n, "edge joins", "edges join")
+            ),
+        );
+    }
+}
+
+/// Boundary vertices that coincide are usually one vertex, split at a texture seam by the file format. Where no
+/// handle drives them they stay together all the same.
+fn seams(face: &Face, components: &DrivenComponents, uses: &EdgeUses, report: &mut Report) {
+    let mut boundary: Vec<u32> =
+        uses.iter().filter(|(_, [up, down])| up + down == 1).flat_map(|(&(a, b), _)| [a, b]).collect();
+    boundary.sort_unstable();
+    boundary.dedup();
+    let mut at: HashMap<[u64; 3], Vec<u32>> = HashMap::new();
+    for v in boundary {
+        // Adding zero makes −0 and 0 the same.
+        let key = face.neutral.positions[v as usize].map(|c| (c + 0.0).to_bits());
+        at.entry(key).or_default().push(v);
+    }
+    let mut split: Vec<(u32, u32)> = at
+        .into_values()
+        .filter(|same| same.iter().any(|&v| components.driven[v as usize]))
+        .flat_map(|same| same[1..].iter().map(|&v| (v, same[0])).collect::<Vec<_>>())
+        .collect();
+    split.sort_unstable();
+    if !split.is_empty() {
+        let named: Vec<String> = split.iter().map(|(v, first)| format!("{v} on {first}")).collect();
+        report.add(
+            Severity::Warning,
+            "coincident-boundary-vertices",
+            format!(
+                "{} exactly on another one: {}; if they are one point of the skin (glTF splits vertices at texture \
+                 seams), the surface is cut open there: merge them, or export as OBJ",
+                count(split.len(), "boundary vertex lies", "boundary vertices lie"),
+                first_few(&named)
+            ),
+        );
+    }
+}

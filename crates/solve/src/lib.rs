@@ -1,0 +1,189 @@
+//! The solve: from scans to a [`Rig`], sections 1 to 7 of the method (`docs/method.md`), one step a file, all in float64;
+//! and the doctor ([`examine`]), who says what would hurt it. A program that only plays rigs does not need this crate.
+//!
+//! ```
+//! use rhytid_core::{Face, Faces, Handles, Mesh, NoProgress, Settings, UpAxis};
+//!
+//! // A sheet of 3 × 3 vertices in four quads, held at its corners.
+//! let mut faces = Faces::default();
+//! for [a, b, c, d] in [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]] {
+//!     faces.push(&[a, b, c, d]);
+//! }
+//! let positions = (0..9).map(|v| [f64::from(v % 3), f64::from(v / 3), 0.0]).collect();
+//! let face = Face {
+//!     name: "sheet".into(),
+//!     neutral: Mesh { positions, faces, ..Mesh::default() },
+//!     metres_per_unit: 0.01,
+//!     up_axis: UpAxis::Y,
+//!     handles: Handles { labels: ["a", "b", "c", "d"].map(String::from).to_vec(), vertices: vec![0, 2, 6, 8] },
+//!     examples: Vec::new(),
+//!     settings: Settings::default(),
+//! };
+//! assert!(rhytid_solve::examine(&face).findings.iter().all(|finding| finding.severity < rhytid_solve::Severity::Error));
+//! let rig = rhytid_solve::solve(&face, &NoProgress)?;
+//! // The middle moves by the mean of the four corners.
+//! let middle = &rig.basis[4 * 4..][..4];
+//! assert!(middle.iter().all(|weight| (weight - 0.25).abs() < 1e-9));
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod basis;
+mod bind;
+mod cholesky;
+mod detail;
+mod dissection;
+mod doctor;
+mod driven;
+pub mod geodesic;
+pub mod influences;
+pub mod laplacian;
+mod rbf;
+mod sparse;
+mod system;
+pub mod tangent_frames;
+mod topology;
+mod triangulate;
+
+pub use doctor::{Finding, Report, Severity, examine};
+pub use topology::Topology;
+pub use triangulate::triangulate;
+
+/// What the benchmark and the tests of the large-scale system take apart. No promise is made for it.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::basis::{basis, solve_columns};
+    pub use crate::cholesky::Factor;
+    pub use crate::dissection::{Dissection, Graph, Part, dissect};
+    pub use crate::driven::DrivenComponents;
+    pub use crate::sparse::Columns;
+    pub use crate::system::System;
+}
+
+use driven::DrivenComponents;
+use rhytid_core::{Bind, Error, Face, Progress, Result, Rig, StrainEdges};
+use rhytid_kernels::strain;
+
+/// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
+///
+/// ℓ is the distance over which bending resists: far below the handles' spacing the surface is pulled to a tip
+/// at every marker, far above it nothing changes any more. `None` without a strain edge.
+pub fn default_bending_length(rest_lengths: &[f64]) -> Option<f64> {
+    let mean = rest_lengths.iter().sum::<f64>() / rest_lengths.len() as f64;
+    (mean > 0.0).then_some(mean)
+}
+
+/// Solves `face`: everything a device needs to animate it from handle positions.
+///
+/// Takes seconds (530,000 vertices on two cores: under ten); reports to `progress` and stops when that says so.
+///
+/// # Errors
+/// [`Error::Input`] with the first error that [`examine`] finds, or if the system cannot be factorised;
+/// [`Error::Cancelled`].
+pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
+    doctor::check(face)?;
+    progress.step("strain edges", 0, 1)?;
+    let rest = &face.neutral.positions;
+    let triangles = triangulate(&face.neutral);
+    let topology = Topology::new(rest.len(), &triangles);
+    let handles = &face.handles.vertices;
+    let DrivenComponents { driven, .. } = DrivenComponents::new(rest, &triangles, handles);
+    let strain_edges = match &face.settings.strain_edges {
+        StrainEdges::Given(edges) => edges.clone(),
+        StrainEdges::Auto => {
+            let cells = geodesic::voronoi_cells(rest, &topology, handles);
+            let mut edges = geodesic::touching_cells(&topology, &cells);
+            // Two handles at one place (lips that touch) have no strain between them.
+            let at = |h: u32| rest[handles[h as usize] as usize];
+            edges.retain(|&[a, b]| at(a) != at(b));
+            edges
+        }
+    };
+    let rest_lengths = strain::rest_lengths(rest, handles, &strain_edges);
+    progress.step("strain edges", 1, 1)?;
+
+    let bending_length = match face.settings.bending_length {
+        Some(length) => length,
+        None => default_bending_length(&rest_lengths).unwrap_or_else(|| 0.25 * diagonal(face)),
+    };
+    let mut basis = basis::basis(rest, &triangles, handles, &driven, bending_length, progress)?;
+    if face.settings.bind == Bind::Nearest {
+        progress.step("bind", 0, 1)?;
+        bind::bind_nearest(rest, &triangles, &driven, handles.len(), &mut basis)?;
+        progress.step("bind", 1, 1)?;
+    }
+
+    progress.step("influences", 0, 1)?;
+    let handle_rest: Vec<[f64; 3]> = handles.iter().map(|&v| rest[v as usize]).collect();
+    let influences = influences::influences(
+        rest,
+        &handle_rest,
+        &strain_edges,
+        &rest_lengths,
+        face.settings.max_influences,
+    );
+    progress.step("influences", 1, 1)?;
+
+    progress.step("frames", 0, 1)?;
+    let frame_neighbors = tangent_frames::frame_neighbors(rest, &triangles, &topology);
+    progress.step("frames", 1, 1)?;
+    let mut rig = Rig {
+        name: face.name.clone(),
+        metres_per_unit: face.metres_per_unit,
+        up_axis: face.up_axis,
+        labels: face.handles.labels.clone(),
+        example_names: face.examples.iter().map(|e| e.name.clone()).collect(),
+        faces: face.neutral.faces.clone(),
+        uvs: face.neutral.uvs.clone(),
+        materials: face.neutral.materials.clone(),
+        bending_length,
+        beta: influences.beta,
+        handles: handles.clone(),
+        frame_neighbors,
+        triangles,
+        rest: rest.clone(),
+        basis,
+        strain_edges,
+        influence_edges: influences.edges,
+        influence_weights: influences.weights,
+        pose_features: Vec::new(),
+        rbf_weights: Vec::new(),
+        example_handles: face
+            .examples
+            .iter()
+            .flat_map(|e| handles.iter().map(|&v| e.positions[v as usize]))
+            .collect(),
+    };
+
+    let moves = |v: usize| driven[v] || face.settings.bind == Bind::Nearest;
+    let (pose_features, detail) =
+        detail::features_and_detail(&rig, &rest_lengths, &topology, &face.examples, moves, progress)?;
+    rig.pose_features = pose_features;
+    rig.rbf_weights = rbf::rbf_weights(
+        &rig.pose_features,
+        rig.centers(),
+        (&rig.influence_edges, &rig.influence_weights),
+        &detail,
+        rig.vertices(),
+        progress,
+    )?;
+    if let Some(v) = not_finite(&rig) {
+        return Err(Error::input(format!(
+            "the solve gives no finite result at vertex {v}: coordinates or triangles there are beyond float64; \
+             run the doctor and mend what it names"
+        )));
+    }
+    Ok(rig)
+}
+
+/// The length of the neutral's bounding-box diagonal.
+fn diagonal(face: &Face) -> f64 {
+    let [low, high] = face.neutral.bounds().unwrap_or_default();
+    (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
+}
+
+fn not_finite(rig: &Rig<f64>) -> Option<usize> {
+    let basis = rig.basis.iter().position(|x| !x.is_finite()).map(|i| i / rig.handles.len());
+    let weights = || rig.rbf_weights.iter().position(|w| w.iter().any(|x| !x.is_finite()));
+    basis.or_else(|| weights().map(|i| i / rig.centers()))
+}

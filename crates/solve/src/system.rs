@@ -1,0 +1,171 @@
+//! Section 2's matrix, A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ².
+use crate::dissection::Graph;
+use crate::laplacian::Laplacian;
+use crate::sparse::Columns;
+use rayon::prelude::*;
+
+/// Rows assembled by one thread at a time.
+const ROWS_AT_ONCE: usize = 4096;
+
+/// A vertex that is not in an order has this place in it.
+pub const NONE: u32 = u32::MAX;
+
+/// A, row by row: its entries are made when they are asked for.
+pub struct System {
+    mass: Vec<f64>,
+    bending: f64,
+    /// Which vertices share an edge of the mesh, each with itself: where C has entries.
+    rings: Graph,
+    /// C, in the order of `rings`.
+    laplacian: Vec<f64>,
+    /// Where A has entries: two rings.
+    pattern: Graph,
+}
+
+impl System {
+    /// For ℓ in mesh units.
+    pub fn new(laplacian: Laplacian, bending_length: f64) -> Self {
+        let (rings, values) = rows(&laplacian);
+        let pattern = two_rings(&rings);
+        let bending = bending_length * bending_length;
+        Self { mass: laplacian.mass, bending, rings, laplacian: values, pattern }
+    }
+
+    /// Where A has entries.
+    pub fn pattern(&self) -> &Graph {
+        &self.pattern
+    }
+
+    /// The entries of row `v`, in the pattern's order, in place of what was in `values`.
+    pub fn row(&self, v: u32, values: &mut Vec<f64>) {
+        let pattern = self.pattern.neighbors(v);
+        values.clear();
+        values.resize(pattern.len(), 0.0);
+        // Both lists are ascending, and the second is part of the first.
+        let mut add = |scale: f64, row: u32| {
+            let mut at = 0;
+            for (w, c) in self.laplacian_row(row) {
+                while pattern[at] < w {
+                    at += 1;
+                }
+                values[at] += scale * c;
+            }
+        };
+        for (m, c) in self.laplacian_row(v) {
+            add(self.bending * c / self.mass[m as usize], m);
+        }
+        add(-1.0, v);
+    }
+
+    fn laplacian_row(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {
+        let range = self.rings.offsets[v as usize]..self.rings.offsets[v as usize + 1];
+        self.rings.neighbors(v).iter().copied().zip(self.laplacian[range].iter().copied())
+    }
+
+    /// The lower triangle of A for the vertices `order` (distinct), in that order. Rows ascend in each column.
+    pub fn lower(&self, order: &[u32]) -> Columns {
+        let place = self.places(order);
+        let assemble = |(block, vertices): (usize, &[u32])| {
+            let mut columns = Columns::default();
+            let (mut values, mut entries) = (Vec::new(), Vec::new());
+            for (j, &v) in (block * ROWS_AT_ONCE..).zip(vertices) {
+                self.row(v, &mut values);
+                let rows = self.pattern.neighbors(v).iter().map(|&w| place[w as usize]);
+                entries.clear();
+                entries.extend(
+                    rows.zip(values.iter().copied()).filter(|(row, _)| *row >= j as u32 && *row != NONE),
+                );
+                entries.sort_unstable_by_key(|entry| entry.0);
+                columns.push(entries.iter().copied());
+            }
+            columns
+        };
+        let parts: Vec<Columns> = order.par_chunks(ROWS_AT_ONCE).enumerate().map(assemble).collect();
+        let mut whole = Columns::default();
+        parts.into_iter().for_each(|part| whole.append(part));
+        whole
+    }
+
+    /// The right-hand sides −A_fH: a column for each of `handles`, over the vertices `order`.
+    pub fn right(&self, order: &[u32], handles: &[u32]) -> Columns {
+        let place = self.places(order);
+        let mut right = Columns::default();
+        let mut values = Vec::new();
+        for &h in handles {
+            self.row(h, &mut values);
+            let rows = self.pattern.neighbors(h).iter().map(|&w| place[w as usize]);
+            right.push(rows.zip(&values).filter(|(row, _)| *row != NONE).map(|(row, value)| (row, -value)));
+        }
+        right
+    }
+
+    /// Where each vertex of the mesh stands in `order`; [`NONE`] where it does not.
+    pub fn places(&self, order: &[u32]) -> Vec<u32> {
+        let mut place = vec![NONE; self.mass.len()];
+        for (i, &v) in order.iter().enumerate() {
+            place[v as usize] = i as u32;
+        }
+        place
+    }
+}
+
+/// C with its diagonal, columns ascending.
+fn rows(laplacian: &Laplacian) -> (Graph, Vec<f64>) {
+    let vertices = laplacian.diagonal.len();
+    let mut offsets = vec![0; vertices + 1];
+    offsets[1..].fill(1);
+    for &(a, b, _) in &laplacian.edges {
+        offsets[a as usize + 1] += 1;
+        offsets[b as usize + 1] += 1;
+    }
+    for v in 0..vertices {
+        offsets[v + 1] += offsets[v];
+    }
+    let mut next = offsets.clone();
+    let mut neighbors = vec![0; offsets[vertices]];
+    let mut values = vec![0.0; offsets[vertices]];
+    let mut put = |row: u32, column: u32, value: f64| {
+        let at = &mut next[row as usize];
+        neighbors[*at] = column;
+        values[*at] = value;
+        *at += 1;
+    };
+    // Edges are sorted by (a, b), so the three passes leave every row ascending.
+    for &(a, b, w) in &laplacian.edges {
+        put(b, a, w);
+    }
+    for (v, &d) in laplacian.diagonal.iter().enumerate() {
+        put(v as u32, v as u32, d);
+    }
+    for &(a, b, w) in &laplacian.edges {
+        put(a, b, w);
+    }
+    (Graph { offsets, neighbors }, values)
+}
+
+/// The neighbours' neighbours, which with each vertex itself in its ring are its neighbours too.
+fn two_rings(rings: &Graph) -> Graph {
+    let vertices: Vec<u32> = (0..rings.offsets.len() as u32 - 1).collect();
+    let join = |vertices: &[u32]| {
+        let mut ends = Vec::with_capacity(vertices.len());
+        let mut neighbors = Vec::new();
+        let mut both = Vec::new();
+        for &v in vertices {
+            both.clear();
+            both.extend(rings.neighbors(v).iter().flat_map(|&m| rings.neighbors(m)));
+            both.sort_unstable();
+            both.dedup();
+            neighbors.extend_from_slice(&both);
+            ends.push(neighbors.len());
+        }
+        (ends, neighbors)
+    };
+    let parts: Vec<(Vec<usize>, Vec<u32>)> = vertices.par_chunks(ROWS_AT_ONCE).map(join).collect();
+    let mut whole = Graph { offsets: vec![0], neighbors: Vec::new() };
+    for (ends, neighbors) in parts {
+        let first = whole.neighbors.len();
+        whole.offsets.extend(ends.iter().map(|end| first + end));
+        whole.neighbors.extend(neighbors);
+    }
+    whole
+}
