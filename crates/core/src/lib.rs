@@ -6,6 +6,7 @@
 
 mod animator;
 mod backend;
+pub mod buffer_ring;
 mod doctor;
 mod error;
 mod face;
