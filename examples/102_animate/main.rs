@@ -5,7 +5,8 @@
 //! ```
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{Animator, Backend, Error, NoProgress, Result, Stage, UploadOptions};
-use rhytid_formats::export::{self, Frame, Options, Origin, Scene};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Frame, Options, Provenance, Scene};
 use rhytid_solve::solve;
 use std::path::PathBuf;
 
@@ -27,14 +28,14 @@ fn main() -> Result<()> {
     let corners = rig.faces.triangle_corners(&rig.triangles);
     let corners = corners.ok_or_else(|| Error::Internal("the rig's triangles are not its faces'".into()))?;
     // How it was made; `rhytid verify` would read it.
-    let origin = Origin::default();
+    let provenance = Provenance::default();
     let scene = Scene {
         rest_normals: Some(normals.as_chunks().0),
         frames: take.frames(),
         rate: take.rate(),
-        ..Scene::of(&rig, &corners, &origin)
+        ..Scene::of(&rig, &corners, &provenance)
     };
-    let mut exporter = export::create(&path, &scene, &Options::default())?;
+    let mut exporter = animation::create(&path, &scene, &Options::default())?;
     animator.evaluate(&handles)?;
     animator.read(Stage::Positions, &mut positions)?;
     animator.read(Stage::Normals, &mut normals)?;

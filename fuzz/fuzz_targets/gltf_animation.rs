@@ -1,24 +1,24 @@
 //! Any bytes as a GLB file of ours give an animation or an error.
 #![no_main]
 use libfuzzer_sys::fuzz_target;
-use rhytid_formats::recording;
+use rhytid_formats::animation;
 
 fuzz_target!(|bytes: &[u8]| {
     // The reader takes what it needs from a file.
     let path = std::env::temp_dir().join(format!("rhytid-fuzz-{}.glb", std::process::id()));
     std::fs::write(&path, bytes).unwrap();
-    let Ok(mut recording) = recording::open(&path) else { return };
-    let summary = recording.summary().clone();
+    let Ok(mut reader) = animation::open(&path) else { return };
+    let summary = reader.summary().clone();
     assert!(summary.faces.fault(summary.vertices).is_none());
     let (mut positions, mut normals) = (Vec::new(), Vec::new());
     for frame in 0..summary.frames.min(4) {
-        if recording.positions(frame, &mut positions).is_ok() {
+        if reader.positions(frame, &mut positions).is_ok() {
             assert_eq!(positions.len(), 3 * summary.vertices);
         }
-        if recording.normals(frame, &mut normals).is_ok() {
+        if reader.normals(frame, &mut normals).is_ok() {
             assert_eq!(normals.len(), if summary.normals { 3 * summary.vertices } else { 0 });
         }
-        let head = recording.head(frame);
+        let head = reader.head(frame);
         assert!(head.is_err() || head.is_ok_and(|head| head.is_some() == summary.head));
     }
 });

@@ -4,7 +4,7 @@
 use libfuzzer_sys::fuzz_target;
 use rhytid_core::Error;
 use rhytid_formats::usd::layer::{Prim, Property};
-use rhytid_formats::usd::read::{Opened, decode, decode_recording};
+use rhytid_formats::usd::read::{Opened, decode, decode_animation};
 
 fuzz_target!(|bytes: &[u8]| {
     match decode(bytes.to_vec(), "fuzz") {
@@ -21,12 +21,12 @@ fuzz_target!(|bytes: &[u8]| {
         }
         error => check(error.err()),
     }
-    match decode_recording(bytes.to_vec(), "fuzz") {
-        Ok(mut recording) => {
-            let summary = recording.summary().clone();
+    match decode_animation(bytes.to_vec(), "fuzz") {
+        Ok(mut reader) => {
+            let summary = reader.summary().clone();
             assert!(summary.frames > 0 && summary.faces.fault(summary.vertices).is_none());
             let mut out = Vec::new();
-            match recording.positions(summary.frames - 1, &mut out) {
+            match reader.positions(summary.frames - 1, &mut out) {
                 Ok(()) => assert_eq!(out.len(), summary.vertices * 3),
                 error => check(error.err()),
             }

@@ -1,7 +1,7 @@
 //! Two stages of work that overlap: while the second empties one buffer, the first fills the next.
 
 use rhytid_core::Result;
-use std::sync::mpsc::{channel, sync_channel};
+use rhytid_core::buffer_ring::buffer_ring;
 use std::{panic, thread};
 
 /// Buffers that go round: one is filled while the other one is emptied. A third was no faster.
@@ -24,28 +24,24 @@ where
     Buffer: Default + Send,
 {
     thread::scope(|scope| {
-        let (to_empty, full) = sync_channel(buffers);
-        let (to_fill, emptied) = channel();
-        // Both other ends are still here.
-        (0..buffers).for_each(|_| drop(to_fill.send(Buffer::default())));
+        let (filler, emptier) = buffer_ring((0..buffers).map(|_| Buffer::default()));
         let filling = scope.spawn(move || {
             for item in items {
                 // Whoever empties them hangs up after an error of its own.
-                let Ok(mut buffer) = emptied.recv() else { break };
+                let Some(mut buffer) = filler.empty() else { break };
                 fill(item, &mut buffer)?;
-                if to_empty.send(buffer).is_err() {
+                if !filler.hand_over(buffer) {
                     break;
                 }
             }
             Ok(())
         });
-        let all_emptied = full.into_iter().try_for_each(|mut buffer| {
+        let all_emptied = std::iter::from_fn(|| emptier.full()).try_for_each(|mut buffer| {
             empty(&mut buffer)?;
-            // Nobody wants it when the last ones are filled.
-            let _ = to_fill.send(buffer);
+            emptier.give_back(buffer);
             Ok(())
         });
-        drop(to_fill);
+        drop(emptier);
         let all_filled = filling.join().unwrap_or_else(|fault| panic::resume_unwind(fault));
         // What was emptied came before what was being filled.
         all_emptied.and(all_filled)

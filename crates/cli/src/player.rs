@@ -183,7 +183,8 @@ mod tests {
     use crate::evaluator::tests::{Flaky, info};
     use crate::frames;
     use rhytid_core::{Device, NoProgress};
-    use rhytid_formats::export::{self, Origin, Scene};
+    use rhytid_formats::animation;
+    use rhytid_formats::export::{self, Provenance, Scene};
     use rhytid_solve::solve;
     use std::path::Path;
 
@@ -205,15 +206,16 @@ mod tests {
             fade_detail: false,
             head: HeadChoice::Keep,
         };
-        let (origin, corners) = (Origin::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
+        let (provenance, corners) =
+            (Provenance::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
         let rest_normals = player.rest_normals()?;
         let scene = Scene {
             rest_normals: Some(&rest_normals),
             velocities: true,
             frames: FRAMES,
-            ..Scene::of(&rig, &corners, &origin)
+            ..Scene::of(&rig, &corners, &provenance)
         };
-        let mut exporter = export::create(path, &scene, &export::Options::default())?;
+        let mut exporter = animation::create(path, &scene, &export::Options::default())?;
         let mut frame = 0;
         player.play(&selection, wanted, &Ui::new(true), |shown| {
             let normals = shown.normals.filter(|_| refused != Some(frame));

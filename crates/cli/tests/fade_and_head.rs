@@ -5,7 +5,7 @@ mod common;
 use common::{Fixture, stderr};
 use rhytid_conformance::evaluate;
 use rhytid_core::{Rig, Take, rig_file};
-use rhytid_formats::{recording, take};
+use rhytid_formats::{animation, take};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use std::path::PathBuf;
 use std::process::Command;
@@ -42,11 +42,11 @@ fn verify(f: &Fixture, file: &str, take: &str) -> Option<i32> {
 
 /// Positions and normals of every frame.
 fn frames(f: &Fixture, file: &str) -> Vec<[Vec<f32>; 2]> {
-    let mut recording = recording::open(&f.path(file)).unwrap();
+    let mut reader = animation::open(&f.path(file)).unwrap();
     let frame = |i| {
         let [mut positions, mut normals] = [Vec::new(), Vec::new()];
-        recording.positions(i, &mut positions).unwrap();
-        recording.normals(i, &mut normals).unwrap();
+        reader.positions(i, &mut positions).unwrap();
+        reader.normals(i, &mut normals).unwrap();
         [positions, normals]
     };
     (0..FRAMES.len()).map(frame).collect()
@@ -218,7 +218,7 @@ fn baking_is_what_a_reader_makes_of_the_transform() {
         animate(&f, "moving.csv", &format!("{head}.usd"), &options);
         assert_eq!(verify(&f, &format!("{head}.usd"), "moving.csv"), Some(0), "{head}");
     }
-    let has_transform = |file: &str| recording::open(&f.path(file)).unwrap().summary().head;
+    let has_transform = |file: &str| animation::open(&f.path(file)).unwrap().summary().head;
     assert_eq!(["keep.usd", "bake.usd", "drop.usd"].map(has_transform), [true, false, false]);
 
     let (keep, bake, drop) = (world(&f, "keep.usd"), world(&f, "bake.usd"), world(&f, "drop.usd"));

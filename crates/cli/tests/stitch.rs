@@ -3,7 +3,7 @@ mod common;
 
 use assert_cmd::Command;
 use common::Fixture;
-use rhytid_formats::recording;
+use rhytid_formats::animation;
 
 fn rhytid(fixture: &Fixture) -> Command {
     let mut command = Command::cargo_bin("rhytid").unwrap();
@@ -39,7 +39,7 @@ fn parts_of_a_take_are_the_take() {
     let printed = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
     assert!(printed.contains("15 frames in 3 parts, time codes 2 to 16"), "{printed}");
     let [mut stitched, mut whole] =
-        ["out/stitched.usd", "out/whole.usd"].map(|name| recording::open(&fixture.path(name)).unwrap());
+        ["out/stitched.usd", "out/whole.usd"].map(|name| animation::open(&fixture.path(name)).unwrap());
     assert_eq!(stitched.summary(), whole.summary());
     let [mut a, mut b] = [Vec::new(), Vec::new()];
     for frame in 0..15 {

@@ -23,6 +23,7 @@
 
 mod animator;
 mod backend;
+pub mod buffer_ring;
 mod error;
 mod face;
 pub mod human;

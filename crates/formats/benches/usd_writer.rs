@@ -6,7 +6,8 @@
 //! that of authoring and saving, and what it takes until the file is on the disk is told apart, since ours always
 //! waits for that. At the end USD compares every array of the two files.
 use rhytid_core::{Faces, NoProgress, UpAxis};
-use rhytid_formats::export::{self, Frame, Options, Origin, Scene};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Frame, Options, Provenance, Scene};
 use serde_json::Value;
 use std::error::Error;
 use std::fs::File;
@@ -97,7 +98,7 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
     source.read_exact(bytemuck::cast_slice_mut(&mut frame))?;
     let (faces, triangle_corners) = sheet();
     let (positions, normals) = frame.split_at(3 * SIDE * SIDE);
-    let origin = Origin::default();
+    let provenance = Provenance::default();
     let scene = Scene {
         name: "face",
         rest: positions.as_chunks().0,
@@ -113,10 +114,10 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         frames: FRAMES,
         rate: 24.0,
         first_time_code: 1.0,
-        origin: &origin,
+        provenance: &provenance,
     };
     let start = Instant::now();
-    let mut exporter = export::create(path, &scene, &Options::default())?;
+    let mut exporter = animation::create(path, &scene, &Options::default())?;
     let mut spent = start.elapsed();
     for i in 0..FRAMES {
         if i > 0 {

@@ -1,13 +1,63 @@
-//! What comes in and goes out of Rhytid: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]),
-//! takes ([`take`]), capture files ([`raw_take`]), the project file ([`project`]) and the exporters ([`export`]).
+//! What comes in and goes out of Rhytid.
+//!
+//! In: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]), capture files ([`raw_take`])
+//! and the project file ([`project`]). Out, and back in: animations ([`animation`]), of which [`export`] and
+//! [`animation_reader`] have what all formats share, and USD layers ([`usd`]).
+//!
+//! ```
+//! use rhytid_core::{NoProgress, UpAxis};
+//! use rhytid_formats::export::{Frame, Options, Provenance, Scene};
+//! use rhytid_formats::{animation, mesh};
+//!
+//! let obj = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+//! let square = mesh::decode(obj, mesh::Format::Obj, "square.obj")?;
+//! let rest: Vec<[f32; 3]> = square.positions.iter().map(|p| p.map(|x| x as f32)).collect();
+//! let provenance = Provenance::default();
+//! let scene = Scene {
+//!     name: "square",
+//!     rest: &rest,
+//!     rest_normals: None,
+//!     velocities: false,
+//!     faces: &square.faces,
+//!     triangle_corners: &[[0, 1, 2], [0, 2, 3]],
+//!     uvs: None,
+//!     materials: None,
+//!     head: None,
+//!     metres_per_unit: 0.01,
+//!     up_axis: UpAxis::Y,
+//!     frames: 2,
+//!     rate: 24.0,
+//!     first_time_code: 0.0,
+//!     provenance: &provenance,
+//! };
+//! let raised: Vec<f32> = rest.iter().flat_map(|[x, y, z]| [*x, *y, z + 1.0]).collect();
+//!
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let path = folder.path().join("square.usda");
+//! # let path = path.as_path();
+//! // `path` could as well end in .usd, .usdz, .glb or .gltf.
+//! let mut exporter = animation::create(path, &scene, &Options::default())?;
+//! for positions in [rest.as_flattened(), &raised] {
+//!     exporter.frame(Frame { positions, normals: None, velocities: None })?;
+//! }
+//! exporter.finish(&NoProgress)?;
+//!
+//! let mut reader = animation::open(path)?;
+//! assert_eq!(reader.summary().frames, 2);
+//! let mut positions = Vec::new();
+//! reader.positions(1, &mut positions)?;
+//! assert_eq!(positions, raised);
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
+pub mod animation;
+pub mod animation_reader;
 pub mod export;
 mod gltf;
 pub mod mesh;
 pub mod project;
 pub mod raw_take;
-pub mod recording;
 pub mod tables;
 pub mod take;
 pub mod usd;

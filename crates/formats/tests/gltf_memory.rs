@@ -2,7 +2,8 @@
 #![cfg(target_os = "linux")]
 
 use rhytid_core::{Faces, NoProgress, UpAxis};
-use rhytid_formats::export::{self, Frame, Options, Origin, Scene};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Frame, Options, Provenance, Scene};
 use std::path::Path;
 
 const VERTICES: usize = 50_000;
@@ -33,9 +34,9 @@ fn export(path: &Path, frames: usize, options: &Options) {
         frames,
         rate: 30.0,
         first_time_code: 0.0,
-        origin: &Origin::default(),
+        provenance: &Provenance::default(),
     };
-    let mut exporter = export::create(path, &scene, options).unwrap();
+    let mut exporter = animation::create(path, &scene, options).unwrap();
     let mut positions = vec![0.0; 3 * VERTICES];
     let normals = vec![0.5; 3 * VERTICES];
     for k in 0..frames {
@@ -58,8 +59,8 @@ fn memory_does_not_grow_with_the_frames() {
         let more = peak() - before;
         assert!(more < 8 << 20, "{options:?}: {more} bytes more for 56 more frames");
         // And what is read.
-        let mut recording = rhytid_formats::recording::open(&path).unwrap();
+        let mut reader = animation::open(&path).unwrap();
         let mut out = Vec::new();
-        (0..60).for_each(|k| recording.positions(k, &mut out).unwrap());
+        (0..60).for_each(|k| reader.positions(k, &mut out).unwrap());
     }
 }

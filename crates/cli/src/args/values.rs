@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use rhytid_core::{BasisStorage, Stage};
+use rhytid_formats::export::{HeadMotion, OutputStage};
 use serde::Deserialize;
 use std::str::FromStr;
 
@@ -15,14 +16,6 @@ pub enum StageChoice {
 }
 
 impl StageChoice {
-    /// As it is typed, and as it stands in exported files.
-    pub fn name(self) -> &'static str {
-        match self {
-            StageChoice::LargeScale => "large-scale",
-            StageChoice::Full => "full",
-        }
-    }
-
     /// The stages to read: positions, normals.
     pub fn stages(self) -> [Stage; 2] {
         match self {
@@ -57,16 +50,6 @@ pub enum MissingChoice {
     Hold,
     /// Stop and name frame and marker.
     Error,
-}
-
-impl MissingChoice {
-    /// As it is typed, and as it stands in exported files.
-    pub fn name(self) -> &'static str {
-        match self {
-            MissingChoice::Hold => "hold",
-            MissingChoice::Error => "error",
-        }
-    }
 }
 
 /// `--unit`
@@ -143,13 +126,40 @@ pub enum HeadChoice {
     Bake,
 }
 
-impl HeadChoice {
-    /// As it is typed, and as it stands in exported files.
-    pub fn name(self) -> &'static str {
-        match self {
-            HeadChoice::Keep => "keep",
-            HeadChoice::Drop => "drop",
-            HeadChoice::Bake => "bake",
+impl From<HeadChoice> for HeadMotion {
+    fn from(choice: HeadChoice) -> Self {
+        match choice {
+            HeadChoice::Keep => Self::Keep,
+            HeadChoice::Drop => Self::Drop,
+            HeadChoice::Bake => Self::Bake,
+        }
+    }
+}
+
+impl From<HeadMotion> for HeadChoice {
+    fn from(motion: HeadMotion) -> Self {
+        match motion {
+            HeadMotion::Keep => Self::Keep,
+            HeadMotion::Drop => Self::Drop,
+            HeadMotion::Bake => Self::Bake,
+        }
+    }
+}
+
+impl From<StageChoice> for OutputStage {
+    fn from(choice: StageChoice) -> Self {
+        match choice {
+            StageChoice::Full => Self::Full,
+            StageChoice::LargeScale => Self::LargeScale,
+        }
+    }
+}
+
+impl From<OutputStage> for StageChoice {
+    fn from(stage: OutputStage) -> Self {
+        match stage {
+            OutputStage::Full => Self::Full,
+            OutputStage::LargeScale => Self::LargeScale,
         }
     }
 }

@@ -6,7 +6,9 @@ use crate::progress::Ui;
 use crate::{args, device_choice, frames, output, takes};
 use rhytid_core::human;
 use rhytid_core::{DeviceInfo, Error, Faces, Progress, Result, Take, WriteBeside, rig_file};
-use rhytid_formats::export::{self, Format, Written};
+use rhytid_formats::animation::{self, Format};
+use rhytid_formats::export::{self, HeadMotion, OutputStage, Written};
+use rhytid_formats::take::Missing;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -81,16 +83,16 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let selection = frames::select(take, asked.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
 
-    let origin = export::Origin {
+    let provenance = export::Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         rig: hash,
-        stage: args.stage.name().into(),
+        stage: OutputStage::from(args.stage).into(),
         first_frame: asked.start as u64,
         end_frame: asked.end as u64,
-        fps: args.fps.unwrap_or(0.0),
-        missing: args.missing.name().into(),
+        fps: args.fps,
+        missing: Missing::from(args.missing).into(),
         fade_detail: args.fade_detail,
-        head: args.head.name().into(),
+        head: HeadMotion::from(args.head).into(),
     };
     let options = export::Options {
         max_error: args.compressed.then_some(args.max_error * 1e-3 / rig.metres_per_unit),
@@ -117,9 +119,9 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         frames,
         rate: selection.rate,
         first_time_code: selection.first as f64,
-        ..export::Scene::of(&rig, &corners, &origin)
+        ..export::Scene::of(&rig, &corners, &provenance)
     };
-    let mut exporter = export::create(&args.output, &scene, &options)?;
+    let mut exporter = animation::create(&args.output, &scene, &options)?;
     let mut done = 0;
     ui.report("animate", 0, frames as u64);
     player.play(&selection, wanted, ui, |frame| {
@@ -151,7 +153,7 @@ fn say_what_changes_nothing(args: &args::Animate, take: &Take) {
     if args.head != HeadChoice::Keep && take.head.is_none() {
         log::info!(
             "{take_path}: does not say how the head moves, so --head {} changes nothing",
-            args.head.name()
+            HeadMotion::from(args.head)
         );
     }
 }
@@ -161,7 +163,7 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     if args.fade_detail && args.stage != StageChoice::Full {
         return Err(Error::input(format!(
             "--fade-detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
-            args.stage.name()
+            OutputStage::from(args.stage)
         )));
     }
     let for_gltf = [

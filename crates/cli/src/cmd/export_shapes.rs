@@ -7,7 +7,8 @@ use crate::progress::Ui;
 use crate::{args, device_choice, output};
 use rhytid_core::human;
 use rhytid_core::{Progress, Result, Rig, WriteBeside, rig_file};
-use rhytid_formats::export::{self, Format, Shape, Shapes};
+use rhytid_formats::animation::{self, Format};
+use rhytid_formats::export::{self, OutputStage, Shape, Shapes};
 
 /// Writes the shapes and says what was done.
 ///
@@ -19,11 +20,11 @@ pub fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     drop(WriteBeside::create(&args.output)?);
     let device = device_choice::named(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let origin = export::Origin {
+    let provenance = export::Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         rig: rig_file::hash(&args.rig)?,
-        stage: StageChoice::Full.name().into(),
-        ..export::Origin::default()
+        stage: OutputStage::Full.into(),
+        ..export::Provenance::default()
     };
     let mut player = Player::new(&rig, device, rig.example_names.len(), ui)?;
     let rest_normals = if args.no_normals { None } else { Some(player.rest_normals()?) };
@@ -33,7 +34,7 @@ pub fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     if args.handles {
         shapes.extend(handle_shapes(&rig, &shapes));
     }
-    let written = export::write_shapes(
+    let written = animation::write_shapes(
         &args.output,
         &Shapes {
             name: &rig.name,
@@ -45,7 +46,7 @@ pub fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
             materials: rig.materials.as_ref(),
             metres_per_unit: rig.metres_per_unit,
             up_axis: rig.up_axis,
-            origin: &origin,
+            provenance: &provenance,
             shapes: &shapes,
         },
         &export::Options { force: args.force, ..export::Options::default() },

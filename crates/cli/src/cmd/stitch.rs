@@ -4,14 +4,14 @@ use crate::progress::{Ui, timed};
 use crate::{args, output};
 use rhytid_core::Result;
 use rhytid_core::human;
-use rhytid_formats::usd::clips;
+use rhytid_formats::usd;
 
 /// Writes the file that plays the parts one after the other, and says what they came to.
 ///
 /// # Errors
-/// As [`clips::stitch`].
+/// As [`usd::stitch`].
 pub fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
-    let (stitched, time) = timed(|| clips::stitch(&args.parts, &args.output));
+    let (stitched, time) = timed(|| usd::stitch(&args.parts, &args.output));
     let stitched = stitched?;
     if ui.is_quiet() {
         return Ok(());

@@ -4,11 +4,12 @@ use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
 use crate::player::{Player, Wanted};
 use crate::progress::Ui;
 use crate::{args, device_choice, exit, frames, output, takes};
-use clap::ValueEnum;
 use rhytid_core::human;
 use rhytid_core::{Error, Progress, Result, Rig, RigidMotion, rig_file};
-use rhytid_formats::export::{Frame, Origin};
-use rhytid_formats::recording::{self, Recording};
+use rhytid_formats::animation;
+use rhytid_formats::animation_reader::{AnimationReader, Summary};
+use rhytid_formats::export::{Frame, Provenance};
+use rhytid_formats::take::Missing;
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -23,21 +24,21 @@ const DEVICES_DIFFER: f64 = 1e-5;
 pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let device = device_choice::named(&args.device)?;
     let file = args.file.display();
-    let mut recording = recording::open(&args.file)?;
+    let mut reader = animation::open(&args.file)?;
     let fail = |what: String| Err(Error::input(format!("{file}: {what}")));
-    let Some(origin) = recording.summary().origin.clone() else {
+    let Some(provenance) = reader.summary().provenance.clone() else {
         return fail("does not say how it was made; export it again with this program".into());
     };
-    let asked = Asked::of(&origin).map_err(|what| Error::input(format!("{file}: {what}")))?;
+    let asked = Asked::of(&provenance).map_err(|what| Error::input(format!("{file}: {what}")))?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    if rig_file::hash(&args.rig)? != origin.rig {
+    if rig_file::hash(&args.rig)? != provenance.rig {
         return fail(format!(
             "was made from another rig than {}; give the rig that it was made from, or export it again",
             args.rig.display()
         ));
     }
     let take = takes::load(&args.take, &rig, asked.missing, args.setup.as_deref(), ui)?;
-    let summary = recording.summary().clone();
+    let summary = reader.summary().clone();
     let range = frames::within(asked.frames, take.frames())?;
     let selection = frames::select(take, range, asked.fps, summary.velocities)?;
     for (what, found, expected) in [
@@ -60,7 +61,7 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         stage: asked.stage,
         normals: summary.normals,
         velocities: summary.velocities,
-        fade_detail: origin.fade_detail,
+        fade_detail: provenance.fade_detail,
         head: asked.head,
     };
     let mut compared = Compared::default();
@@ -70,7 +71,7 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let head = selection.head().filter(|_| asked.head == HeadChoice::Keep);
     player.play(&selection, wanted, ui, |fresh| {
         let motion = head.map(|head| head[compared.frames]);
-        compared.frame(recording.as_mut(), fresh, motion, &mut buffer)?;
+        compared.frame(reader.as_mut(), fresh, motion, &mut buffer)?;
         ui.report("verify", compared.frames as u64, total);
         Ok(())
     })?;
@@ -94,26 +95,32 @@ struct Asked {
 }
 
 impl Asked {
-    fn of(origin: &Origin) -> std::result::Result<Self, String> {
+    fn of(provenance: &Provenance) -> std::result::Result<Self, String> {
         let unknown = |what: &str, found: &str| {
             format!("was made with the {what} “{found}”, which this program does not know; export it again")
         };
         let index = |frame: u64| usize::try_from(frame).map_err(|_| unknown("frame", &frame.to_string()));
-        if !(origin.fps == 0.0 || (0.01..=10_000.0).contains(&origin.fps)) {
-            return Err(unknown("rate", &origin.fps.to_string()));
+        if let Some(fps) = provenance.fps.filter(|fps| !(0.01..=10_000.0).contains(fps)) {
+            return Err(unknown("rate", &fps.to_string()));
         }
+        let stage = provenance.stage.known().map_err(|word| unknown("stage", word))?;
+        let missing = match provenance.missing.known() {
+            Ok(Missing::Error) => MissingChoice::Error,
+            Ok(Missing::Hold) => MissingChoice::Hold,
+            Ok(Missing::Leave) | Err(_) => {
+                return Err(unknown("way with missing markers", &provenance.missing.to_string()));
+            }
+        };
+        let head = provenance.head.known().map_err(|word| unknown("way with the head's motion", word))?;
         Ok(Self {
-            stage: StageChoice::from_str(&origin.stage, false)
-                .map_err(|_| unknown("stage", &origin.stage))?,
-            missing: MissingChoice::from_str(&origin.missing, false)
-                .map_err(|_| unknown("way with missing markers", &origin.missing))?,
-            head: HeadChoice::from_str(&origin.head, false)
-                .map_err(|_| unknown("way with the head's motion", &origin.head))?,
+            stage: stage.into(),
+            missing,
+            head: head.into(),
             frames: FrameRange {
-                start: Some(index(origin.first_frame)?),
-                end: Some(index(origin.end_frame)?),
+                start: Some(index(provenance.first_frame)?),
+                end: Some(index(provenance.end_frame)?),
             },
-            fps: (origin.fps != 0.0).then_some(origin.fps),
+            fps: provenance.fps,
         })
     }
 }
@@ -161,25 +168,25 @@ struct Compared {
 impl Compared {
     fn frame(
         &mut self,
-        recording: &mut dyn Recording,
+        reader: &mut dyn AnimationReader,
         fresh: Frame<'_>,
         head: Option<RigidMotion>,
         buffer: &mut Vec<f32>,
     ) -> Result<()> {
         let frame = self.frames;
-        recording.positions(frame, buffer)?;
+        reader.positions(frame, buffer)?;
         self.positions.add(frame, buffer, fresh.positions);
         if let Some(normals) = fresh.normals {
-            recording.normals(frame, buffer)?;
+            reader.normals(frame, buffer)?;
             self.normals.add(frame, buffer, normals);
         }
         if let Some(velocities) = fresh.velocities {
-            recording.velocities(frame, buffer)?;
+            reader.velocities(frame, buffer)?;
             self.velocities.add(frame, buffer, velocities);
         }
         // A head that never moves need not be in the file.
         let expected = head.unwrap_or(RigidMotion::IDENTITY).matrix();
-        let found = recording.head(frame)?.unwrap_or(RigidMotion::IDENTITY.matrix());
+        let found = reader.head(frame)?.unwrap_or(RigidMotion::IDENTITY.matrix());
         for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
             let difference = (found - expected).abs() / expected.abs().max(1.0);
             if difference > self.head || difference.is_nan() {
@@ -214,7 +221,7 @@ struct Report {
 }
 
 impl Report {
-    fn new(compared: Compared, rig: &Rig, summary: &recording::Summary) -> Self {
+    fn new(compared: Compared, rig: &Rig, summary: &Summary) -> Self {
         let millimetres = 1e3 * rig.metres_per_unit;
         let diagonal = diagonal(rig);
         let allowed = summary.stated_error.unwrap_or(0.0) + DEVICES_DIFFER * diagonal;

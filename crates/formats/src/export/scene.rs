@@ -1,4 +1,6 @@
-use super::Origin;
+//! An animation before its first frame, as every format is given it.
+
+use super::provenance::Provenance;
 use rhytid_core::{Error, Faces, Materials, Result, Rig, RigidMotion, UpAxis, Uvs};
 
 /// What is known of an animation before its first frame.
@@ -22,7 +24,7 @@ pub struct Scene<'a> {
     pub uvs: Option<&'a Uvs>,
     /// The materials that the input mesh names.
     pub materials: Option<&'a Materials>,
-    /// How the head stands in the world in each frame; `None` where it is not known, as if it never moved.
+    /// The head pose in the world in each frame; `None` where it is not known, as if it never moved.
     pub head: Option<&'a [RigidMotion]>,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
@@ -35,13 +37,13 @@ pub struct Scene<'a> {
     /// The time code (frame number) of the first frame.
     pub first_time_code: f64,
     /// How the animation was made.
-    pub origin: &'a Origin,
+    pub provenance: &'a Provenance,
 }
 
 impl<'a> Scene<'a> {
     /// A rig's mesh: one frame at 30 frames per second from time code 0, without normals, velocities and a head's
     /// motion.
-    pub fn of(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], origin: &'a Origin) -> Self {
+    pub fn of(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], provenance: &'a Provenance) -> Self {
         Self {
             name: &rig.name,
             rest: &rig.rest,
@@ -57,12 +59,12 @@ impl<'a> Scene<'a> {
             frames: 1,
             rate: 30.0,
             first_time_code: 0.0,
-            origin,
+            provenance,
         }
     }
 
     /// Checks every length, index and number, so that the exporters can rely on them.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         match self.fault() {
             None => Ok(()),
             Some(fault) => Err(Error::input(format!("the animation of “{}”: {fault}", self.name))),
@@ -70,7 +72,7 @@ impl<'a> Scene<'a> {
     }
 
     /// What is wrong with it, as a phrase without its subject.
-    pub(super) fn fault(&self) -> Option<String> {
+    pub(crate) fn fault(&self) -> Option<String> {
         let vertices = self.rest.len();
         let corners = self.faces.indices.len();
         if vertices == 0 || self.faces.is_empty() {
@@ -128,7 +130,7 @@ impl<'a> Scene<'a> {
 }
 
 /// The vertex of the first of `numbers` (V×3) that is NaN or infinite.
-pub(super) fn first_not_finite(numbers: &[f32]) -> Option<usize> {
+pub(crate) fn first_not_finite(numbers: &[f32]) -> Option<usize> {
     const BLOCK: usize = 1024;
     // Without an end in its middle, a block is checked many numbers at a time.
     let is_finite = |block: &[f32]| block.iter().fold(true, |finite, x| finite & x.is_finite());

@@ -1,5 +1,7 @@
-use super::scene::first_not_finite;
-use super::{Origin, Scene};
+//! A mesh with shapes, as every format is given it.
+
+use super::provenance::Provenance;
+use super::scene::{Scene, first_not_finite};
 use rhytid_core::{Error, Faces, Materials, Result, UpAxis, Uvs};
 
 /// A mesh with named shapes, each with a slider in the program that opens it; nothing of it moves by itself.
@@ -25,7 +27,7 @@ pub struct Shapes<'a> {
     /// The mesh's up axis.
     pub up_axis: UpAxis,
     /// How the shapes were made.
-    pub origin: &'a Origin,
+    pub provenance: &'a Provenance,
     /// The shapes, at least one.
     pub shapes: &'a [Shape],
 }
@@ -43,7 +45,7 @@ pub struct Shape {
 
 impl Shapes<'_> {
     /// Checks every length, index, number and name, so that the writers can rely on them.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         match self.rest_scene().fault().or_else(|| self.fault_of_shapes()) {
             None => Ok(()),
             Some(fault) => Err(Error::input(format!("the shapes of “{}”: {fault}", self.name))),
@@ -67,7 +69,7 @@ impl Shapes<'_> {
             frames: 1,
             rate: 1.0,
             first_time_code: 0.0,
-            origin: self.origin,
+            provenance: self.provenance,
         }
     }
 

@@ -1,3 +1,5 @@
+//! The transform of a node.
+
 use ::gltf::json::scene::Node;
 use glam::{DMat4, DQuat, DVec3};
 

@@ -1,3 +1,5 @@
+//! What every mesh is checked for.
+
 use rhytid_core::{Error, Mesh, Result};
 
 /// What every reader guarantees: every coordinate is finite and fits a 32-bit float; there is a face; each face

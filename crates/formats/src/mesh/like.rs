@@ -1,3 +1,6 @@
+//! Meshes that have to be like another one.
+
+use super::read::read;
 use rhytid_core::{Error, Mesh, Result};
 use std::path::Path;
 
@@ -7,7 +10,7 @@ use std::path::Path;
 /// # Errors
 /// As [`super::read`], and [`Error::Input`] if the number of vertices or a face differs.
 pub fn read_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<[f64; 3]>> {
-    let mesh = super::read(path)?;
+    let mesh = read(path)?;
     let (path, like) = (path.display(), neutral_path.display());
     let cure = "an example needs the neutral's vertices and faces in the same order: export both from the same \
                 mesh, without merging, splitting or reordering";

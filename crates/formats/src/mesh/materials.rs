@@ -1,3 +1,5 @@
+//! The materials of faces, gathered.
+
 use rhytid_core::Materials;
 use std::collections::HashMap;
 

@@ -1,6 +1,8 @@
 //! Wavefront OBJ: `v`, `vt`, `f` and `usemtl`. An own reader, so that every message has its line and polygons stay whole.
 
-use super::{check::representable, materials::Assigned, uvs_from_corners, warn_partial_uvs};
+use super::check::representable;
+use super::materials::Assigned;
+use super::uvs::{uvs_from_corners, warn_partial_uvs};
 use rhytid_core::{Error, Mesh, Result};
 use std::borrow::Cow;
 

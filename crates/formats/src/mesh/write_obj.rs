@@ -1,4 +1,6 @@
-use super::check;
+//! OBJ out.
+
+use super::check::check;
 use rhytid_core::{Materials, Mesh, Result, WriteBeside};
 use std::io::Write;
 use std::path::Path;

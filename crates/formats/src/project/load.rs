@@ -1,5 +1,5 @@
 //! A [`Project`] and the files it names to a [`Face`].
-use super::{Edges, ExampleSection, Project};
+use super::sections::{Edges, ExampleSection, Project};
 use crate::{mesh, tables};
 use rayon::prelude::*;
 use rhytid_core::{Error, Example, Face, Handles, Result, Settings, StrainEdges};

@@ -1,5 +1,5 @@
 //! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
-use super::{
+use super::sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method, Project,
     StrainSection, Units,
 };

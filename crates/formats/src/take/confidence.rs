@@ -1,5 +1,6 @@
 //! The optional column of a marker's confidence, `LABEL_confidence`.
-use super::{Header, in_frame, shown};
+use super::cells::{in_frame, shown};
+use super::columns::Header;
 use crate::tables::rows::Rows;
 use crate::tables::text::{did_you_mean, quoted};
 use rhytid_core::{Error, Result, Take};

@@ -1,5 +1,6 @@
 //! The seven columns of the head's motion: a unit quaternion and a translation.
-use super::{Missing, in_frame, number, shown};
+use super::cells::{in_frame, number, shown};
+use super::missing::Missing;
 use crate::tables::rows::Rows;
 use crate::tables::text::quoted;
 use rhytid_core::{Result, RigidMotion};
@@ -35,7 +36,7 @@ pub(super) fn complete(rows: &Rows<'_>, found: Found) -> Result<Option<[usize; 7
     )))
 }
 
-/// How the head stands in the current row; `before` where it is missing and may be.
+/// The head pose in the current row; `before` where it is missing and may be.
 pub(super) fn read(
     rows: &Rows<'_>,
     columns: [usize; 7],

@@ -1,28 +1,20 @@
 //! Takes: marker tracks as CSV, `time,LABEL_x,LABEL_y,LABEL_z,…` in seconds and mesh units, with the head's motion where
 //! it is known, and the confidence of markers that are filled rather than measured.
+mod cells;
+mod columns;
 mod confidence;
 mod head;
+mod missing;
 
 use crate::tables::rows::Rows;
-use crate::tables::text::{did_you_mean, listed, quoted};
+use crate::tables::text::{listed, quoted};
 use crate::tables::write_checked;
+use cells::{in_frame, number, shown};
+use columns::{AXES, match_columns};
 use rhytid_core::{Error, RawTake, Result, Take};
-use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-/// What to do where a marker is missing from a frame: where one of its cells is empty, NaN or infinite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Missing {
-    /// An error that names frame and label.
-    #[default]
-    Error,
-    /// Keep the marker where it was last seen (before its first sighting: where it is first seen).
-    Hold,
-    /// Leave it at [`RawTake::MISSING`], for a clean-up; the head is held. So may a marker be that no frame has.
-    Leave,
-}
-
-const AXES: [&str; 3] = ["_x", "_y", "_z"];
+pub use missing::Missing;
 
 /// Reads a take. Columns are matched by name, in any order.
 ///
@@ -95,138 +87,6 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
     Ok(take)
 }
 
-/// Where things are in a row.
-struct Columns {
-    time: usize,
-    labels: Vec<String>,
-    /// x, y and z of each label.
-    markers: Vec<[usize; 3]>,
-    head: Option<[usize; 7]>,
-    /// For each label.
-    confidence: Vec<Option<usize>>,
-}
-
-fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String]>) -> Result<Columns> {
-    let header = sort_header(rows, wanted)?;
-    let head = head::complete(rows, header.head)?;
-    let time = header.time.ok_or_else(|| {
-        rows.error(&format!(
-            "the header has no column \"time\"{}, expected time,LABEL_x,LABEL_y,LABEL_z,…",
-            did_you_mean("time", rows.header().iter().map(String::as_str))
-        ))
-    })?;
-    let kept: Vec<&str> = match wanted {
-        Some(wanted) => wanted.iter().map(String::as_str).collect(),
-        None => header.labels.clone(),
-    };
-    if kept.is_empty() {
-        return Err(rows.error("the header has no markers, expected LABEL_x,LABEL_y,LABEL_z for each"));
-    }
-    let mut complete = Vec::with_capacity(kept.len());
-    let mut lacking = Vec::new();
-    for label in &kept {
-        match header.markers.get(label) {
-            Some(&[Some(x), Some(y), Some(z)]) => complete.push([x, y, z]),
-            Some(axes) => lacking.push(format!("{} (lacks {})", quoted(label), lacking_columns(label, axes))),
-            None => lacking.push(quoted(label) + &did_you_mean(label, header.labels.iter().copied())),
-        }
-    }
-    if !lacking.is_empty() {
-        return Err(rows.error(&format!(
-            "{} of the {} {} missing from the header: {}; each needs its columns LABEL_x, LABEL_y and LABEL_z",
-            lacking.len(),
-            kept.len(),
-            if wanted.is_some() { "handles are" } else { "labels have columns" },
-            lacking.join(", ")
-        )));
-    }
-    let confidence = confidence::columns(rows, &header, &kept, wanted.is_some())?;
-    if wanted.is_some() {
-        let kept: HashSet<&str> = kept.iter().copied().collect();
-        let of_no_marker = confidence::of_no_marker(rows, &header);
-        let labels = header.labels.iter().copied().filter(|label| !kept.contains(label));
-        let ignored: Vec<&str> = labels.chain(header.others.iter().copied()).chain(of_no_marker).collect();
-        if !ignored.is_empty() {
-            let listed = listed(ignored.iter().copied());
-            log::warn!("{name}: columns of no handle are left out ({} labels): {listed}", ignored.len());
-        }
-    }
-    Ok(Columns {
-        time,
-        labels: kept.into_iter().map(str::to_owned).collect(),
-        markers: complete,
-        head,
-        confidence,
-    })
-}
-
-/// What the columns of a header are.
-#[derive(Default)]
-struct Header<'a> {
-    time: Option<usize>,
-    /// In the order of their first columns.
-    labels: Vec<&'a str>,
-    /// x, y and z of each label.
-    markers: HashMap<&'a str, [Option<usize>; 3]>,
-    head: head::Found,
-    /// Of each label that has such a column.
-    confidence: BTreeMap<&'a str, usize>,
-    /// Columns of neither the time nor a marker nor the head.
-    others: Vec<&'a str>,
-}
-
-fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Header<'a>> {
-    let wanted: Option<HashSet<&str>> = wanted.map(|labels| labels.iter().map(String::as_str).collect());
-    let mut header = Header::default();
-    for (column, cell) in rows.header().iter().enumerate() {
-        let before = if cell == "time" {
-            header.time.replace(column)
-        } else if let Some(i) = head::COLUMNS.iter().position(|name| name == cell) {
-            header.head[i].replace(column)
-        } else if let Some((label, axis)) = split(cell) {
-            let axes = header.markers.entry(label).or_insert_with(|| {
-                header.labels.push(label);
-                [None; 3]
-            });
-            let is_wanted = wanted.as_ref().is_none_or(|set| set.contains(label));
-            axes[axis].replace(column).filter(|_| is_wanted)
-        } else if let Some(label) = confidence::label(cell) {
-            let is_wanted = wanted.as_ref().is_none_or(|set| set.contains(label));
-            header.confidence.insert(label, column).filter(|_| is_wanted)
-        } else if wanted.is_some() {
-            header.others.push(cell);
-            None
-        } else {
-            return Err(rows.error(&format!(
-                "column {} of the header is {}, expected time, LABEL_x, LABEL_y or LABEL_z",
-                column + 1,
-                quoted(cell)
-            )));
-        };
-        if let Some(before) = before {
-            return Err(rows.error(&format!(
-                "the columns {} and {} of the header are both {}; keep one of them",
-                before + 1,
-                column + 1,
-                quoted(cell)
-            )));
-        }
-    }
-    Ok(header)
-}
-
-/// The label and the axis of a column: `brow_left_y` is axis 1 of `brow_left`.
-fn split(column: &str) -> Option<(&str, usize)> {
-    let axis = AXES.iter().position(|suffix| column.ends_with(suffix))?;
-    let label = column.strip_suffix(AXES[axis])?;
-    (!label.is_empty()).then_some((label, axis))
-}
-
-fn lacking_columns(label: &str, axes: &[Option<usize>; 3]) -> String {
-    let columns = axes.iter().zip(AXES).filter(|(column, _)| column.is_none());
-    columns.map(|(_, suffix)| quoted(&format!("{label}{suffix}"))).collect::<Vec<_>>().join(" and ")
-}
-
 fn read_time(rows: &Rows<'_>, column: usize, frame: usize, before: Option<f64>) -> Result<f64> {
     let time = number(rows.cell(column)).filter(|time| time.is_finite()).ok_or_else(|| {
         in_frame(rows, frame, &format!("the time is {}, expected a number of seconds", shown(rows, column)))
@@ -281,21 +141,6 @@ fn read_marker(
         }
     }
     Ok((!is_missing).then_some(position))
-}
-
-fn number(cell: &[u8]) -> Option<f64> {
-    std::str::from_utf8(cell).ok()?.parse().ok()
-}
-
-fn shown(rows: &Rows<'_>, column: usize) -> String {
-    match rows.cell(column) {
-        [] => "empty".to_owned(),
-        cell => quoted(&String::from_utf8_lossy(cell)),
-    }
-}
-
-fn in_frame(rows: &Rows<'_>, frame: usize, message: &str) -> Error {
-    rows.error(&format!("frame {frame}: {message}"))
 }
 
 /// Writes a take so that [`read`] gives it back bit for bit; a marker at [`RawTake::MISSING`] has empty cells.

@@ -1,6 +1,8 @@
 //! Small animations to export.
 use rhytid_core::{Faces, Materials, NoProgress, Result, RigidMotion, UpAxis, Uvs};
-use rhytid_formats::export::{self, Frame, Options, Origin, Scene, Written};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Frame, HeadMotion, Options, OutputStage, Provenance, Scene, Written};
+use rhytid_formats::take::Missing;
 use std::path::Path;
 
 /// 7.038531e-26: that text, read as `f64` and rounded to `f32`, is its neighbour.
@@ -27,7 +29,7 @@ pub struct Animation {
     pub frames: Vec<[Vec<f32>; 2]>,
     /// Velocities of each frame.
     pub velocities: Option<Vec<Vec<f32>>>,
-    pub origin: Origin,
+    pub provenance: Provenance,
 }
 
 impl Animation {
@@ -47,7 +49,7 @@ impl Animation {
             frames: self.frames.len(),
             rate: self.rate,
             first_time_code: self.first_time_code,
-            origin: &self.origin,
+            provenance: &self.provenance,
         }
     }
 
@@ -65,7 +67,7 @@ impl Animation {
     }
 
     pub fn export_with(&self, path: &Path, options: &Options) -> Result<Written> {
-        let mut exporter = export::create(path, &self.scene(), options)?;
+        let mut exporter = animation::create(path, &self.scene(), options)?;
         for i in 0..self.frames.len() {
             exporter.frame(self.frame(i))?;
         }
@@ -144,16 +146,16 @@ pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
         first_time_code: 1.0,
         frames,
         velocities: None,
-        origin: Origin {
+        provenance: Provenance {
             version: "1.2.3".into(),
             rig: "0123456789abcdef".into(),
-            stage: "full".into(),
+            stage: OutputStage::Full.into(),
             first_frame: 7,
             end_frame: 5_000_000_000,
-            fps: 30.0 / 1.001,
-            missing: "hold".into(),
+            fps: Some(30.0 / 1.001),
+            missing: Missing::Hold.into(),
             fade_detail: true,
-            head: "drop".into(),
+            head: HeadMotion::Drop.into(),
         },
     }
 }

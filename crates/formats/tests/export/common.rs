@@ -1,7 +1,8 @@
 //! What both formats promise, and the programs that the tests call.
 use crate::animation::{Animation, UvKind, animation};
 use rhytid_core::{Error, NoProgress};
-use rhytid_formats::export::{self, Frame, Options};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Frame, Options};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -67,7 +68,7 @@ fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
             if let Some(text) = before {
                 std::fs::write(&path, text).unwrap();
             }
-            let mut exporter = export::create(&path, &animation.scene(), &Options::default()).unwrap();
+            let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
             exporter.frame(animation.frame(0)).unwrap();
             drop(exporter);
             assert_eq!(std::fs::read_to_string(&path).ok().as_deref(), before, "{extension}");
@@ -91,7 +92,7 @@ fn frames_that_do_not_fit_the_scene_are_refused() {
         let animation = animation(UvKind::None, 2, 2);
         let frame = animation.frame(0);
         let (positions, normals) = (frame.positions, frame.normals.unwrap());
-        let mut exporter = export::create(&path, &animation.scene(), &Options::default()).unwrap();
+        let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
 
         let message = input_error(exporter.frame(Frame { positions: &positions[3..], ..frame }));
         assert!(message.contains("frame 0") && message.contains("99 numbers"), "{message}");
@@ -111,7 +112,7 @@ fn frames_that_do_not_fit_the_scene_are_refused() {
         assert!(message.contains("more than the 2 announced"), "{message}");
         drop(exporter);
 
-        let mut exporter = export::create(&path, &animation.scene(), &Options::default()).unwrap();
+        let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
         exporter.frame(frame).unwrap();
         let message = input_error(exporter.finish(&NoProgress));
         assert!(message.contains("after 1 frames of 2"), "{message}");
@@ -147,7 +148,7 @@ fn scenes_that_make_no_sense_are_refused() {
         for (expected, damage) in &damages {
             let mut animation = animation(UvKind::PerCorner, 2, 3);
             damage(&mut animation);
-            let message = input_error(export::create(&path, &animation.scene(), &Options::default()));
+            let message = input_error(animation::create(&path, &animation.scene(), &Options::default()));
             assert!(message.contains(expected), "“{message}” lacks “{expected}”");
         }
         assert_eq!(files_in(folder.path()), [""; 0]);
@@ -161,8 +162,11 @@ fn names_that_cannot_be_written_are_refused() {
     for (name, expected) in
         [("face.fbx", "as .usd, "), ("face", "as .usd, "), ("no/face.usd", "does not exist")]
     {
-        let message =
-            input_error(export::create(&folder.path().join(name), &animation.scene(), &Options::default()));
+        let message = input_error(animation::create(
+            &folder.path().join(name),
+            &animation.scene(),
+            &Options::default(),
+        ));
         assert!(message.contains(expected), "{message}");
     }
     animation.export(&folder.path().join("FACE.USDA")).unwrap();

@@ -118,7 +118,7 @@ fn write_expectation(folder: &Path, animation: &Animation, identifier: &str) {
         "head": animation.head.as_ref().map(|head| {
             head.iter().map(|motion| json!([motion.rotation, motion.translation])).collect::<Vec<_>>()
         }),
-        "origin": animation.origin,
+        "provenance": animation.provenance,
     });
     std::fs::write(folder.join("expected.json"), expectation.to_string()).unwrap();
 }

@@ -52,7 +52,7 @@ def check(folder, extension):
     root = stage.GetDefaultPrim()
     equal("default prim", root.GetPath(), "/" + expected["identifier"])
     equal("kind", Usd.ModelAPI(root).GetKind(), Kind.Tokens.component)
-    equal("origin", root.GetCustomDataByKey("rhytid"), expected["origin"])
+    equal("provenance", root.GetCustomDataByKey("rhytid"), expected["provenance"])
     mesh = UsdGeom.Mesh(root.GetChildren()[0])
     equal("mesh", mesh.GetPrim().GetName(), expected["identifier"] + "_mesh")
     equal("subdivisionScheme", mesh.GetSubdivisionSchemeAttr().Get(), "none")

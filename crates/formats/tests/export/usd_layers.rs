@@ -4,7 +4,7 @@ use crate::common::{python, python_usd_24_3, root, run};
 use rhytid_formats::usd::layer::{
     Attribute, Fields, Layer, Prim, Property, Reference, Relationship, Specifier, Value,
 };
-use rhytid_formats::usd::{Encoding, LayerWriter, Sample};
+use rhytid_formats::usd::write::{Encoding, LayerWriter, Sample};
 use std::path::Path;
 use std::process::Command;
 

@@ -2,7 +2,8 @@
 use crate::animation::{Random, UvKind, with_everything};
 use crate::common::{EXTENSIONS, files_in, input_error, python, python_usd_24_3, root, run};
 use rhytid_core::NoProgress;
-use rhytid_formats::export::{self, Options, Shape, Shapes};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Options, Shape, Shapes};
 use serde_json::json;
 use std::path::Path;
 use std::process::Command;
@@ -37,7 +38,8 @@ fn check(python: &Path) {
         let mut sizes = Vec::new();
         for extension in ["usd", "usdc", "usda", "usdz"] {
             let path = folder.path().join(format!("shapes.{extension}"));
-            let written = export::write_shapes(&path, &described, &Options::default(), &NoProgress).unwrap();
+            let written =
+                animation::write_shapes(&path, &described, &Options::default(), &NoProgress).unwrap();
             assert_eq!(written.bytes, std::fs::metadata(&path).unwrap().len());
             sizes.push(written.bytes);
         }
@@ -45,7 +47,7 @@ fn check(python: &Path) {
         let expected = json!({
             "rest": animation.rest,
             "rest_normals": with_normals.then_some(&animation.rest_normals),
-            "origin": animation.origin,
+            "provenance": animation.provenance,
             "shapes": shapes.iter().map(|shape| json!([shape.name, shape.offsets, shape.normal_offsets]))
                 .collect::<Vec<_>>(),
         });
@@ -68,7 +70,7 @@ fn described<'a>(animation: &'a crate::animation::Animation, shapes: &'a [Shape]
         materials: scene.materials,
         metres_per_unit: scene.metres_per_unit,
         up_axis: scene.up_axis,
-        origin: scene.origin,
+        provenance: scene.provenance,
         shapes,
     }
 }
@@ -102,7 +104,7 @@ fn shapes_that_make_no_sense_are_refused() {
     let refused = |animation: &crate::animation::Animation, shapes: &[Shape], extension: &str| {
         let path = folder.path().join(format!("shapes.{extension}"));
         let described = described(animation, shapes);
-        input_error(export::write_shapes(&path, &described, &Options::default(), &NoProgress))
+        input_error(animation::write_shapes(&path, &described, &Options::default(), &NoProgress))
     };
     for extension in EXTENSIONS {
         for (expected, damage) in &damages {

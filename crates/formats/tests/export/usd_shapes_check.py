@@ -32,7 +32,7 @@ def check(path, expected):
     stage = Usd.Stage.Open(str(path))
     root = UsdSkel.Root(stage.GetDefaultPrim())
     assert root, "the default prim is no SkelRoot"
-    equal("origin", root.GetPrim().GetCustomDataByKey("rhytid"), expected["origin"])
+    equal("provenance", root.GetPrim().GetCustomDataByKey("rhytid"), expected["provenance"])
     mesh = UsdGeom.Mesh(root.GetPrim().GetChildren()[0])
     equal("subsets", len(UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets()), 4)
 

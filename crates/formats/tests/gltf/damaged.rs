@@ -4,18 +4,18 @@ use crate::animation::{Random, UvKind};
 use crate::cases::{animation, cases, head};
 use crate::tools::input_error;
 use rhytid_core::Error;
+use rhytid_formats::animation;
 use rhytid_formats::export::Options;
-use rhytid_formats::recording;
 use std::path::Path;
 
 /// Reads all of a file; never panics.
 fn read(path: &Path) -> rhytid_core::Result<()> {
-    let mut recording = recording::open(path)?;
+    let mut reader = animation::open(path)?;
     let mut out = Vec::new();
-    for k in 0..recording.summary().frames.min(8) {
-        recording.positions(k, &mut out)?;
-        recording.normals(k, &mut out)?;
-        recording.head(k)?;
+    for k in 0..reader.summary().frames.min(8) {
+        reader.positions(k, &mut out)?;
+        reader.normals(k, &mut out)?;
+        reader.head(k)?;
     }
     Ok(())
 }
@@ -59,7 +59,7 @@ fn cut_and_swapped_files_give_clear_errors() {
         std::fs::write(at("c.gltf"), json.replace("b.bin", uri)).unwrap();
         refused("c.gltf", "expected a file beside it");
     }
-    assert!(matches!(recording::open(&at("none.glb")), Err(Error::Io { .. })));
+    assert!(matches!(animation::open(&at("none.glb")), Err(Error::Io { .. })));
 }
 
 #[test]

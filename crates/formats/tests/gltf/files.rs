@@ -4,7 +4,8 @@ use crate::animation::UvKind;
 use crate::cases::{animation, cases};
 use crate::tools::{input_error, unfold};
 use rhytid_core::{NoProgress, Progress};
-use rhytid_formats::export::{self, Options};
+use rhytid_formats::animation;
+use rhytid_formats::export::Options;
 use std::path::{Path, PathBuf};
 
 fn files_in(folder: &Path) -> Vec<String> {
@@ -31,12 +32,12 @@ fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
                 for name in before {
                     std::fs::write(folder.path().join(name), "what stood there before").unwrap();
                 }
-                let mut exporter = export::create(&path, &animation.scene(), &options).unwrap();
+                let mut exporter = animation::create(&path, &animation.scene(), &options).unwrap();
                 exporter.frame(animation.frame(0)).unwrap();
                 drop(exporter);
                 assert_eq!(files_in(folder.path()), before, "{extension}");
 
-                let mut exporter = export::create(&path, &animation.scene(), &options).unwrap();
+                let mut exporter = animation::create(&path, &animation.scene(), &options).unwrap();
                 (0..3).for_each(|k| exporter.frame(animation.frame(k)).unwrap());
                 let stopped = exporter.finish(&Stopped);
                 assert!(
@@ -73,7 +74,7 @@ fn a_gltf_that_cannot_be_finished_leaves_no_bin() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.gltf");
     let animation = animation(UvKind::None, 1, 2);
-    let mut exporter = export::create(&path, &animation.scene(), &Options::default()).unwrap();
+    let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
     exporter.frame(animation.frame(0)).unwrap();
     // A folder in the place of one of two files.
     std::fs::create_dir(&path).unwrap();

@@ -3,7 +3,8 @@
 use crate::animation::{Animation, UvKind};
 use crate::cases::animation;
 use crate::tools::input_error;
-use rhytid_formats::export::{self, Exporter, Options, Scene};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Exporter, Options, Scene};
 use std::path::Path;
 
 /// What `create` says to `frames` frames of `vertices` vertices.
@@ -16,7 +17,11 @@ fn create(
     let mut big: Animation = animation(UvKind::None, 1, 29);
     big.rest.resize(vertices, [0.0; 3]);
     big.rest_normals.resize(vertices, [0.0; 3]);
-    export::create(&folder.join("face").with_extension(extension), &Scene { frames, ..big.scene() }, &options)
+    animation::create(
+        &folder.join("face").with_extension(extension),
+        &Scene { frames, ..big.scene() },
+        &options,
+    )
 }
 
 #[test]

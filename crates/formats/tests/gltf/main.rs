@@ -10,7 +10,7 @@ mod damaged;
 mod files;
 mod limits;
 mod motion;
-mod recording;
+mod reader;
 mod shapes;
 mod surface;
 mod tools;

@@ -217,9 +217,9 @@ fn what_does_not_move_is_a_plain_mesh() {
                 assert_eq!(written.targets, Some(if max_error.is_some() { 0 } else { 4 }));
                 assert_eq!(viewer.times.is_empty(), max_error.is_some() && !with_head);
                 assert_eq!(viewer.scene_extras()["frames"], 4);
-                let mut recording = rhytid_formats::recording::open(&path).unwrap();
+                let mut reader = rhytid_formats::animation::open(&path).unwrap();
                 let mut out = Vec::new();
-                recording.positions(3, &mut out).unwrap();
+                reader.positions(3, &mut out).unwrap();
                 let off = out.iter().zip(&still.frames[3][0]).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 assert!(off < 2e-4, "{options:?}: {off}");
             }

@@ -6,7 +6,8 @@ use crate::tools::{input_error, unfold};
 use crate::validator::assert_valid;
 use crate::viewer::Viewer;
 use rhytid_core::{NoProgress, UpAxis};
-use rhytid_formats::export::{self, Options, Shape, Shapes};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Options, Shape, Shapes};
 
 #[test]
 fn each_shape_is_a_named_target_that_nothing_moves() {
@@ -33,12 +34,12 @@ fn each_shape_is_a_named_target_that_nothing_moves() {
             materials: None,
             metres_per_unit: 0.001,
             up_axis: UpAxis::Z,
-            origin: &base.origin,
+            provenance: &base.provenance,
             shapes: &shapes,
         };
         let path = folder.path().join(format!("{bits}.{}", if meshopt { "gltf" } else { "glb" }));
         let options = Options { quantize, meshopt, ..Options::default() };
-        let written = export::write_shapes(&path, &scene, &options, &NoProgress).unwrap();
+        let written = animation::write_shapes(&path, &scene, &options, &NoProgress).unwrap();
         assert_eq!((written.targets, written.error.is_some()), (Some(2), quantize));
 
         let viewer = Viewer::open(&unfold(std::slice::from_ref(&path))[0]);
@@ -84,12 +85,12 @@ fn more_than_256_shapes_need_force() {
         materials: None,
         metres_per_unit: 0.001,
         up_axis: UpAxis::Y,
-        origin: &base.origin,
+        provenance: &base.provenance,
         shapes: &shapes,
     };
     let path = folder.path().join("face.glb");
-    let message = input_error(export::write_shapes(&path, &scene, &Options::default(), &NoProgress));
+    let message = input_error(animation::write_shapes(&path, &scene, &Options::default(), &NoProgress));
     assert!(message.contains("257 shapes") && message.contains("--force"), "{message}");
     let force = Options { force: true, ..Options::default() };
-    export::write_shapes(&path, &scene, &force, &NoProgress).unwrap();
+    animation::write_shapes(&path, &scene, &force, &NoProgress).unwrap();
 }

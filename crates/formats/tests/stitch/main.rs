@@ -7,7 +7,9 @@ mod animation;
 
 use animation::{Animation, UvKind, with_everything};
 use rhytid_core::{Error, UpAxis};
-use rhytid_formats::{recording, usd::clips};
+use rhytid_formats::export::{HeadMotion, OutputStage};
+use rhytid_formats::take::Missing;
+use rhytid_formats::{animation::open, usd};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -19,7 +21,7 @@ const FIRST_TIME_CODE: f64 = 11.0;
 fn whole() -> Animation {
     let mut whole = with_everything(UvKind::PerCorner, FRAMES, 21);
     whole.first_time_code = FIRST_TIME_CODE;
-    (whole.origin.first_frame, whole.origin.end_frame) = (11, 20);
+    (whole.provenance.first_frame, whole.provenance.end_frame) = (11, 20);
     whole
 }
 
@@ -30,7 +32,7 @@ fn cut(whole: &Animation, begin: usize, end: usize) -> Animation {
     part.velocities = whole.velocities.as_ref().map(|all| all[begin..end].to_vec());
     part.head = whole.head.as_ref().map(|all| all[begin..end].to_vec());
     part.first_time_code += begin as f64;
-    (part.origin.first_frame, part.origin.end_frame) = (11 + begin as u64, 11 + end as u64);
+    (part.provenance.first_frame, part.provenance.end_frame) = (11 + begin as u64, 11 + end as u64);
     part
 }
 
@@ -71,7 +73,7 @@ fn usd_plays_the_parts_as_the_whole() {
         paths.reverse();
         whole.export(&case.join("whole.usd")).unwrap();
         let stitched = case.join(format!("stitched.{output}"));
-        let done = clips::stitch(&paths, &stitched).unwrap();
+        let done = usd::stitch(&paths, &stitched).unwrap();
         assert_eq!((done.parts, done.frames, done.time_codes), (4, FRAMES, [11.0, 19.0]));
         assert_eq!(done.bytes, std::fs::metadata(&stitched).unwrap().len());
         assert_eq!(done.manifest, case.join("stitched.manifest.usda"));
@@ -95,10 +97,10 @@ fn we_read_the_parts_as_the_whole() {
     let whole = whole();
     let paths = export_parts(&whole, folder.path(), "usd");
     let stitched = folder.path().join("stitched.usd");
-    clips::stitch(&paths, &stitched).unwrap();
+    usd::stitch(&paths, &stitched).unwrap();
     let plain = folder.path().join("whole.usd");
     whole.export(&plain).unwrap();
-    let [mut stitched, mut plain] = [&stitched, &plain].map(|path| recording::open(path).unwrap());
+    let [mut stitched, mut plain] = [&stitched, &plain].map(|path| open(path).unwrap());
     assert_eq!(stitched.summary(), plain.summary());
     let [mut a, mut b] = [Vec::new(), Vec::new()];
     for frame in (0..FRAMES).rev() {
@@ -120,11 +122,11 @@ fn parts_by_another_version_of_the_program_are_parts() {
     let folder = tempfile::tempdir().unwrap();
     let paths = export_parts(&whole(), folder.path(), "usd");
     let mut part = cut(&whole(), 4, 5);
-    part.origin.version = "1.2.4".into();
+    part.provenance.version = "1.2.4".into();
     part.export(&paths[1]).unwrap();
     let stitched = folder.path().join("stitched.usd");
-    clips::stitch(&paths, &stitched).unwrap();
-    assert_eq!(recording::open(&stitched).unwrap().summary().frames, FRAMES);
+    usd::stitch(&paths, &stitched).unwrap();
+    assert_eq!(open(&stitched).unwrap().summary().frames, FRAMES);
 }
 
 #[test]
@@ -134,26 +136,26 @@ fn a_manifest_that_is_missing_or_of_other_parts_is_noticed() {
     let paths = export_parts(&whole, folder.path(), "usd");
     let stitched = folder.path().join("stitched.usd");
     let renamed = folder.path().join("renamed.usd");
-    let manifest = clips::stitch(&paths, &stitched).unwrap().manifest;
+    let manifest = usd::stitch(&paths, &stitched).unwrap().manifest;
     std::fs::rename(&stitched, &renamed).unwrap();
-    assert!(recording::open(&renamed).is_ok());
+    assert!(open(&renamed).is_ok());
 
     // Others are stitched under the old name.
     let others = folder.path().join("others");
     whole.with_normals = false;
-    clips::stitch(&export_parts(&whole, &others, "usd"), &stitched).unwrap();
-    assert!(recording::open(&stitched).is_ok());
-    let message = sentence(recording::open(&renamed));
+    usd::stitch(&export_parts(&whole, &others, "usd"), &stitched).unwrap();
+    assert!(open(&stitched).is_ok());
+    let message = sentence(open(&renamed));
     assert!(
         message.contains("stitched.manifest.usda: does not declare /face/face_mesh.normals"),
         "{message}"
     );
 
     std::fs::write(&manifest, "#usda 1.0\n").unwrap();
-    let message = sentence(recording::open(&renamed));
+    let message = sentence(open(&renamed));
     assert!(message.contains("does not declare /face, which has samples"), "{message}");
     std::fs::remove_file(&manifest).unwrap();
-    let message = sentence(recording::open(&renamed));
+    let message = sentence(open(&renamed));
     assert!(message.contains("manifest") && message.contains("is not there"), "{message}");
 }
 
@@ -163,9 +165,9 @@ fn a_file_that_cannot_be_written_leaves_no_manifest() {
     let paths = export_parts(&whole(), folder.path(), "usd");
     let out = folder.path().join("out");
     std::fs::create_dir_all(out.join("taken.usd")).unwrap();
-    assert!(sentence(clips::stitch(&paths, &out.join("taken.usd"))).contains("is a folder"));
+    assert!(sentence(usd::stitch(&paths, &out.join("taken.usd"))).contains("is a folder"));
     std::fs::create_dir_all(out.join("other.manifest.usda")).unwrap();
-    assert!(sentence(clips::stitch(&paths, &out.join("other.usd"))).contains("is a folder"));
+    assert!(sentence(usd::stitch(&paths, &out.join("other.usd"))).contains("is a folder"));
     let names: Vec<_> = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(names.len(), 2, "{names:?}");
 }
@@ -176,15 +178,15 @@ fn parts_that_changed_since_are_noticed() {
     let whole = whole();
     let paths = export_parts(&whole, folder.path(), "usd");
     let stitched = folder.path().join("stitched.usd");
-    clips::stitch(&paths, &stitched).unwrap();
+    usd::stitch(&paths, &stitched).unwrap();
     for path in &paths {
         let at = paths.iter().position(|p| p == path).unwrap();
         let end = BEGINS.get(at + 1).copied().unwrap_or(FRAMES);
         let mut part = cut(&whole, BEGINS[at], end);
-        part.origin.rig = "another".into();
+        part.provenance.rig = "another".into();
         part.export(path).unwrap();
     }
-    let message = sentence(recording::open(&stitched));
+    let message = sentence(open(&stitched));
     assert!(message.contains("stitch them again"), "{message}");
 }
 
@@ -204,14 +206,14 @@ fn parts_that_do_not_follow_one_another_are_named_with_their_frames() {
     let paths = export_parts(&whole(), folder.path(), "usd");
     let [a, b, c, d] = &paths[..] else { panic!("four parts") };
 
-    let message = sentence(clips::stitch(&[a.clone(), d.clone(), b.clone()], &output));
+    let message = sentence(usd::stitch(&[a.clone(), d.clone(), b.clone()], &output));
     assert!(message.contains("frames 16 to 17 are in no part"), "{message}");
     assert!(
         message.contains("part 4.usd ends with 15") && message.contains("part 7.usd begins with 18"),
         "{message}"
     );
 
-    let message = sentence(clips::stitch(&[a.clone(), b.clone(), a.clone(), c.clone()], &output));
+    let message = sentence(usd::stitch(&[a.clone(), b.clone(), a.clone(), c.clone()], &output));
     assert!(message.contains("overlap") && message.contains("part 0.usd"), "{message}");
     assert!(message.contains("ends with frame 14 and the second begins with 11, expected 15"), "{message}");
     assert!(!output.exists());
@@ -221,12 +223,12 @@ fn parts_that_do_not_follow_one_another_are_named_with_their_frames() {
 fn parts_of_other_animations_are_refused() {
     type Damage = fn(&mut Animation);
     let damages: [(&str, Damage); 11] = [
-        ("the rig's hash: other and 0123456789abcdef", |a| a.origin.rig = "other".into()),
-        ("the stage: large-scale and full", |a| a.origin.stage = "large-scale".into()),
-        ("--fps: 24", |a| a.origin.fps = 24.0),
-        ("--missing: error and hold", |a| a.origin.missing = "error".into()),
-        ("with --fade-detail: no and yes", |a| a.origin.fade_detail = false),
-        ("--head: bake and drop", |a| a.origin.head = "bake".into()),
+        ("the rig's hash: other and 0123456789abcdef", |a| a.provenance.rig = "other".into()),
+        ("the stage: large-scale and full", |a| a.provenance.stage = OutputStage::LargeScale.into()),
+        ("--fps: 24", |a| a.provenance.fps = Some(24.0)),
+        ("--missing: error and hold", |a| a.provenance.missing = Missing::Error.into()),
+        ("with --fade-detail: no and yes", |a| a.provenance.fade_detail = false),
+        ("--head: bake and drop", |a| a.provenance.head = HeadMotion::Bake.into()),
         ("frames per second: 25 and 30", |a| a.rate = 25.0),
         ("metres per unit: 1 and 0.01", |a| a.metres_per_unit = 1.0),
         ("the up axis: Z and Y", |a| a.up_axis = UpAxis::Z),
@@ -240,7 +242,7 @@ fn parts_of_other_animations_are_refused() {
         let mut part = cut(&whole(), 4, 5);
         damage(&mut part);
         part.export(&paths[1]).unwrap();
-        let message = sentence(clips::stitch(&paths, &output));
+        let message = sentence(usd::stitch(&paths, &output));
         assert!(message.contains(expected), "“{message}” lacks “{expected}”");
         assert!(message.contains("part 0.usd") && message.contains("part 4.usd"), "{message}");
     }
@@ -252,22 +254,22 @@ fn outputs_that_make_no_sense_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let paths = export_parts(&whole(), folder.path(), "usd");
     for name in ["out.usdz", "out.glb", "out.txt"] {
-        let message = sentence(clips::stitch(&paths, &folder.path().join(name)));
+        let message = sentence(usd::stitch(&paths, &folder.path().join(name)));
         assert!(message.contains("stitched into .usd, .usdc or .usda"), "{message}");
     }
     let before = std::fs::read(&paths[1]).unwrap();
-    let message = sentence(clips::stitch(&paths, &folder.path().join("parts/../parts/part 4.usd")));
+    let message = sentence(usd::stitch(&paths, &folder.path().join("parts/../parts/part 4.usd")));
     assert!(message.contains("is one of the parts"), "{message}");
     assert_eq!(std::fs::read(&paths[1]).unwrap(), before);
     let part = folder.path().join("out.manifest.usda");
     cut(&whole(), 0, 4).export(&part).unwrap();
-    let message = sentence(clips::stitch(&[part], &folder.path().join("out.usd")));
+    let message = sentence(usd::stitch(&[part], &folder.path().join("out.usd")));
     assert!(message.contains("out.manifest.usda: is one of the parts"), "{message}");
-    assert!(sentence(clips::stitch(&[], &folder.path().join("out.usd"))).contains("no parts"));
+    assert!(sentence(usd::stitch(&[], &folder.path().join("out.usd"))).contains("no parts"));
 
     let stitched = folder.path().join("stitched.usd");
-    clips::stitch(&paths, &stitched).unwrap();
-    let message = sentence(clips::stitch(&[stitched], &folder.path().join("out.usd")));
+    usd::stitch(&paths, &stitched).unwrap();
+    let message = sentence(usd::stitch(&[stitched], &folder.path().join("out.usd")));
     assert!(message.contains("name its parts instead"), "{message}");
 }
 
@@ -279,8 +281,8 @@ fn the_parts_may_be_beside_or_above_the_output() {
     std::fs::create_dir_all(folder.path().join("out/deep")).unwrap();
     for output in ["parts/stitched.usda", "out/deep/stitched.usda"] {
         let output = folder.path().join(output);
-        clips::stitch(&paths, &output).unwrap();
-        assert_eq!(recording::open(&output).unwrap().summary().frames, FRAMES);
+        usd::stitch(&paths, &output).unwrap();
+        assert_eq!(open(&output).unwrap().summary().frames, FRAMES);
         let text = std::fs::read_to_string(&output).unwrap();
         assert!(!text.contains(folder.path().to_str().unwrap()), "{text}");
     }

@@ -1,6 +1,7 @@
 //! Files of USD's own library.
 use crate::{json, make};
-use rhytid_formats::recording;
+use rhytid_formats::animation;
+use rhytid_formats::export::HeadMotion;
 use rhytid_formats::usd::read;
 use serde_json::Value as Json;
 use std::path::Path;
@@ -75,22 +76,25 @@ fn an_animation_is_found() {
     make(folder.path(), "0.8.0", &[]);
     for extension in ["usda", "usdc"] {
         let path = folder.path().join(format!("small-0.8.0.{extension}"));
-        let mut recording = recording::open(&path).unwrap();
-        let summary = recording.summary().clone();
+        let mut reader = animation::open(&path).unwrap();
+        let summary = reader.summary().clone();
         assert_eq!((summary.vertices, summary.faces.len(), summary.frames), (40, 50, 5));
         assert_eq!((summary.first_time_code, summary.rate), (-2.0, 30000.0 / 1001.0));
         assert_eq!(summary.up_axis, rhytid_core::UpAxis::Z);
         assert_eq!(summary.metres_per_unit, 0.01);
         assert!(summary.normals && summary.velocities && summary.head);
-        let origin = summary.origin.unwrap();
-        assert_eq!((origin.rig.len(), origin.first_frame, origin.end_frame, origin.fps), (64, 3, 8, 29.97));
+        let provenance = summary.provenance.unwrap();
+        assert_eq!(
+            (provenance.rig.len(), provenance.first_frame, provenance.end_frame, provenance.fps),
+            (64, 3, 8, Some(29.97))
+        );
         // It was made before there was a choice.
-        assert_eq!((origin.fade_detail, origin.head.as_str()), (false, "keep"));
+        assert_eq!((provenance.fade_detail, provenance.head), (false, HeadMotion::Keep.into()));
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        recording.positions(4, &mut positions).unwrap();
-        recording.normals(4, &mut normals).unwrap();
+        reader.positions(4, &mut positions).unwrap();
+        reader.normals(4, &mut normals).unwrap();
         assert!(positions.len() == 120 && normals.len() == 120 && positions != normals);
-        let head = recording.head(4).unwrap().unwrap();
+        let head = reader.head(4).unwrap().unwrap();
         assert_eq!([head[0][3], head[1][3], head[2][3], head[3][3]], [4.0, 0.1, -2.0, 1.0]);
         assert_eq!(head[3][..3], [0.0; 3]);
     }

@@ -1,7 +1,7 @@
 //! Crate files built to take memory or time without end.
 use crate::damaged::read_all;
 use rhytid_formats::usd::layer::{Attribute, Layer, Prim, Property, Specifier, Value};
-use rhytid_formats::usd::{Encoding, LayerWriter};
+use rhytid_formats::usd::write::{Encoding, LayerWriter};
 
 fn prim(name: &str, children: Vec<Prim>) -> Prim {
     let (metadata, properties) = (Vec::new(), Vec::new());

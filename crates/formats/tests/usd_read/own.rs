@@ -1,12 +1,12 @@
 //! Our own files, read back bit for bit.
 use crate::animation::{Animation, UvKind, animation, with_everything};
-use rhytid_formats::recording;
+use rhytid_formats::animation;
 use std::path::Path;
 
 fn check(animation: &Animation, path: &Path) {
     animation.export(path).unwrap();
-    let mut recording = recording::open(path).unwrap();
-    let summary = recording.summary().clone();
+    let mut reader = animation::open(path).unwrap();
+    let summary = reader.summary().clone();
     assert_eq!(summary.vertices, animation.rest.len());
     assert_eq!(summary.faces, animation.faces);
     assert_eq!(summary.frames, animation.frames.len());
@@ -14,7 +14,7 @@ fn check(animation: &Animation, path: &Path) {
     assert_eq!(summary.rate, animation.rate);
     assert_eq!(summary.metres_per_unit, animation.metres_per_unit);
     assert_eq!(summary.up_axis, animation.up_axis);
-    assert_eq!(summary.origin.as_ref(), Some(&animation.origin));
+    assert_eq!(summary.provenance.as_ref(), Some(&animation.provenance));
     assert_eq!(summary.normals, animation.with_normals);
     assert_eq!(summary.velocities, animation.velocities.is_some());
     assert_eq!(summary.head, animation.head.is_some());
@@ -23,14 +23,14 @@ fn check(animation: &Animation, path: &Path) {
     // Backwards, so that no order is relied on.
     for i in (0..animation.frames.len()).rev() {
         let frame = animation.frame(i);
-        recording.positions(i, &mut out).unwrap();
+        reader.positions(i, &mut out).unwrap();
         assert_eq!(bits(&out), bits(frame.positions), "{}: positions of frame {i}", path.display());
-        recording.normals(i, &mut out).unwrap();
+        reader.normals(i, &mut out).unwrap();
         assert_eq!(bits(&out), bits(frame.normals.unwrap_or_default()), "{}: normals", path.display());
-        recording.velocities(i, &mut out).unwrap();
+        reader.velocities(i, &mut out).unwrap();
         assert_eq!(bits(&out), bits(frame.velocities.unwrap_or_default()), "{}: velocities", path.display());
         let head = animation.head.as_ref().map(|head| head[i].matrix());
-        assert_eq!(recording.head(i).unwrap(), head, "{}: head of frame {i}", path.display());
+        assert_eq!(reader.head(i).unwrap(), head, "{}: head of frame {i}", path.display());
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::meshopt;
 use super::super::node::local_transform;
-use crate::export::Origin;
+use crate::export::Provenance;
 use ::gltf::json::Root;
 use ::gltf::json::animation::{Interpolation, Property};
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -37,7 +37,7 @@ pub(super) struct Layout {
     pub up_axis: UpAxis,
     /// In mesh units.
     pub stated_error: Option<f64>,
-    pub origin: Option<Origin>,
+    pub provenance: Option<Provenance>,
 }
 
 /// The scene's extras.
@@ -50,7 +50,7 @@ struct Extras {
     metres_per_unit: f64,
     up_axis: Axis,
     #[serde(default)]
-    rhytid: Option<Origin>,
+    rhytid: Option<Provenance>,
     #[serde(default)]
     error: Option<Stated>,
 }
@@ -134,7 +134,7 @@ impl Layout {
             metres_per_unit: extras.metres_per_unit,
             up_axis,
             stated_error: extras.error.map(|e| e.worst_millimetres / 1000.0 / extras.metres_per_unit),
-            origin: extras.rhytid,
+            provenance: extras.rhytid,
         };
         layout.find_channels(root, mesh_node, head).ok_or(ours("animates something else than a face"))?;
         if !(layout.to_mesh * layout.node).is_finite() {

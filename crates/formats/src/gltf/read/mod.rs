@@ -1,11 +1,11 @@
-//! Reads the animations back that [`super::write`] has written. Nothing in a file is trusted.
+//! Animations read back that [`super::write`] has written. Nothing in a file is trusted.
 
 mod arrays;
 mod layout;
 mod motion;
 mod source;
 
-use crate::recording::{Recording, Summary};
+use crate::animation_reader::{AnimationReader, Summary};
 use arrays::Arrays;
 use glam::{DMat4, DVec3};
 use layout::Layout;
@@ -20,7 +20,7 @@ const KEPT: usize = 1 << 25;
 ///
 /// # Errors
 /// [`Error::Input`] if the file is damaged or not such an animation; [`Error::Io`].
-pub(crate) fn recording(path: &Path) -> Result<Box<dyn Recording>> {
+pub(crate) fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
     let (root, source) = source::open(path)?;
     animation(Arrays { root, source, name: path.display().to_string() })
 }
@@ -41,7 +41,7 @@ struct Animation {
     kept: usize,
 }
 
-fn animation(mut arrays: Arrays) -> Result<Box<dyn Recording>> {
+fn animation(mut arrays: Arrays) -> Result<Box<dyn AnimationReader>> {
     let layout = Layout::of(&arrays.root, &arrays.name)?;
     let ids = ids(&mut arrays, layout.ids)?;
     // Copies come after all originals.
@@ -72,7 +72,7 @@ fn animation(mut arrays: Arrays) -> Result<Box<dyn Recording>> {
         velocities: false,
         head: motion.head.is_some(),
         stated_error: layout.stated_error,
-        origin: layout.origin.clone(),
+        provenance: layout.provenance.clone(),
     };
     let targets = vec![[None, None]; layout.targets.len()];
     Ok(Box::new(Animation { arrays, summary, layout, motion, ids, base: [None, None], targets, kept: 0 }))
@@ -150,7 +150,7 @@ impl Animation {
     }
 }
 
-impl Recording for Animation {
+impl AnimationReader for Animation {
     fn summary(&self) -> &Summary {
         &self.summary
     }

@@ -11,7 +11,7 @@ pub(super) struct Motion {
     weights: Vec<(usize, f64)>,
     /// Where each frame's begin in `weights`, and where the last one's end; empty where there are no weights.
     begins: Vec<usize>,
-    /// How the head stands, along glTF's axes in metres.
+    /// The head pose, along glTF's axes in metres.
     pub head: Option<Vec<DMat4>>,
 }
 
@@ -92,7 +92,7 @@ fn read_head(
     let (rotations, translations) = (arrays.vectors::<4>(rotations)?, arrays.vectors::<3>(translations)?);
     let fault = |what: &str| Error::input(format!("{}: {what}; the file is damaged", arrays.name));
     if rotations.len() != frames || translations.len() != frames {
-        return Err(fault("does not say for each frame how the head stands"));
+        return Err(fault("does not have the head pose of each frame"));
     }
     let keys = rotations.iter().zip(&translations).map(|(&rotation, &translation)| {
         let rotation = DQuat::from_array(rotation);

@@ -1,7 +1,6 @@
 //! What moves: the targets' weights and the head, a key for each frame.
 
 use super::buffers::{Buffers, Element};
-use super::document::y_up;
 use ::gltf::json::accessor::Accessor;
 use ::gltf::json::animation::{Animation as Json, Channel, Interpolation, Property, Sampler, Target};
 use ::gltf::json::scene::UnitQuaternion;
@@ -17,7 +16,7 @@ pub(super) struct Animation {
     pub rate: f64,
     /// The weights of the targets, unless there are none.
     pub weights: Option<Weights>,
-    /// How the head stands in each frame.
+    /// The head pose in each frame.
     pub head: Option<Vec<RigidMotion>>,
 }
 
@@ -99,6 +98,14 @@ impl Animation {
             add(nodes.root, Property::Translation, translation_keys);
         }
         Ok(Some(json))
+    }
+}
+
+/// A vector along the mesh's axes, along glTF's.
+pub(super) fn y_up<T: Copy + std::ops::Neg<Output = T>>([x, y, z]: [T; 3], up_axis: UpAxis) -> [T; 3] {
+    match up_axis {
+        UpAxis::Y => [x, y, z],
+        UpAxis::Z => [x, z, -y],
     }
 }
 

@@ -1,9 +1,9 @@
 //! Few targets, found once all frames are known.
 
-use super::MOST_TARGETS;
 use super::animation::Weights;
 use super::document::{Document, Placement};
 use super::exact::Timing;
+use super::targets::MOST_TARGETS;
 use crate::export::{Deviation, Exporter, Frame, Options, Scene, Written};
 use crate::gltf::morphs::{Frames, Settings};
 use rhytid_core::{Progress, Result};

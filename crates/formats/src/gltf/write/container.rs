@@ -2,7 +2,7 @@
 //!
 //! The JSON is known last and comes first in a `.glb`, so its binary chunk waits in an unnamed file.
 
-use super::Format;
+use crate::export::Options;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use rhytid_core::{Error, Progress, Result, WriteBeside};
 use std::fs::File;
@@ -15,6 +15,15 @@ const CHUNK_HEADER: u64 = 8;
 
 /// What a file name keeps in a URI.
 const IN_URI: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b'~');
+
+/// The two kinds of file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// All in one.
+    Glb,
+    /// JSON, with its numbers beside it.
+    Gltf,
+}
 
 /// A `.glb` or a `.gltf` with its `.bin`, being written. Dropped before the end, it leaves nothing behind.
 pub(super) struct Container {
@@ -40,12 +49,31 @@ pub(super) struct Limit {
     pub sentence: &'static str,
 }
 
+impl Limit {
+    /// What `options` allow, and what the kind can hold.
+    pub fn of(kind: Kind, options: &Options) -> Self {
+        match (options.force, kind) {
+            (false, _) => Self {
+                bytes: 1 << 30,
+                sentence: "1 GiB, more than viewers are made for: write .usd, choose fewer frames with --frames, make it \
+                           smaller with --compressed, --quantize or --meshopt, or insist with --force",
+            },
+            (true, Kind::Glb) => Self {
+                bytes: u64::from(u32::MAX),
+                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, choose fewer frames with --frames, or make \
+                           it smaller with --compressed, --quantize or --meshopt",
+            },
+            (true, Kind::Gltf) => Self { bytes: u64::MAX, sentence: "any disk" },
+        }
+    }
+}
+
 impl Container {
-    pub fn create(path: &Path, format: Format, limit: Limit) -> Result<Self> {
+    pub fn create(path: &Path, kind: Kind, limit: Limit) -> Result<Self> {
         let file = WriteBeside::create(path)?;
-        let bin = match format {
-            Format::Glb => Bin::Chunk(BufWriter::with_capacity(1 << 20, file.spool()?)),
-            Format::Gltf => Bin::File(WriteBeside::create(&bin_path(path))?),
+        let bin = match kind {
+            Kind::Glb => Bin::Chunk(BufWriter::with_capacity(1 << 20, file.spool()?)),
+            Kind::Gltf => Bin::File(WriteBeside::create(&bin_path(path))?),
         };
         Ok(Self { file, bin, length: 0, limit })
     }
@@ -172,11 +200,11 @@ mod tests {
     #[test]
     fn a_file_does_not_become_larger_than_its_limit() {
         let folder = tempfile::tempdir().unwrap();
-        for (name, format) in [("face.glb", Format::Glb), ("face.gltf", Format::Gltf)] {
+        for (name, kind) in [("face.glb", Kind::Glb), ("face.gltf", Kind::Gltf)] {
             let path = folder.path().join(name);
             let container = |bytes| {
                 let limit = Limit { bytes, sentence: "that; write less" };
-                let mut container = Container::create(&path, format, limit).unwrap();
+                let mut container = Container::create(&path, kind, limit).unwrap();
                 container.write(&[0; 60]).map(|()| container)
             };
             let sentence = |error: Error| match error {
@@ -186,7 +214,7 @@ mod tests {
             let message = sentence(container(59).err().unwrap());
             assert!(message.ends_with(&format!("{name}: becomes larger than that; write less")), "{message}");
             // The JSON, up to a multiple of four, and the headers count.
-            let whole = if format == Format::Glb { 60 + 8 + 28 } else { 60 + 8 };
+            let whole = if kind == Kind::Glb { 60 + 8 + 28 } else { 60 + 8 };
             let finish = |bytes| container(bytes).unwrap().finish(b"{     }".to_vec(), &NoProgress);
             assert!(sentence(finish(whole - 1).unwrap_err()).contains("becomes larger"));
             assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

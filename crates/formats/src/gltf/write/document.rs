@@ -2,10 +2,11 @@
 
 use super::super::meshopt;
 use super::super::morphs::Values;
-use super::animation::{Animation, Nodes};
+use super::animation::{Animation, Nodes, y_up};
 use super::buffers::{Buffers, Element};
+use super::container::{Container, Kind, Limit};
 use super::surface::Surface;
-use crate::export::{Deviation, Scene, Written};
+use crate::export::{Deviation, Options, Scene, Written};
 use ::gltf::json::accessor::{Accessor, ComponentType};
 use ::gltf::json::material::{Material, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use ::gltf::json::mesh::{Mesh, Mode, MorphTarget, Primitive, Semantic};
@@ -23,7 +24,7 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 
 /// The largest number of vertices whose numbers a 32-bit float tells apart. (glTF allows attributes no 32-bit
 /// integers.)
-pub(super) const MOST_VERTICES: usize = 1 << 24;
+const MOST_VERTICES: usize = 1 << 24;
 
 /// What a file says besides its numbers.
 pub(super) struct About {
@@ -51,7 +52,7 @@ impl About {
             extras: json!({
                 "metresPerUnit": scene.metres_per_unit,
                 "upAxis": match scene.up_axis { UpAxis::Y => "Y", UpAxis::Z => "Z" },
-                "rhytid": scene.origin,
+                "rhytid": scene.provenance,
             }),
         }
     }
@@ -93,18 +94,37 @@ pub(super) struct Document {
 }
 
 impl Document {
-    pub fn new(buffers: Buffers, about: About, surface: Surface, quantize: bool) -> Self {
-        Self {
-            buffers,
+    /// An empty file for the mesh of `scene`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the mesh has more vertices than a glTF file can number; [`Error::Io`].
+    pub fn create(
+        path: &Path,
+        kind: Kind,
+        scene: &Scene<'_>,
+        options: &Options,
+        about: About,
+    ) -> Result<Self> {
+        let surface = Surface::new(scene.rest.len(), scene.faces, scene.triangle_corners, scene.uvs);
+        if scene.rest.len() > MOST_VERTICES {
+            return Err(Error::input(format!(
+                "{}: has {} vertices, and a glTF file can number {MOST_VERTICES}; write .usd instead",
+                path.display(),
+                scene.rest.len()
+            )));
+        }
+        let container = Container::create(path, kind, Limit::of(kind, options))?;
+        Ok(Self {
+            buffers: Buffers::new(container, options.meshopt),
             about,
             surface,
-            quantize,
+            quantize: options.quantize,
             quantized: false,
             attributes: BTreeMap::new(),
             indices: None,
             targets: Vec::new(),
             target_names: Vec::new(),
-        }
+        })
     }
 
     /// The file's name, for messages.
@@ -255,14 +275,6 @@ fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis) -> Node {
         rotation: (up_axis == UpAxis::Z).then_some(UnitQuaternion([-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2])),
         translation: (translation != [0.0; 3]).then_some(y_up(translation, up_axis)),
         ..Node::default()
-    }
-}
-
-/// A vector along the mesh's axes, along glTF's.
-pub(super) fn y_up<T: Copy + std::ops::Neg<Output = T>>([x, y, z]: [T; 3], up_axis: UpAxis) -> [T; 3] {
-    match up_axis {
-        UpAxis::Y => [x, y, z],
-        UpAxis::Z => [x, z, -y],
     }
 }
 

@@ -1,11 +1,11 @@
 //! A target for each frame, written as the frames come.
 
 use super::animation::{Animation, Weights};
+use super::container::{Kind, Limit};
 use super::document::{Document, Placement};
 use super::measure::Measure;
-use super::{
-    Format, MOST_TARGETS, check_finite, differences, floats, frame_name, limit, normal_differences,
-    unit_normals,
+use super::targets::{
+    MOST_TARGETS, check_finite, differences, floats, frame_name, normal_differences, unit_normals,
 };
 use crate::export::{Exporter, Frame, Options, Scene, Written};
 use rhytid_core::{Error, Progress, Result, RigidMotion};
@@ -27,7 +27,7 @@ pub(super) struct Exact {
     measure: Measure,
 }
 
-/// When each frame is, and how the head stands in it.
+/// When each frame is, and its head pose.
 pub(super) struct Timing {
     rate: f64,
     first_time_code: f64,
@@ -92,7 +92,7 @@ impl Exporter for Exact {
 }
 
 /// An error if the frames of `scene` are more than the file may hold, as far as can be told before they come.
-pub(super) fn check_frames(path: &Path, format: Format, scene: &Scene<'_>, options: &Options) -> Result<()> {
+pub(super) fn check_frames(path: &Path, kind: Kind, scene: &Scene<'_>, options: &Options) -> Result<()> {
     let frames = scene.frames;
     if frames > MOST_TARGETS && !options.force {
         return Err(Error::input(format!(
@@ -118,7 +118,7 @@ pub(super) fn check_frames(path: &Path, format: Format, scene: &Scene<'_>, optio
     let per_vertex = bytes_of(12, 8) + of_normals;
     // Copies of vertices at seams come on top.
     let per_frame = scene.rest.len() as u64 * per_vertex + JSON_PER_TARGET;
-    let limit = limit(format, options);
+    let limit = Limit::of(kind, options);
     // The base mesh, and then the frames.
     let fit = (limit.bytes / per_frame).saturating_sub(1);
     match frames as u64 <= fit {

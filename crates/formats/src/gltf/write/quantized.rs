@@ -6,7 +6,7 @@ use super::document::Document;
 use super::exact::Timing;
 use super::grid::{Extent, Grid, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
-use super::unit_normals;
+use super::targets::unit_normals;
 use crate::export::{Exporter, Frame, Scene, Written};
 use crate::gltf::morphs::Values;
 use rhytid_core::{Error, Progress, Result};

@@ -1,9 +1,10 @@
 //! Named morph targets that nothing moves.
 
+use super::container::Kind;
 use super::document::{About, Document, Placement};
 use super::grid::{Extent, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
-use super::{Format, MOST_TARGETS, document, unit_normals};
+use super::targets::{MOST_TARGETS, unit_normals};
 use crate::export::{Options, Shape, Shapes, Written};
 use crate::gltf::morphs::Values;
 use rhytid_core::{Error, Progress, Result};
@@ -17,7 +18,7 @@ use std::path::Path;
 /// [`Error::Cancelled`].
 pub(crate) fn write_shapes(
     path: &Path,
-    format: Format,
+    kind: Kind,
     shapes: &Shapes<'_>,
     options: &Options,
     progress: &dyn Progress,
@@ -31,7 +32,7 @@ pub(crate) fn write_shapes(
         )));
     }
     let rest = shapes.rest_scene();
-    let document = document(path, format, &rest, options, About::new(&rest))?;
+    let document = Document::create(path, kind, &rest, options, About::new(&rest))?;
     match options.quantize {
         true => quantized(document, shapes, progress),
         false => plain(document, shapes, progress),

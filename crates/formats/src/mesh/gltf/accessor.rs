@@ -1,3 +1,5 @@
+//! Numbers behind accessors.
+
 use super::buffers::Buffers;
 use ::gltf::json::Root;
 use ::gltf::json::accessor::{Accessor, ComponentType, Type};

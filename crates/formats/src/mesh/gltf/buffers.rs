@@ -1,3 +1,5 @@
+//! The buffers of a glTF document.
+
 use ::gltf::json::Root;
 use base64::Engine;
 use percent_encoding::percent_decode_str;

@@ -1,5 +1,7 @@
+//! The meshes of a glTF scene, each where its node has it.
+
 use super::super::materials::Assigned;
-use super::super::{uvs_from_corners, warn_partial_uvs};
+use super::super::uvs::{uvs_from_corners, warn_partial_uvs};
 use super::accessor::Accessors;
 use super::buffers::Buffers;
 use crate::gltf::local_transform;

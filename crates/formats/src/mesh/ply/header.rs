@@ -1,3 +1,5 @@
+//! The header of a PLY file.
+
 use rhytid_core::{Error, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 mod header;
 mod values;
 
-use super::{uvs_from_corners, warn_partial_uvs};
+use super::uvs::{uvs_from_corners, warn_partial_uvs};
 use header::{Element, Header};
 use rhytid_core::{Error, Mesh, Result};
 use values::Values;

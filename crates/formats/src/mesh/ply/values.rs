@@ -1,3 +1,5 @@
+//! The values of a PLY file, in its three encodings.
+
 use super::header::{Element, Encoding, Header, Scalar};
 use rhytid_core::{Error, Result};
 

@@ -1,6 +1,9 @@
 //! The first block of a C3D file.
 use super::processor::Processor;
 
+/// The bytes of a block.
+pub(super) const BLOCK: usize = 512;
+
 /// What the header says. All of it stands in the parameters too, and need not be the same.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Header {
@@ -21,7 +24,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    pub(super) fn read(block: &[u8; super::BLOCK], processor: Processor) -> Self {
+    pub(super) fn read(block: &[u8; BLOCK], processor: Processor) -> Self {
         // Words of 16 bits count from 1 in the format's description.
         let bytes = |word: usize| [block[2 * word - 2], block[2 * word - 1]];
         let word = |n: usize| processor.word(bytes(n));

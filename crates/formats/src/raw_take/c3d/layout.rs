@@ -2,8 +2,7 @@
 //!
 //! Header and parameters say it twice, and real files have the one or the other wrong. What is said is a claim; of all
 //! combinations of claims the first one is taken that the file's size bears out.
-use super::BLOCK;
-use super::header::Header;
+use super::header::{BLOCK, Header};
 use super::parameters::Parameters;
 use std::fmt;
 

@@ -12,15 +12,13 @@ mod points;
 mod processor;
 
 use super::{clock, labels, units};
-use header::Header;
+use header::{BLOCK, Header};
 use parameters::Parameters;
 use processor::Processor;
 use rhytid_core::{Error, RawTake, Result, Take};
 
 /// The second byte of every C3D file.
 pub(super) const MARK: u8 = 0x50;
-
-const BLOCK: usize = 512;
 
 /// Reads the points of a file of either storage and from any of the three processors.
 ///

@@ -1,6 +1,8 @@
-use super::lookup::{attribute, below, default_prim, field, origin};
-use super::{Opened, Samples};
-use crate::recording::{Recording, Summary};
+//! The animation of one mesh in one layer.
+
+use super::lookup::{attribute, below, default_prim, field, provenance};
+use super::opened::{Opened, Samples};
+use crate::animation_reader::{AnimationReader, Summary};
 use crate::usd::layer::{Layer, Prim, Value};
 use rhytid_core::{Error, Faces, Result, UpAxis};
 
@@ -61,7 +63,7 @@ impl Animation {
     }
 }
 
-impl Recording for Animation {
+impl AnimationReader for Animation {
     fn summary(&self) -> &Summary {
         &self.summary
     }
@@ -153,7 +155,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         normals: numbers.normals.is_some(),
         velocities: numbers.velocities.is_some(),
         head: numbers.head.is_some(),
-        origin: origin(root),
+        provenance: provenance(root),
         stated_error: None,
     };
     Ok((summary, numbers))

@@ -1,3 +1,8 @@
+//! Limits of what a file is given.
+
+/// How deep prims may be within prims.
+pub(super) const MOST_PRIMS_DEEP: usize = 64;
+
 /// How much memory a file may still take. A few bytes of a damaged or hostile file can stand for very many
 /// (compression, values that are referred to again and again), so that what is decoded is counted.
 #[derive(Debug, Clone, Copy)]

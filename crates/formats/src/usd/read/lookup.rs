@@ -1,6 +1,6 @@
 //! Finds things in a layer that was read.
 
-use crate::export::Origin;
+use crate::export::{HeadMotion, Provenance, Word};
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Value};
 
 /// The field called `name`.
@@ -41,7 +41,7 @@ pub(super) fn below<'a>(prim: &'a Prim, type_name: &str) -> Vec<&'a Prim> {
 }
 
 /// How the animation below the default prim `root` was made, if it says so.
-pub(super) fn origin(root: &Prim) -> Option<Origin> {
+pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
     let fields = dictionary(dictionary(&root.metadata, "customData")?, "rhytid")?;
     let text = |name: &str| match field(fields, name)? {
         Value::String(text) => Some(text.clone()),
@@ -55,16 +55,16 @@ pub(super) fn origin(root: &Prim) -> Option<Origin> {
     // Beyond this, doubles have no odd numbers.
     let frame =
         |name: &str| number(name).filter(|x| x.fract() == 0.0 && (0.0..=9e15).contains(x)).map(|x| x as u64);
-    Some(Origin {
+    Some(Provenance {
         version: text("version")?,
         rig: text("rig")?,
-        stage: text("stage")?,
+        stage: Word::of(&text("stage")?),
         first_frame: frame("first_frame")?,
         end_frame: frame("end_frame")?,
-        fps: number("fps")?,
-        missing: text("missing")?,
+        fps: Provenance::rate(number("fps")?),
+        missing: Word::of(&text("missing")?),
         // Older files have neither of these.
         fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
-        head: text("head").unwrap_or_else(|| "keep".into()),
+        head: text("head").map_or(HeadMotion::Keep.into(), |word| Word::of(&word)),
     })
 }

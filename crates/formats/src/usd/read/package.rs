@@ -1,11 +1,11 @@
 //! Packages (`.usdz`): a zip file whose members are stored as they are. The first member is the layer to open.
 
 use super::source::Source;
-use super::{Opened, of_source};
 use rhytid_core::{Error, Result};
 use zip::{CompressionMethod, ZipArchive};
 
-pub(super) fn open(source: Source) -> Result<Opened> {
+/// The layer to open.
+pub(super) fn first_member(source: Source) -> Result<Source> {
     let len = source.len();
     let (bytes, name) = source.into_inner();
     let wrong = |what: String| Error::input(format!("{name}: {what}"));
@@ -39,5 +39,5 @@ pub(super) fn open(source: Source) -> Result<Opened> {
         )));
     }
     let inner = format!("{name}[{member}]");
-    of_source(Source::new(archive.into_inner(), name.clone())?.part(start, size, inner))
+    Ok(Source::new(archive.into_inner(), name.clone())?.part(start, size, inner))
 }

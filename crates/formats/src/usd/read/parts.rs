@@ -1,10 +1,10 @@
 //! An animation in parts, one file each: what `rhytid stitch` puts together.
 
 use super::animation::Animation;
-use super::open;
-use crate::export::Origin;
-use crate::recording::{Recording, Summary};
-use crate::usd::clips;
+use super::clips::clips;
+use super::open::open;
+use crate::animation_reader::{AnimationReader, Summary};
+use crate::export::Provenance;
 use rhytid_core::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ pub(crate) struct Part {
     pub(crate) begin: usize,
     pub(crate) first_time_code: f64,
     frames: usize,
-    origin: Origin,
+    provenance: Provenance,
 }
 
 /// Parts that follow one another, played as one animation. One file is open at a time.
@@ -38,7 +38,7 @@ impl Parts {
         let mut parts = Vec::new();
         for path in paths {
             let summary = open_part(path)?.summary().clone();
-            let origin = known_origin(path, &summary)?.clone();
+            let provenance = known_provenance(path, &summary)?.clone();
             match &whole {
                 None => whole = Some((path, summary.clone())),
                 Some((first, expected)) => {
@@ -52,7 +52,7 @@ impl Parts {
                 }
             }
             let Summary { frames, first_time_code, .. } = summary;
-            parts.push(Part { path: path.clone(), begin: 0, first_time_code, frames, origin });
+            parts.push(Part { path: path.clone(), begin: 0, first_time_code, frames, provenance });
         }
         let Some((_, mut summary)) = whole else {
             return Err(Error::input("there are no parts to put together, expected at least one file"));
@@ -65,8 +65,8 @@ impl Parts {
         let (first, last) = (&parts[0], &parts[parts.len() - 1]);
         summary.first_time_code = first.first_time_code;
         summary.frames = last.begin + last.frames;
-        let [first_frame, end_frame] = [first.origin.first_frame, last.origin.end_frame];
-        summary.origin = Some(Origin { first_frame, end_frame, ..first.origin.clone() });
+        let [first_frame, end_frame] = [first.provenance.first_frame, last.provenance.end_frame];
+        summary.provenance = Some(Provenance { first_frame, end_frame, ..first.provenance.clone() });
         Ok(Self { parts, summary, open: None })
     }
 
@@ -88,7 +88,7 @@ impl Parts {
     }
 }
 
-impl Recording for Parts {
+impl AnimationReader for Parts {
     fn summary(&self) -> &Summary {
         &self.summary
     }
@@ -116,7 +116,7 @@ impl Recording for Parts {
 
 fn open_part(path: &Path) -> Result<Animation> {
     let opened = open(path)?;
-    if clips::clips(&opened.layer).is_some() {
+    if clips(&opened.layer).is_some() {
         return Err(Error::input(format!(
             "{}: is stitched from parts itself; name its parts instead",
             path.display()
@@ -125,8 +125,8 @@ fn open_part(path: &Path) -> Result<Animation> {
     Animation::new(opened, path.display().to_string())
 }
 
-fn known_origin<'a>(path: &Path, summary: &'a Summary) -> Result<&'a Origin> {
-    summary.origin.as_ref().ok_or_else(|| {
+fn known_provenance<'a>(path: &Path, summary: &'a Summary) -> Result<&'a Provenance> {
+    summary.provenance.as_ref().ok_or_else(|| {
         Error::input(format!(
             "{}: does not say which rig and settings it was made with, expected a file of `rhytid animate`",
             path.display()
@@ -136,15 +136,17 @@ fn known_origin<'a>(path: &Path, summary: &'a Summary) -> Result<&'a Origin> {
 
 /// In what two parts differ that should not, as a phrase; `None` if in nothing.
 fn difference(a: &Summary, b: &Summary) -> Option<String> {
-    let (x, y) = (a.origin.as_ref()?, b.origin.as_ref()?);
+    let (x, y) = (a.provenance.as_ref()?, b.provenance.as_ref()?);
+    // As it stands in the files.
+    let rate = |fps: Option<f64>| fps.unwrap_or(0.0).to_string();
     let has = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
     let pairs = [
         ("the rig's hash", y.rig.clone(), x.rig.clone()),
-        ("the stage", y.stage.clone(), x.stage.clone()),
-        ("--fps", y.fps.to_string(), x.fps.to_string()),
-        ("--missing", y.missing.clone(), x.missing.clone()),
+        ("the stage", y.stage.to_string(), x.stage.to_string()),
+        ("--fps", rate(y.fps), rate(x.fps)),
+        ("--missing", y.missing.to_string(), x.missing.to_string()),
         ("with --fade-detail", has(y.fade_detail), has(x.fade_detail)),
-        ("--head", y.head.clone(), x.head.clone()),
+        ("--head", y.head.to_string(), x.head.to_string()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
         ("metres per unit", b.metres_per_unit.to_string(), a.metres_per_unit.to_string()),
         ("the up axis", format!("{:?}", b.up_axis), format!("{:?}", a.up_axis)),

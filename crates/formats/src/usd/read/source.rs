@@ -1,3 +1,5 @@
+//! Bytes at any place of a file, checked against its length.
+
 use rhytid_core::{Error, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};

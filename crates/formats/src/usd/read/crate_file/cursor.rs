@@ -1,3 +1,5 @@
+//! A place in a binary file that moves forward.
+
 use super::super::source::Source;
 use super::compression;
 use rhytid_core::{Error, Result};

@@ -3,13 +3,13 @@
 mod compression;
 mod cursor;
 mod objects;
-mod rep;
 mod structure;
+mod value_rep;
 mod values;
 
 use super::budget::Budget;
+use super::opened::{Opened, Samples};
 use super::source::Source;
-use super::{Opened, Samples};
 use crate::usd::layer::Value;
 use rhytid_core::Result;
 use structure::Structure;

@@ -1,10 +1,10 @@
 //! From the tables of a crate file to a layer.
 
-use super::rep::{Rep, kind};
 use super::structure::{Spec, Structure};
+use super::value_rep::{ValueRep, kind};
 use super::values::{Reader, Track};
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier, Value};
-use crate::usd::read::MOST_PRIMS_DEEP;
+use crate::usd::read::budget::MOST_PRIMS_DEEP;
 use rhytid_core::{Error, Result};
 use std::collections::HashMap;
 
@@ -65,7 +65,7 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     /// The names and values of an object.
-    fn fields(&mut self, spec: Spec) -> Result<Vec<(String, Rep)>> {
+    fn fields(&mut self, spec: Spec) -> Result<Vec<(String, ValueRep)>> {
         let mut fields = Vec::new();
         for at in spec.field_set as usize.. {
             let Structure { field_sets, fields: all, .. } = &self.reader.structure;
@@ -86,7 +86,7 @@ impl Builder<'_> {
     }
 
     /// A list of names, as numbers of tokens.
-    fn names(&mut self, rep: Rep) -> Result<Vec<u32>> {
+    fn names(&mut self, rep: ValueRep) -> Result<Vec<u32>> {
         if rep.kind() != kind::TOKEN_VECTOR || rep.is_array() {
             return Err(self.reader.damaged(format_args!("a list of names has the type {}", rep.kind())));
         }
@@ -197,13 +197,13 @@ impl Builder<'_> {
         Ok(relationship)
     }
 
-    fn paths(&mut self, rep: Rep) -> Result<Vec<String>> {
+    fn paths(&mut self, rep: ValueRep) -> Result<Vec<String>> {
         let paths = self.reader.list_op(rep)?;
         paths.into_iter().map(|path| self.reader.path(path)).collect()
     }
 
     /// Adds metadata, without what is no more than the fallback.
-    fn metadata(&mut self, fields: &mut Fields, name: String, rep: Rep) -> Result<()> {
+    fn metadata(&mut self, fields: &mut Fields, name: String, rep: ValueRep) -> Result<()> {
         let value = self.reader.value(rep)?.filter(|value| name != "custom" || *value != Value::Bool(false));
         fields.extend(value.map(|value| (name, value)));
         Ok(())

@@ -3,7 +3,7 @@
 use super::super::budget::Budget;
 use super::super::source::Source;
 use super::cursor::Cursor;
-use super::rep::Rep;
+use super::value_rep::ValueRep;
 use rhytid_core::Result;
 
 /// The header: a mark, the version, where the table of contents is.
@@ -30,7 +30,7 @@ pub(super) struct Structure {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Field {
     pub(super) name: u32,
-    pub(super) value: Rep,
+    pub(super) value: ValueRep,
 }
 
 /// A path: the last element and the path before it.
@@ -163,7 +163,7 @@ impl<'a> Sections<'a> {
         let (mut cursor, count) = self.section("FIELDS", "section FIELDS", 32)?;
         let names = cursor.integers(count)?;
         let values = cursor.compressed(count as u64 * 8)?;
-        let values = values.as_chunks().0.iter().map(|bytes| Rep(u64::from_le_bytes(*bytes)));
+        let values = values.as_chunks().0.iter().map(|bytes| ValueRep(u64::from_le_bytes(*bytes)));
         Ok(names.into_iter().zip(values).map(|(name, value)| Field { name: name as u32, value }).collect())
     }
 

@@ -3,8 +3,8 @@
 use super::super::budget::Budget;
 use super::super::source::Source;
 use super::cursor::Cursor;
-use super::rep::{Rep, kind};
 use super::structure::Structure;
+use super::value_rep::{ValueRep, kind};
 use crate::usd::layer::{Fields, Reference, Value};
 use rhytid_core::{Error, Result};
 use std::sync::Arc;
@@ -26,7 +26,7 @@ pub(super) struct Reader {
 /// The time samples of an attribute.
 pub(super) struct Track {
     pub(super) times: Arc<[f64]>,
-    pub(super) values: Vec<Rep>,
+    pub(super) values: Vec<ValueRep>,
 }
 
 impl Reader {
@@ -70,16 +70,16 @@ impl Reader {
         Ok(string)
     }
 
-    fn cursor(&mut self, rep: Rep) -> Cursor<'_> {
+    fn cursor(&mut self, rep: ValueRep) -> Cursor<'_> {
         Cursor::new(&mut self.source, rep.payload(), "a value")
     }
 
     /// A value; `None` if it is of a type that [`Value`] does not have.
-    pub(super) fn value(&mut self, rep: Rep) -> Result<Option<Value>> {
+    pub(super) fn value(&mut self, rep: ValueRep) -> Result<Option<Value>> {
         self.nested_value(rep, 0)
     }
 
-    fn nested_value(&mut self, rep: Rep, depth: usize) -> Result<Option<Value>> {
+    fn nested_value(&mut self, rep: ValueRep, depth: usize) -> Result<Option<Value>> {
         self.spend(SMALL)?;
         if rep.is_array() {
             return self.array(rep);
@@ -105,7 +105,7 @@ impl Reader {
         }))
     }
 
-    fn matrix(&mut self, rep: Rep) -> Result<[[f64; 4]; 4]> {
+    fn matrix(&mut self, rep: ValueRep) -> Result<[[f64; 4]; 4]> {
         if !rep.is_inlined() {
             return Ok(matrix(self.cursor(rep).array()?));
         }
@@ -117,7 +117,7 @@ impl Reader {
         Ok(matrix)
     }
 
-    fn dictionary(&mut self, rep: Rep, depth: usize) -> Result<Fields> {
+    fn dictionary(&mut self, rep: ValueRep, depth: usize) -> Result<Fields> {
         if rep.is_inlined() || rep.payload() == 0 {
             return Ok(Vec::new());
         }
@@ -132,7 +132,7 @@ impl Reader {
             let mut cursor = Cursor::new(&mut self.source, at, "a dictionary");
             let name = cursor.u32()?;
             cursor.jump()?;
-            let value = Rep(cursor.u64()?);
+            let value = ValueRep(cursor.u64()?);
             at = cursor.at();
             let name = self.owned_string(name)?;
             fields.extend(self.nested_value(value, depth + 1)?.map(|value| (name, value)));
@@ -142,7 +142,7 @@ impl Reader {
 
     /// What a list operation puts in: its explicit, added, prepended and appended items, all of them numbers of four
     /// bytes.
-    pub(super) fn list_op(&mut self, rep: Rep) -> Result<Vec<u32>> {
+    pub(super) fn list_op(&mut self, rep: ValueRep) -> Result<Vec<u32>> {
         let mut cursor = self.cursor(rep);
         let [parts] = cursor.array()?;
         let mut items: Vec<[u8; 4]> = Vec::new();
@@ -156,7 +156,7 @@ impl Reader {
         Ok(items.into_iter().map(u32::from_le_bytes).collect())
     }
 
-    fn references(&mut self, rep: Rep) -> Result<Vec<Reference>> {
+    fn references(&mut self, rep: ValueRep) -> Result<Vec<Reference>> {
         let mut cursor = self.cursor(rep);
         let [parts] = cursor.array()?;
         let mut at = cursor.at();
@@ -205,7 +205,7 @@ impl Reader {
         Ok(path)
     }
 
-    fn array(&mut self, rep: Rep) -> Result<Option<Value>> {
+    fn array(&mut self, rep: ValueRep) -> Result<Option<Value>> {
         Ok(Some(match rep.kind() {
             kind::INT => Value::Ints(self.ints(rep)?),
             kind::FLOAT => Value::Floats(match rep.is_compressed() {
@@ -229,7 +229,7 @@ impl Reader {
     }
 
     /// A list of names, as numbers of tokens.
-    pub(super) fn token_vector(&mut self, rep: Rep) -> Result<Vec<u32>> {
+    pub(super) fn token_vector(&mut self, rep: ValueRep) -> Result<Vec<u32>> {
         let mut cursor = self.cursor(rep);
         let count = cursor.u64()?;
         let tokens = cursor.elements(count)?;
@@ -242,7 +242,7 @@ impl Reader {
     }
 
     /// Where the elements of an array begin, and their number.
-    fn array_head(&mut self, rep: Rep) -> Result<(Cursor<'_>, u64)> {
+    fn array_head(&mut self, rep: ValueRep) -> Result<(Cursor<'_>, u64)> {
         let minor = self.structure.minor;
         let mut cursor = Cursor::new(&mut self.source, rep.payload(), "an array");
         if rep.payload() == 0 {
@@ -257,7 +257,7 @@ impl Reader {
     }
 
     /// The elements of an array that is not compressed.
-    fn elements<const N: usize, T>(&mut self, rep: Rep, element: fn([u8; N]) -> T) -> Result<Vec<T>> {
+    fn elements<const N: usize, T>(&mut self, rep: ValueRep, element: fn([u8; N]) -> T) -> Result<Vec<T>> {
         if rep.is_compressed() {
             return Err(self.damaged("it has a compressed array of a type that is never compressed"));
         }
@@ -268,7 +268,7 @@ impl Reader {
         Ok(values)
     }
 
-    fn ints(&mut self, rep: Rep) -> Result<Vec<i32>> {
+    fn ints(&mut self, rep: ValueRep) -> Result<Vec<i32>> {
         if !rep.is_compressed() {
             return self.elements(rep, i32::from_le_bytes);
         }
@@ -290,7 +290,7 @@ impl Reader {
     }
 
     /// Floats that are whole numbers, or come from a small table.
-    fn compressed_floats(&mut self, rep: Rep) -> Result<Vec<f32>> {
+    fn compressed_floats(&mut self, rep: ValueRep) -> Result<Vec<f32>> {
         let (mut cursor, count) = self.array_head(rep)?;
         if count < SHORTEST_COMPRESSED {
             return Ok(cursor.elements(count)?.into_iter().map(f32::from_le_bytes).collect());
@@ -315,10 +315,10 @@ impl Reader {
     }
 
     /// The times of time samples, and where their values are.
-    pub(super) fn track(&mut self, rep: Rep) -> Result<Track> {
+    pub(super) fn track(&mut self, rep: ValueRep) -> Result<Track> {
         let mut cursor = Cursor::new(&mut self.source, rep.payload(), "time samples");
         cursor.jump()?;
-        let times = Rep(cursor.u64()?);
+        let times = ValueRep(cursor.u64()?);
         cursor.jump()?;
         let count = cursor.u64()?;
         let values = cursor.elements(count)?;
@@ -341,7 +341,7 @@ impl Reader {
         {
             return Err(cursor.damaged(format_args!("time code {} (from 0) does not ascend", i + 1)));
         }
-        let values = values.into_iter().map(|bytes| Rep(u64::from_le_bytes(bytes))).collect();
+        let values = values.into_iter().map(|bytes| ValueRep(u64::from_le_bytes(bytes))).collect();
         Ok(Track { times, values })
     }
 }

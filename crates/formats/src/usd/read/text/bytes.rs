@@ -1,3 +1,5 @@
+//! The bytes of a text file, buffered.
+
 use super::super::source::Source;
 use rhytid_core::{Error, Result};
 

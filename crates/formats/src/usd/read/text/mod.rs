@@ -5,8 +5,8 @@ mod lexer;
 mod objects;
 mod values;
 
+use super::opened::{Opened, Samples};
 use super::source::Source;
-use super::{Opened, Samples};
 use crate::usd::layer::Value;
 use bytes::Bytes;
 use lexer::Lexer;

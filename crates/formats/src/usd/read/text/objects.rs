@@ -4,7 +4,7 @@ use super::bytes::Place;
 use super::lexer::{Lexer, Next};
 use super::values;
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier, Value};
-use crate::usd::read::MOST_PRIMS_DEEP;
+use crate::usd::read::budget::MOST_PRIMS_DEEP;
 use rhytid_core::Result;
 use std::collections::HashMap;
 

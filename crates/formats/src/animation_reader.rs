@@ -1,9 +1,8 @@
 //! An animation read back from a file, whatever its format: what `rhytid verify` compares with a fresh evaluation,
-//! and `rhytid stitch` looks at before it puts parts together.
+//! and `rhytid stitch` looks at before it puts parts together. [`crate::animation::open`] opens one.
 
-use crate::export::{Format, Origin};
+use crate::export::Provenance;
 use rhytid_core::{Faces, Result, UpAxis};
-use std::path::Path;
 
 /// What a file says of its animation before its first frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,13 +27,13 @@ pub struct Summary {
     pub normals: bool,
     /// Whether the frames have velocities.
     pub velocities: bool,
-    /// Whether the frames say how the head stands.
+    /// Whether the frames have the head's pose.
     pub head: bool,
     /// The largest deviation from what was exported that the file states (glTF: `worstMillimetres` in its extras), in
     /// mesh units; `None` where it states none, being exact.
     pub stated_error: Option<f64>,
     /// How the animation was made; `None` where the file does not say.
-    pub origin: Option<Origin>,
+    pub provenance: Option<Provenance>,
 }
 
 impl Summary {
@@ -48,7 +47,7 @@ impl Summary {
 ///
 /// Frames count from 0. Whoever calls asks for frames below [`Summary::frames`] only. Every method returns
 /// [`rhytid_core::Error::Input`] where the file turns out to be damaged, and [`rhytid_core::Error::Io`].
-pub trait Recording: Send {
+pub trait AnimationReader: Send {
     /// What is known of all frames.
     fn summary(&self) -> &Summary;
 
@@ -63,19 +62,6 @@ pub trait Recording: Send {
     /// [`Summary::velocities`] is false.
     fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()>;
 
-    /// How the head stands in a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh
-    /// units; `None` where [`Summary::head`] is false.
+    /// The head pose of a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh units; `None` where [`Summary::head`] is false.
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>>;
-}
-
-/// Opens the animation in the format that the extension of `path` names.
-///
-/// # Errors
-/// [`rhytid_core::Error::Input`] if the extension is of no known format, the file is damaged, or it holds anything
-/// but one animated mesh; [`rhytid_core::Error::Io`].
-pub fn open(path: &Path) -> Result<Box<dyn Recording>> {
-    match Format::of(path)? {
-        Format::Usdc | Format::Usda | Format::Usdz => crate::usd::read::recording(path),
-        Format::Glb | Format::Gltf => crate::gltf::read::recording(path),
-    }
 }

@@ -1,5 +1,6 @@
-use super::scene::first_not_finite;
-use super::{Exporter, Frame, Scene, Written};
+//! What is checked of every frame, whatever the format.
+
+use crate::export::{Exporter, Frame, Scene, Written, first_not_finite};
 use rhytid_core::{Error, Progress, Result};
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,6 @@
-//! Numbers as text.
+//! Numbers as USD has them: as text, and integers with a sign.
+
+use rhytid_core::{Error, Result};
 
 /// The shortest text of a finite `x` that reads back as the same bits, -0 included, also where the reader goes
 /// by way of `f64` as USD and most JSON readers do. At most 16 characters.
@@ -32,4 +34,14 @@ pub(super) fn float(x: f32) -> String {
         return double(f64::from(x));
     }
     shortest(&mut ryu::Buffer::new(), x).to_owned()
+}
+
+/// USD's integers have a sign.
+pub(super) fn integer(x: usize) -> Result<i32> {
+    i32::try_from(x).map_err(|_| {
+        Error::input(format!(
+            "the mesh has the number {x} in its faces, expected at most {} in USD",
+            i32::MAX
+        ))
+    })
 }

@@ -1,10 +1,10 @@
 //! The values of a crate file, written as they come and each once.
-use super::behind::Behind;
+use super::background_writer::BackgroundWriter;
 use super::compress::compress_integers;
-use super::rep::{Rep, Type};
 use super::tables::{Paths, Words};
+use super::value_rep::{Type, ValueRep};
 use crate::usd::layer::{Fields, Reference, Value};
-use crate::usd::sample::Sample;
+use crate::usd::write::sample::Sample;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::{self, Write};
@@ -18,13 +18,13 @@ const EXPLICIT: u8 = 1 << 0 | 1 << 1;
 
 /// The first part of a crate file.
 pub(super) struct Values<W> {
-    pub(super) out: Behind<W>,
+    pub(super) out: BackgroundWriter<W>,
     /// Bytes written.
     pub(super) position: u64,
     pub(super) words: Words,
     pub(super) paths: Paths,
     /// What is in the file already, by the hash of its representation and bytes.
-    seen: HashMap<[u8; 32], Rep>,
+    seen: HashMap<[u8; 32], ValueRep>,
 }
 
 impl<W: Write + Send + 'static> Values<W> {
@@ -33,46 +33,46 @@ impl<W: Write + Send + 'static> Values<W> {
         let mut words = Words::default();
         // Token 0 is that of the root path, since no property can have it.
         words.token("");
-        let out = Behind::new(out)?;
+        let out = BackgroundWriter::new(out)?;
         Ok(Self { out, position, words, paths: Paths::new(), seen: HashMap::new() })
     }
 
     /// The representation of a value, which is written unless it is there already or stands for itself.
-    pub(super) fn value(&mut self, value: &Value) -> io::Result<Rep> {
+    pub(super) fn value(&mut self, value: &Value) -> io::Result<ValueRep> {
         match value {
-            Value::Bool(x) => Ok(Rep::inlined(Type::Bool, u32::from(*x))),
-            Value::Int(x) => Ok(Rep::inlined(Type::Int, *x as u32)),
-            Value::Float(x) => Ok(Rep::inlined(Type::Float, x.to_bits())),
-            Value::Double(x) => match Rep::inlined_double(*x) {
+            Value::Bool(x) => Ok(ValueRep::inlined(Type::Bool, u32::from(*x))),
+            Value::Int(x) => Ok(ValueRep::inlined(Type::Int, *x as u32)),
+            Value::Float(x) => Ok(ValueRep::inlined(Type::Float, x.to_bits())),
+            Value::Double(x) => match ValueRep::inlined_double(*x) {
                 Some(rep) => Ok(rep),
-                None => self.store(Rep::single(Type::Double), &[&x.to_le_bytes()]),
+                None => self.store(ValueRep::single(Type::Double), &[&x.to_le_bytes()]),
             },
-            Value::String(text) => Ok(Rep::inlined(Type::String, self.words.string(text))),
+            Value::String(text) => Ok(ValueRep::inlined(Type::String, self.words.string(text))),
             Value::Token(text) => Ok(self.token(text)),
-            Value::Asset(text) => Ok(Rep::inlined(Type::Asset, self.words.token(text))),
+            Value::Asset(text) => Ok(ValueRep::inlined(Type::Asset, self.words.token(text))),
             Value::Matrix4d(rows) => self.matrix(rows),
             Value::Tokens(tokens) => {
                 let numbers: Vec<u32> = tokens.iter().map(|token| self.words.token(token)).collect();
-                self.array(Rep::array(Type::Token), numbers.len(), &integer_bytes(&numbers))
+                self.array(ValueRep::array(Type::Token), numbers.len(), &integer_bytes(&numbers))
             }
             Value::Assets(assets) => {
                 let numbers: Vec<u32> = assets.iter().map(|asset| self.words.string(asset)).collect();
-                self.array(Rep::array(Type::Asset), numbers.len(), &integer_bytes(&numbers))
+                self.array(ValueRep::array(Type::Asset), numbers.len(), &integer_bytes(&numbers))
             }
             Value::Ints(numbers) => self.integers(numbers),
             Value::Floats(numbers) => self.floats(numbers),
             Value::Float2s(vectors) => {
                 let bytes = float_bytes(vectors.as_flattened());
-                self.array(Rep::array(Type::Vec2f), vectors.len(), &bytes)
+                self.array(ValueRep::array(Type::Vec2f), vectors.len(), &bytes)
             }
             Value::Float3s(vectors) => self.sample(Sample::Float3s(vectors)),
             Value::Double2s(vectors) => {
                 let bytes = double_bytes(vectors.as_flattened());
-                self.array(Rep::array(Type::Vec2d), vectors.len(), &bytes)
+                self.array(ValueRep::array(Type::Vec2d), vectors.len(), &bytes)
             }
             Value::Matrix4ds(matrices) => {
                 let bytes = double_bytes(matrices.as_flattened().as_flattened());
-                self.array(Rep::array(Type::Matrix4d), matrices.len(), &bytes)
+                self.array(ValueRep::array(Type::Matrix4d), matrices.len(), &bytes)
             }
             Value::Dictionary(entries) => self.dictionary(entries),
             Value::PrependedTokens(tokens) => {
@@ -80,78 +80,81 @@ impl<W: Write + Send + 'static> Values<W> {
                 for token in tokens {
                     bytes.extend(self.words.token(token).to_le_bytes());
                 }
-                self.store(Rep::single(Type::TokenListOp), &[&bytes])
+                self.store(ValueRep::single(Type::TokenListOp), &[&bytes])
             }
             Value::PrependedReferences(references) => self.references(references),
         }
     }
 
     /// The representation of a sample; see [`Values::value`].
-    pub(super) fn sample(&mut self, sample: Sample<'_>) -> io::Result<Rep> {
+    pub(super) fn sample(&mut self, sample: Sample<'_>) -> io::Result<ValueRep> {
         match sample {
             Sample::Float3s(vectors) => {
                 let bytes = float_bytes(vectors.as_flattened());
-                self.array(Rep::array(Type::Vec3f), vectors.len(), &bytes)
+                self.array(ValueRep::array(Type::Vec3f), vectors.len(), &bytes)
             }
             Sample::Matrix4d(rows) => self.matrix(rows),
         }
     }
 
     /// A token, which always stands for itself.
-    pub(super) fn token(&mut self, text: &str) -> Rep {
-        Rep::inlined(Type::Token, self.words.token(text))
+    pub(super) fn token(&mut self, text: &str) -> ValueRep {
+        ValueRep::inlined(Type::Token, self.words.token(text))
     }
 
     /// A list of names, as prims have of their children and properties.
-    pub(super) fn names<'a>(&mut self, names: impl ExactSizeIterator<Item = &'a str>) -> io::Result<Rep> {
+    pub(super) fn names<'a>(
+        &mut self,
+        names: impl ExactSizeIterator<Item = &'a str>,
+    ) -> io::Result<ValueRep> {
         let mut bytes = (names.len() as u64).to_le_bytes().to_vec();
         for name in names {
             bytes.extend(self.words.token(name).to_le_bytes());
         }
-        self.store(Rep::single(Type::TokenVector), &[&bytes])
+        self.store(ValueRep::single(Type::TokenVector), &[&bytes])
     }
 
     /// A list of paths that stands alone, as relationships have of their targets.
-    pub(super) fn targets(&mut self, targets: &[String]) -> io::Result<Rep> {
+    pub(super) fn targets(&mut self, targets: &[String]) -> io::Result<ValueRep> {
         let mut bytes = list_head(EXPLICIT, targets.len());
         for target in targets {
             bytes.extend(self.paths.parse(target, &mut self.words).to_le_bytes());
         }
-        self.store(Rep::single(Type::PathListOp), &[&bytes])
+        self.store(ValueRep::single(Type::PathListOp), &[&bytes])
     }
 
     /// An attribute's samples, given their times and the values' representations.
-    pub(super) fn time_samples(&mut self, times: &[f64], values: &[Rep]) -> io::Result<Rep> {
+    pub(super) fn time_samples(&mut self, times: &[f64], values: &[ValueRep]) -> io::Result<ValueRep> {
         let count = (times.len() as u64).to_le_bytes();
-        let times = self.store(Rep::single(Type::DoubleVector), &[&count, &double_bytes(times)])?;
+        let times = self.store(ValueRep::single(Type::DoubleVector), &[&count, &double_bytes(times)])?;
         let mut bytes = Vec::with_capacity(32 + 8 * values.len());
         bytes.extend(nested(times));
         // As before each nested value: how many bytes on it begins.
         bytes.extend(8_u64.to_le_bytes());
         bytes.extend(count);
         bytes.extend(values.iter().flat_map(|rep| rep.0.to_le_bytes()));
-        self.store(Rep::single(Type::TimeSamples), &[&bytes])
+        self.store(ValueRep::single(Type::TimeSamples), &[&bytes])
     }
 
-    fn matrix(&mut self, rows: &[[f64; 4]; 4]) -> io::Result<Rep> {
-        match Rep::inlined_matrix(rows) {
+    fn matrix(&mut self, rows: &[[f64; 4]; 4]) -> io::Result<ValueRep> {
+        match ValueRep::inlined_matrix(rows) {
             Some(rep) => Ok(rep),
-            None => self.store(Rep::single(Type::Matrix4d), &[&double_bytes(rows.as_flattened())]),
+            None => self.store(ValueRep::single(Type::Matrix4d), &[&double_bytes(rows.as_flattened())]),
         }
     }
 
-    fn integers(&mut self, numbers: &[i32]) -> io::Result<Rep> {
+    fn integers(&mut self, numbers: &[i32]) -> io::Result<ValueRep> {
         if numbers.len() < COMPRESSED_FROM {
             let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
-            return self.array(Rep::array(Type::Int), numbers.len(), &bytes);
+            return self.array(ValueRep::array(Type::Int), numbers.len(), &bytes);
         }
         let bytes = compress_integers(numbers.iter().copied());
-        self.array(Rep::compressed_array(Type::Int), numbers.len(), &bytes)
+        self.array(ValueRep::compressed_array(Type::Int), numbers.len(), &bytes)
     }
 
     /// Whole numbers are stored as integers; few different ones as a list of them and an index for each.
-    fn floats(&mut self, numbers: &[f32]) -> io::Result<Rep> {
-        let compressed = Rep::compressed_array(Type::Float);
+    fn floats(&mut self, numbers: &[f32]) -> io::Result<ValueRep> {
+        let compressed = ValueRep::compressed_array(Type::Float);
         if numbers.len() >= COMPRESSED_FROM {
             if numbers.iter().all(|&x| (x as i32 as f32).to_bits() == x.to_bits()) {
                 let integers = compress_integers(numbers.iter().map(|&x| x as i32));
@@ -177,26 +180,26 @@ impl<W: Write + Send + 'static> Values<W> {
                 return self.array(compressed, numbers.len(), &bytes);
             }
         }
-        self.array(Rep::array(Type::Float), numbers.len(), &float_bytes(numbers))
+        self.array(ValueRep::array(Type::Float), numbers.len(), &float_bytes(numbers))
     }
 
-    fn array(&mut self, of: Rep, count: usize, bytes: &[u8]) -> io::Result<Rep> {
+    fn array(&mut self, of: ValueRep, count: usize, bytes: &[u8]) -> io::Result<ValueRep> {
         if count == 0 {
             return Ok(of);
         }
         self.store(of, &[&(count as u64).to_le_bytes(), bytes])
     }
 
-    fn dictionary(&mut self, entries: &Fields) -> io::Result<Rep> {
+    fn dictionary(&mut self, entries: &Fields) -> io::Result<ValueRep> {
         let mut bytes = (entries.len() as u64).to_le_bytes().to_vec();
         for (key, value) in entries {
             bytes.extend(self.words.string(key).to_le_bytes());
             bytes.extend(nested(self.value(value)?));
         }
-        self.store(Rep::single(Type::Dictionary), &[&bytes])
+        self.store(ValueRep::single(Type::Dictionary), &[&bytes])
     }
 
-    fn references(&mut self, references: &[Reference]) -> io::Result<Rep> {
+    fn references(&mut self, references: &[Reference]) -> io::Result<ValueRep> {
         let mut bytes = list_head(PREPENDED, references.len());
         for reference in references {
             bytes.extend(self.words.string(&reference.asset).to_le_bytes());
@@ -205,11 +208,11 @@ impl<W: Write + Send + 'static> Values<W> {
             bytes.extend_from_slice(&double_bytes(&[0.0, 1.0]));
             bytes.extend(0_u64.to_le_bytes());
         }
-        self.store(Rep::single(Type::ReferenceListOp), &[&bytes])
+        self.store(ValueRep::single(Type::ReferenceListOp), &[&bytes])
     }
 
     /// Writes the parts of one value, unless they are in the file already.
-    fn store(&mut self, of: Rep, parts: &[&[u8]]) -> io::Result<Rep> {
+    fn store(&mut self, of: ValueRep, parts: &[&[u8]]) -> io::Result<ValueRep> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&of.0.to_le_bytes());
         for part in parts {
@@ -237,7 +240,7 @@ impl<W: Write + Send + 'static> Values<W> {
 }
 
 /// A value within another: how many bytes on its representation begins, and that.
-fn nested(value: Rep) -> Vec<u8> {
+fn nested(value: ValueRep) -> Vec<u8> {
     [8_u64.to_le_bytes(), value.0.to_le_bytes()].concat()
 }
 

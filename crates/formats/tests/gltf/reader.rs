@@ -1,7 +1,7 @@
 //! Our own reader gives back what was written.
 
 use crate::cases::{Case, cases};
-use rhytid_formats::recording;
+use rhytid_formats::animation;
 
 #[test]
 fn what_was_written_is_read() {
@@ -9,8 +9,8 @@ fn what_was_written_is_read() {
     for case in cases() {
         let (path, written) = case.export(folder.path());
         let Case { animation, options, label, .. } = case;
-        let mut recording = recording::open(&path).unwrap_or_else(|e| panic!("{label}: {e}"));
-        let summary = recording.summary().clone();
+        let mut reader = animation::open(&path).unwrap_or_else(|e| panic!("{label}: {e}"));
+        let summary = reader.summary().clone();
         assert_eq!(summary.name, animation.name);
         assert_eq!(summary.vertices, animation.rest.len());
         assert_eq!(summary.frames, animation.frames.len());
@@ -21,7 +21,7 @@ fn what_was_written_is_read() {
         );
         assert_eq!(summary.normals, animation.with_normals);
         assert_eq!(summary.head, animation.head.is_some());
-        assert_eq!(summary.origin.as_ref(), Some(&animation.origin));
+        assert_eq!(summary.provenance.as_ref(), Some(&animation.provenance));
         let corners = animation.triangle_corners.as_flattened();
         let triangles: Vec<u32> = corners.iter().map(|&c| animation.faces.indices[c as usize]).collect();
         assert_eq!(summary.faces.indices, triangles);
@@ -34,7 +34,7 @@ fn what_was_written_is_read() {
         let mut out = Vec::new();
         // In any order.
         for k in (0..summary.frames).rev() {
-            recording.positions(k, &mut out).unwrap();
+            reader.positions(k, &mut out).unwrap();
             assert_eq!(out.len(), animation.rest.len() * 3);
             for (found, given) in out.as_chunks::<3>().0.iter().zip(animation.frames[k][0].as_chunks::<3>().0)
             {
@@ -42,14 +42,14 @@ fn what_was_written_is_read() {
                 let off = squares.sum::<f64>().sqrt();
                 assert!(off <= stated, "{label}: {off} in frame {k}, stated {stated}");
             }
-            recording.normals(k, &mut out).unwrap();
+            reader.normals(k, &mut out).unwrap();
             assert_eq!(out.len(), if summary.normals { animation.rest.len() * 3 } else { 0 });
             if summary.normals && !options.quantize && options.max_error.is_none() {
                 for (found, given) in out.iter().zip(&animation.frames[k][1][..99]) {
                     assert!((found - given).abs() < 1e-5, "{label}: a normal in frame {k}");
                 }
             }
-            let head = recording.head(k).unwrap();
+            let head = reader.head(k).unwrap();
             assert_eq!(head.is_some(), animation.head.is_some());
             let (Some(head), Some(given)) = (head, &animation.head) else { continue };
             let given = given[k].matrix();

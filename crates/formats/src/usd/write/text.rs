@@ -1,10 +1,10 @@
 //! USD text. An attribute's samples stand together in the file while those of all attributes come by turns: the
 //! text up to the first samples goes to the file, and each further part, from behind one attribute's samples up to
 //! the next one's, to a spool. The spools are appended at the end.
-use super::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier};
 use super::numbers::double;
 use super::sample::Sample;
 use super::text_value::{write_float3s, write_matrix, write_path_list, write_value};
+use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier};
 use rhytid_core::{Error, Result, WriteBeside};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};

@@ -1,8 +1,10 @@
+//! A layer on its way to a file, in any of the encodings.
+
 use super::crate_file::CrateWriter;
-use super::layer::Layer;
 use super::package::PackageWriter;
 use super::sample::Sample;
 use super::text::TextWriter;
+use crate::usd::layer::Layer;
 use rhytid_core::{Error, Result, WriteBeside};
 use std::path::{Path, PathBuf};
 
@@ -15,6 +17,19 @@ pub enum Encoding {
     Crate,
     /// Binary in a package, `.usdz`.
     Package,
+}
+
+impl Encoding {
+    /// The one that the extension of `path` asks for, in either case; `None` for any other extension.
+    pub fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            "usd" | "usdc" => Some(Self::Crate),
+            "usda" => Some(Self::Text),
+            "usdz" => Some(Self::Package),
+            _ => None,
+        }
+    }
 }
 
 /// A layer being written: everything at once, then its time samples one by one. It appears under its name when it
@@ -47,7 +62,7 @@ impl LayerWriter {
         Ok(Self { path: path.to_owned(), to })
     }
 
-    /// Adds a sample to the attribute that has the number [`super::layer::Attribute::samples`]. Its times ascend.
+    /// Adds a sample to the attribute that has the number [`crate::usd::layer::Attribute::samples`]. Its times ascend.
     ///
     /// # Errors
     /// [`Error::Input`] if a package becomes too large; [`Error::Io`].

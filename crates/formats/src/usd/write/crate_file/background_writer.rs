@@ -1,5 +1,7 @@
+//! Output on a thread of its own.
+
+use rhytid_core::buffer_ring::{Filler, buffer_ring};
 use std::io::{self, Write};
-use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread::{Builder, JoinHandle};
 
 /// Bytes that are handed over at once.
@@ -8,33 +10,28 @@ const BLOCK: usize = 1 << 20;
 const BLOCKS: usize = 4;
 
 /// Writes on a thread of its own, so that the next values are examined meanwhile. Memory is that of a few blocks.
-pub(super) struct Behind<W> {
+pub(super) struct BackgroundWriter<W> {
     /// What has not been handed over.
     block: Vec<u8>,
-    full: Option<SyncSender<Vec<u8>>>,
-    empty: Receiver<Vec<u8>>,
+    /// Where full blocks go and empty ones come from; `None` once the thread was told to end.
+    blocks: Option<Filler<Vec<u8>>>,
     thread: Option<JoinHandle<io::Result<W>>>,
 }
 
-impl<W: Write + Send + 'static> Behind<W> {
+impl<W: Write + Send + 'static> BackgroundWriter<W> {
     pub(super) fn new(mut out: W) -> io::Result<Self> {
-        let (full, to_write) = sync_channel::<Vec<u8>>(BLOCKS);
-        let (written, empty) = channel();
-        for _ in 1..BLOCKS {
-            // The other end is still here.
-            let _ = written.send(Vec::with_capacity(BLOCK));
-        }
+        let block = || Vec::with_capacity(BLOCK);
+        let (filler, emptier) = buffer_ring((1..BLOCKS).map(|_| block()));
         let write = move || {
-            for mut block in to_write {
+            while let Some(mut block) = emptier.full() {
                 out.write_all(&block)?;
                 block.clear();
-                // Nobody wants it when the last ones are written.
-                let _ = written.send(block);
+                emptier.give_back(block);
             }
             Ok(out)
         };
         let thread = Builder::new().name("usd writer".into()).spawn(write)?;
-        Ok(Self { block: Vec::with_capacity(BLOCK), full: Some(full), empty, thread: Some(thread) })
+        Ok(Self { block: block(), blocks: Some(filler), thread: Some(thread) })
     }
 
     /// Takes `bytes`. An error may be that of an earlier call.
@@ -46,7 +43,8 @@ impl<W: Write + Send + 'static> Behind<W> {
                 return Ok(());
             }
             bytes = later;
-            let Ok(next) = self.empty.recv() else { return Err(self.fault()) };
+            let next = self.blocks.as_ref().and_then(Filler::empty);
+            let Some(next) = next else { return Err(self.fault()) };
             let block = std::mem::replace(&mut self.block, next);
             self.hand_over(block)?;
         }
@@ -60,9 +58,9 @@ impl<W: Write + Send + 'static> Behind<W> {
     }
 
     fn hand_over(&mut self, block: Vec<u8>) -> io::Result<()> {
-        match self.full.as_ref().map(|full| full.send(block)) {
-            Some(Ok(())) => Ok(()),
-            _ => Err(self.fault()),
+        match self.blocks.as_ref().is_some_and(|blocks| blocks.hand_over(block)) {
+            true => Ok(()),
+            false => Err(self.fault()),
         }
     }
 
@@ -72,15 +70,15 @@ impl<W: Write + Send + 'static> Behind<W> {
     }
 }
 
-impl<W> Behind<W> {
+impl<W> BackgroundWriter<W> {
     /// Tells the thread to end, and what it ended with, once.
     fn end(&mut self) -> Option<io::Result<W>> {
-        self.full = None;
+        self.blocks = None;
         Some(self.thread.take()?.join().unwrap_or_else(|_| Err(ended())))
     }
 }
 
-impl<W> Drop for Behind<W> {
+impl<W> Drop for BackgroundWriter<W> {
     /// Whoever drops it finds the file closed.
     fn drop(&mut self) {
         self.end();
@@ -99,11 +97,11 @@ mod tests {
     fn everything_arrives_in_order() {
         for length in [0, 1, BLOCK - 1, BLOCK, BLOCK + 1, 9 * BLOCK + 5] {
             let bytes: Vec<u8> = (0..length).map(|i| (i * 7 + i / 251) as u8).collect();
-            let mut behind = Behind::new(Vec::new()).unwrap();
+            let mut writer = BackgroundWriter::new(Vec::new()).unwrap();
             for part in bytes.chunks(BLOCK / 3 + 11) {
-                behind.write_all(part).unwrap();
+                writer.write_all(part).unwrap();
             }
-            assert!(behind.finish().unwrap() == bytes, "{length}");
+            assert!(writer.finish().unwrap() == bytes, "{length}");
         }
     }
 
@@ -124,13 +122,13 @@ mod tests {
     #[test]
     fn a_full_disk_is_told_at_the_latest_when_it_ends() {
         for room in [0, BLOCK, 3 * BLOCK] {
-            let mut behind = Behind::new(Disk(room)).unwrap();
+            let mut writer = BackgroundWriter::new(Disk(room)).unwrap();
             let part = vec![1; BLOCK / 2];
-            let told = (0..50).find_map(|_| behind.write_all(&part).err());
+            let told = (0..50).find_map(|_| writer.write_all(&part).err());
             assert_eq!(told.unwrap().kind(), io::ErrorKind::StorageFull);
         }
-        let mut behind = Behind::new(Disk(10)).unwrap();
-        behind.write_all(&[1; 11]).unwrap();
-        assert_eq!(behind.finish().err().unwrap().kind(), io::ErrorKind::StorageFull);
+        let mut writer = BackgroundWriter::new(Disk(10)).unwrap();
+        writer.write_all(&[1; 11]).unwrap();
+        assert_eq!(writer.finish().err().unwrap().kind(), io::ErrorKind::StorageFull);
     }
 }

@@ -3,19 +3,19 @@
 //!
 //! A header, the values, six tables and the tables' places. Values go to the file as they come; of each, 8 bytes
 //! stay in memory, and 32 more to know it again, since a value that is there already is not written a second time.
-mod behind;
+mod background_writer;
 mod compress;
-mod rep;
 mod tables;
+mod value_rep;
 mod values;
 
-use super::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier};
 use super::sample::Sample;
+use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier};
 use compress::{compress, compress_integers};
-use rep::{Rep, Type};
 use std::collections::HashMap;
 use std::io::{self, Seek, SeekFrom, Write};
 use tables::Paths;
+use value_rep::{Type, ValueRep};
 use values::Values;
 
 const HEADER_SIZE: usize = 88;
@@ -33,7 +33,7 @@ enum SpecKind {
 struct Spec {
     kind: SpecKind,
     path: u32,
-    fields: Vec<(u32, Rep)>,
+    fields: Vec<(u32, ValueRep)>,
 }
 
 /// The samples of one attribute so far.
@@ -42,7 +42,7 @@ struct Sampled {
     /// Which of the specs.
     spec: usize,
     times: Vec<f64>,
-    values: Vec<Rep>,
+    values: Vec<ValueRep>,
 }
 
 /// A crate file being written.
@@ -122,7 +122,7 @@ impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
             Specifier::Def => 0,
             Specifier::Over => 1,
         };
-        let mut fields = vec![self.field("specifier", Rep::inlined(Type::Specifier, specifier))];
+        let mut fields = vec![self.field("specifier", ValueRep::inlined(Type::Specifier, specifier))];
         if !prim.type_name.is_empty() {
             let rep = self.values.token(&prim.type_name);
             fields.push(self.field("typeName", rep));
@@ -171,15 +171,15 @@ impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
         Ok(Spec { kind: SpecKind::Relationship, path, fields })
     }
 
-    fn uniform(&mut self) -> (u32, Rep) {
-        self.field("variability", Rep::inlined(Type::Variability, 1))
+    fn uniform(&mut self) -> (u32, ValueRep) {
+        self.field("variability", ValueRep::inlined(Type::Variability, 1))
     }
 
-    fn field(&mut self, name: &str, value: Rep) -> (u32, Rep) {
+    fn field(&mut self, name: &str, value: ValueRep) -> (u32, ValueRep) {
         (self.values.words.token(name), value)
     }
 
-    fn fields(&mut self, fields: &Fields) -> io::Result<Vec<(u32, Rep)>> {
+    fn fields(&mut self, fields: &Fields) -> io::Result<Vec<(u32, ValueRep)>> {
         fields
             .iter()
             .map(|(name, value)| {
@@ -192,7 +192,7 @@ impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
     /// Adds a list of names, if there are any.
     fn names<'a>(
         &mut self,
-        fields: &mut Vec<(u32, Rep)>,
+        fields: &mut Vec<(u32, ValueRep)>,
         field: &str,
         names: impl ExactSizeIterator<Item = &'a str>,
     ) -> io::Result<()> {
@@ -204,7 +204,7 @@ impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
     }
 
     /// All different fields; the specs' sets of them, each ended by -1; and where each spec's set begins.
-    fn field_tables(&self) -> (Vec<(u32, Rep)>, Vec<i32>, Vec<i32>) {
+    fn field_tables(&self) -> (Vec<(u32, ValueRep)>, Vec<i32>, Vec<i32>) {
         let (mut fields, mut sets) = (Vec::new(), Vec::new());
         let (mut number_of_field, mut place_of_set) = (HashMap::new(), HashMap::new());
         let set_of_spec = self.specs.iter().map(|spec| {
@@ -264,7 +264,7 @@ impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
 }
 
 /// The fields' names, and their representations, both compressed.
-fn fields_section(fields: &[(u32, Rep)]) -> Vec<u8> {
+fn fields_section(fields: &[(u32, ValueRep)]) -> Vec<u8> {
     let mut bytes = counted(fields.len(), [fields.iter().map(|&(name, _)| name as i32).collect()]);
     let reps: Vec<u8> = fields.iter().flat_map(|(_, rep)| rep.0.to_le_bytes()).collect();
     let packed = compress(&reps);

@@ -1,7 +1,8 @@
 //! The materials that a mesh names: a subset of its faces for each, and an empty material to fill in.
-use super::build::{attribute, prim, token};
-use super::layer::{Attribute, Prim, Value};
 use super::names::identifiers;
+use super::numbers::integer;
+use crate::usd::build::{attribute, prim, token};
+use crate::usd::layer::{Attribute, Prim, Value};
 use rhytid_core::{Materials, Result};
 
 /// Adds the subsets to `mesh`, and returns the scope with the materials, which is to stand at the path `scope`.
@@ -11,7 +12,7 @@ pub(super) fn bind(mesh: &mut Prim, materials: &Materials, scope: &str) -> Resul
     let mut faces_of = vec![Vec::new(); materials.names.len()];
     for (face, &material) in materials.of_face.iter().enumerate() {
         if material != Materials::NONE {
-            faces_of[material as usize].push(super::surface::integer(face)?);
+            faces_of[material as usize].push(integer(face)?);
         }
     }
     let all = materials.of_face.iter().all(|&material| material != Materials::NONE);

@@ -1,6 +1,6 @@
 //! Values as USD text has them.
-use super::layer::{Fields, Reference, Value};
 use super::numbers::{double, float, shortest};
+use crate::usd::layer::{Fields, Reference, Value};
 use std::io::{self, Write};
 
 /// One value. What follows a line's end within it is indented deeper than `indent`.

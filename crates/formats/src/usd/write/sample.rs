@@ -1,8 +1,10 @@
+//! What changes over time.
+
 /// The value of an attribute at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sample<'a> {
     /// `float3[]` and its roles, such as `point3f[]`
     Float3s(&'a [[f32; 3]]),
-    /// `matrix4d`, row by row as [`super::layer::Value::Matrix4d`]
+    /// `matrix4d`, row by row as [`crate::usd::layer::Value::Matrix4d`]
     Matrix4d(&'a [[f64; 4]; 4]),
 }

@@ -29,14 +29,14 @@ pub(super) enum Type {
 
 /// A value's representation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Rep(pub(super) u64);
+pub(super) struct ValueRep(pub(super) u64);
 
-impl Rep {
+impl ValueRep {
     const ARRAY: u64 = 1 << 63;
     const INLINED: u64 = 1 << 62;
     const COMPRESSED: u64 = 1 << 61;
 
-    /// A single value that stands in the file; [`Rep::at`] says where.
+    /// A single value that stands in the file; [`ValueRep::at`] says where.
     pub(super) fn single(of: Type) -> Self {
         Self((of as u64) << 48)
     }
@@ -89,16 +89,16 @@ mod tests {
 
     #[test]
     fn only_what_keeps_every_bit_stands_for_itself() {
-        assert_eq!(Rep::inlined_double(0.5), Some(Rep(0x4009_0000_3f00_0000)));
-        assert_eq!(Rep::inlined_double(-0.0), Some(Rep(0x4009_0000_8000_0000)));
-        assert_eq!(Rep::inlined_double(0.1), None);
-        assert_eq!(Rep::inlined_double(1e300), None);
+        assert_eq!(ValueRep::inlined_double(0.5), Some(ValueRep(0x4009_0000_3f00_0000)));
+        assert_eq!(ValueRep::inlined_double(-0.0), Some(ValueRep(0x4009_0000_8000_0000)));
+        assert_eq!(ValueRep::inlined_double(0.1), None);
+        assert_eq!(ValueRep::inlined_double(1e300), None);
         let mut matrix =
             [[1.0, 0.0, 0.0, 0.0], [0.0, -2.0, 0.0, 0.0], [0.0, 0.0, 3.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
-        assert_eq!(Rep::inlined_matrix(&matrix), Some(Rep(0x400f_0000_0103_fe01)));
+        assert_eq!(ValueRep::inlined_matrix(&matrix), Some(ValueRep(0x400f_0000_0103_fe01)));
         for (row, column, x) in [(0, 1, -0.0), (3, 0, 1.0), (2, 2, 1.5), (2, 2, -0.0), (1, 1, 128.0)] {
             let before = std::mem::replace(&mut matrix[row][column], x);
-            assert_eq!(Rep::inlined_matrix(&matrix), None);
+            assert_eq!(ValueRep::inlined_matrix(&matrix), None);
             matrix[row][column] = before;
         }
     }

@@ -1,8 +1,8 @@
 //! USD packages: a zip archive with one binary layer, not compressed and at a multiple of 64 bytes, so that USD can
 //! map it into memory.
 use super::crate_file::CrateWriter;
-use super::layer::Layer;
 use super::sample::Sample;
+use crate::usd::layer::Layer;
 use rhytid_core::{Error, Result, WriteBeside};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek};

@@ -1,10 +1,10 @@
 //! A face's animation as USD; `docs/export.md` shows the layer.
-use super::build::attribute;
-use super::layer::{Attribute, Layer, Prim, Property, Value};
+use super::layer_writer::{Encoding, LayerWriter};
 use super::sample::Sample;
 use super::surface::{Surface, extent};
-use super::writer::{Encoding, LayerWriter};
 use crate::export::{Exporter, Frame, Scene, Written};
+use crate::usd::build::attribute;
+use crate::usd::layer::{Attribute, Layer, Prim, Property, Value};
 use rhytid_core::{Progress, Result, RigidMotion};
 use std::path::Path;
 
@@ -19,7 +19,7 @@ const HEAD: usize = 4;
 pub(crate) struct Face {
     writer: LayerWriter,
     first_time_code: f64,
-    /// How the head stands in each frame; empty where it is not known.
+    /// The head pose in each frame; empty where it is not known.
     head: Vec<RigidMotion>,
     done: usize,
 }

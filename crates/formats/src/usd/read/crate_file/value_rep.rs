@@ -1,8 +1,10 @@
+//! The representation of a value in 8 bytes.
+
 /// Where a value is and of which type: 16 bits of flags and type, 48 bits of place, or the value itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Rep(pub(super) u64);
+pub(super) struct ValueRep(pub(super) u64);
 
-impl Rep {
+impl ValueRep {
     /// One of the numbers of [`kind`].
     pub(super) fn kind(self) -> u8 {
         (self.0 >> 48) as u8

@@ -1,14 +1,12 @@
-//! Value clips: a layer whose samples are in other files, each active for a range of time codes. USD calls the layers
+//! Value clips out: a layer whose samples are in other files, each active for a range of time codes. USD calls the layers
 //! with the samples clips, and the layer that lists what has samples their manifest. The manifest is a file of its own:
 //! a layer that named itself would lose it when it is renamed, and USD would then play the first clip only, silently.
 
-use super::build::{attribute, prim};
-use super::layer::{Attribute, Fields, Layer, Prim, Property, Reference, Specifier, Value};
-use super::read::{Parts, default_prim, dictionary, field, open};
-use super::surface::custom_data;
-use super::writer::{Encoding, LayerWriter};
-use crate::export::Format;
-use crate::recording::{Recording, Summary};
+use super::build::prim;
+use super::layer::{Fields, Layer, Prim, Reference, Value};
+use super::read::{Parts, declarations, default_prim, open};
+use super::write::{Encoding, LayerWriter, custom_data};
+use crate::animation_reader::{AnimationReader, Summary};
 use rhytid_core::{Error, Result};
 use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
@@ -35,10 +33,9 @@ pub struct Stitched {
 /// [`Error::Input`] if a part is no USD file of `rhytid animate`, two are not of the same rig and settings, there is a
 /// gap or an overlap between them, or `output` cannot be written or is one of them; [`Error::Io`].
 pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
-    let encoding = match Format::of(output) {
-        Ok(Format::Usdc) => Encoding::Crate,
-        Ok(Format::Usda) => Encoding::Text,
-        _ => {
+    let encoding = match Encoding::of(output) {
+        Some(encoding @ (Encoding::Crate | Encoding::Text)) => encoding,
+        Some(Encoding::Package) | None => {
             return Err(Error::input(format!(
                 "{}: parts are stitched into .usd, .usdc or .usda; choose one of these",
                 output.display()
@@ -82,43 +79,6 @@ pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
     Ok(Stitched { bytes, manifest, parts: opened.parts().len(), frames: summary.frames, time_codes })
 }
 
-/// The files that a layer takes its samples from, relative to its own.
-pub(super) struct Clips<'a> {
-    /// In the order of their time codes.
-    pub(super) assets: &'a [String],
-    /// What has samples in them.
-    pub(super) manifest: &'a str,
-}
-
-/// The clips of the layer's default prim; `None` if it has none.
-pub(super) fn clips(layer: &Layer) -> Option<Clips<'_>> {
-    let set = dictionary(dictionary(&default_prim(layer)?.metadata, "clips")?, "default")?;
-    match (field(set, "assetPaths")?, field(set, "manifestAssetPath")?) {
-        (Value::Assets(assets), Value::Asset(manifest)) => Some(Clips { assets, manifest }),
-        _ => None,
-    }
-}
-
-/// The path of something that has samples in the clip `clip` and is not in `manifest`, so that USD plays none of
-/// them; `None` if all is there.
-pub(super) fn undeclared(clip: &Layer, manifest: &Layer) -> Option<String> {
-    fn within(wanted: &Prim, among: &[Prim]) -> Option<String> {
-        let name = &wanted.name;
-        let Some(found) = among.iter().find(|prim| prim.name == *name) else {
-            return Some(format!("/{name}"));
-        };
-        let lacks = |wanted: &&Property| found.properties.iter().all(|found| found.name() != wanted.name());
-        match wanted.properties.iter().find(lacks) {
-            Some(property) => Some(format!("/{name}.{}", property.name())),
-            None => {
-                let below = wanted.children.iter().find_map(|child| within(child, &found.children));
-                below.map(|path| format!("/{name}{path}"))
-            }
-        }
-    }
-    within(&declarations(default_prim(clip)?)?, &manifest.prims)
-}
-
 /// The prim that a part animates.
 fn animated(part: &Layer) -> Result<&Prim> {
     default_prim(part).ok_or_else(|| Error::Internal("a part has lost its default prim".into()))
@@ -151,7 +111,7 @@ fn layer(
     let clips = Value::Dictionary(vec![("default".into(), Value::Dictionary(set))]);
 
     let mut root = prim(&animated.type_name, &animated.name);
-    root.metadata.extend(summary.origin.as_ref().map(|origin| ("customData".into(), custom_data(origin))));
+    root.metadata.extend(summary.provenance.as_ref().map(|made| ("customData".into(), custom_data(made))));
     root.metadata.push(("references".into(), Value::PrependedReferences(vec![still])));
     root.metadata.push(("clips".into(), clips));
 
@@ -165,20 +125,6 @@ fn layer(
     };
     let metadata: Fields = first.metadata.iter().map(of_whole).collect();
     Layer { metadata, prims: vec![root] }
-}
-
-/// What has samples in `animated` and below, by name and type alone; `None` if nothing has.
-fn declarations(animated: &Prim) -> Option<Prim> {
-    let declare = |property: &Property| match property {
-        Property::Attribute(Attribute { name, type_name, samples: Some(_), .. }) => {
-            Some(Property::Attribute(attribute(type_name, name, None)))
-        }
-        _ => None,
-    };
-    let properties: Vec<Property> = animated.properties.iter().filter_map(declare).collect();
-    let children: Vec<Prim> = animated.children.iter().filter_map(declarations).collect();
-    let some = !properties.is_empty() || !children.is_empty();
-    some.then(|| Prim { specifier: Specifier::Over, properties, children, ..prim("", &animated.name) })
 }
 
 /// The folder that `path` is in, without links.

@@ -1,11 +1,12 @@
 //! Shapes with sliders as USD: a mesh with blend shapes, and an animation with their weights, all 0, on a skeleton of
 //! one joint that does not move the mesh.
-use super::build::{prim, token};
-use super::layer::{Layer, Prim, Value};
+use super::layer_writer::{Encoding, LayerWriter};
 use super::names::identifiers;
-use super::surface::{Surface, integer};
-use super::writer::{Encoding, LayerWriter};
+use super::numbers::integer;
+use super::surface::Surface;
 use crate::export::{Shape, Shapes};
+use crate::usd::build::{prim, token};
+use crate::usd::layer::{Layer, Prim, Value};
 use rhytid_core::Result;
 use std::path::Path;
 

@@ -1,10 +1,11 @@
 //! What an animation and shapes have in common: the layer's metadata, the default prim, and the mesh at rest.
-use super::build::{attribute, prim, token};
-use super::layer::{Attribute, Fields, Layer, Prim, Value};
 use super::materials;
 use super::names::identifier;
-use crate::export::{Origin, Scene};
-use rhytid_core::{Error, Faces, Result, UpAxis, Uvs};
+use super::numbers::integer;
+use crate::export::{Provenance, Scene};
+use crate::usd::build::{attribute, prim, token};
+use crate::usd::layer::{Attribute, Fields, Layer, Prim, Value};
+use rhytid_core::{Faces, Result, UpAxis, Uvs};
 
 /// A layer in the making.
 pub(super) struct Surface {
@@ -21,12 +22,12 @@ impl Surface {
     /// The scene at rest, under a prim of the type `root`.
     ///
     /// # Errors
-    /// [`Error::Input`] if it has more vertices than USD counts.
+    /// [`rhytid_core::Error::Input`] if it has more vertices than USD counts.
     pub(super) fn new(scene: &Scene<'_>, root: &str) -> Result<Self> {
         let name = identifier(scene.name);
         let mut root = prim(root, &name);
         root.metadata.push(("kind".into(), token("component")));
-        root.metadata.push(("customData".into(), custom_data(scene.origin)));
+        root.metadata.push(("customData".into(), custom_data(scene.provenance)));
         let mut mesh = mesh(scene, &format!("{name}_mesh"))?;
         let scope = format!("/{name}/Looks");
         let looks = scene.materials.map(|named| materials::bind(&mut mesh, named, &scope)).transpose()?;
@@ -53,21 +54,21 @@ fn metadata(scene: &Scene<'_>, name: &str) -> Fields {
     ]
 }
 
-/// The origin, under the names of its fields.
-pub(super) fn custom_data(origin: &Origin) -> Value {
-    let text = |text: &str| Value::String(text.into());
+/// The provenance, under the names of its fields.
+pub(crate) fn custom_data(provenance: &Provenance) -> Value {
+    let text = |text: &dyn ToString| Value::String(text.to_string());
     // Frame numbers are small; the largest are kept as well as a double can.
     let frame = |n: u64| i32::try_from(n).map_or(Value::Double(n as f64), Value::Int);
     let fields = vec![
-        ("version".into(), text(&origin.version)),
-        ("rig".into(), text(&origin.rig)),
-        ("stage".into(), text(&origin.stage)),
-        ("first_frame".into(), frame(origin.first_frame)),
-        ("end_frame".into(), frame(origin.end_frame)),
-        ("fps".into(), Value::Double(origin.fps)),
-        ("missing".into(), text(&origin.missing)),
-        ("fade_detail".into(), Value::Bool(origin.fade_detail)),
-        ("head".into(), text(&origin.head)),
+        ("version".into(), text(&provenance.version)),
+        ("rig".into(), text(&provenance.rig)),
+        ("stage".into(), text(&provenance.stage)),
+        ("first_frame".into(), frame(provenance.first_frame)),
+        ("end_frame".into(), frame(provenance.end_frame)),
+        ("fps".into(), Value::Double(provenance.stored_rate())),
+        ("missing".into(), text(&provenance.missing)),
+        ("fade_detail".into(), Value::Bool(provenance.fade_detail)),
+        ("head".into(), text(&provenance.head)),
     ];
     Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])
 }
@@ -114,14 +115,4 @@ pub(super) fn extent(positions: &[[f32; 3]]) -> [[f32; 3]; 2] {
 
 fn integers(numbers: &[u32]) -> Result<Value> {
     numbers.iter().map(|&x| integer(x as usize)).collect::<Result<_>>().map(Value::Ints)
-}
-
-/// USD's integers have a sign.
-pub(super) fn integer(x: usize) -> Result<i32> {
-    i32::try_from(x).map_err(|_| {
-        Error::input(format!(
-            "the mesh has the number {x} in its faces, expected at most {} in USD",
-            i32::MAX
-        ))
-    })
 }

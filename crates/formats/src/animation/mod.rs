@@ -1,0 +1,124 @@
+//! Animation files of any format, chosen by their extension: written frame by frame ([`create`]) and read back
+//! ([`open`]), and meshes with shapes ([`write_shapes`]).
+//!
+//! ```no_run
+//! # use rhytid_core::{NoProgress, Result};
+//! # use rhytid_formats::animation;
+//! # use rhytid_formats::export::{Frame, Scene};
+//! # fn demo(scene: &Scene<'_>, frames: &[[Vec<f32>; 2]]) -> Result<()> {
+//! let mut exporter = animation::create("face.usd".as_ref(), scene, &Default::default())?;
+//! for [positions, normals] in frames {
+//!     exporter.frame(Frame { positions, normals: Some(normals), velocities: None })?;
+//! }
+//! let written = exporter.finish(&NoProgress)?;
+//! println!("{} bytes", written.bytes);
+//! # Ok(())
+//! # }
+//! ```
+//! `docs/export.md` says what each format holds and how to open it.
+
+mod checked;
+
+use crate::animation_reader::AnimationReader;
+use crate::export::{Exporter, Options, Scene, Shapes, Written};
+use crate::gltf::write::{self as gltf, Kind};
+use crate::usd::{read, write as usd};
+use checked::Checked;
+use rhytid_core::{Error, Progress, Result};
+use std::path::Path;
+
+/// The formats that animations are in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Binary USD, `.usd` or `.usdc`.
+    Usdc,
+    /// USD text, `.usda`.
+    Usda,
+    /// Binary USD in a package, `.usdz`.
+    Usdz,
+    /// Binary glTF, `.glb`.
+    Glb,
+    /// glTF text, `.gltf`, with its buffer beside it as `.bin`.
+    Gltf,
+}
+
+impl Format {
+    /// The format that the extension of `path` asks for, in either case.
+    ///
+    /// # Errors
+    /// [`Error::Input`] lists the extensions if it is none of them.
+    pub fn of(path: &Path) -> Result<Self> {
+        match usd::Encoding::of(path) {
+            Some(usd::Encoding::Crate) => return Ok(Self::Usdc),
+            Some(usd::Encoding::Text) => return Ok(Self::Usda),
+            Some(usd::Encoding::Package) => return Ok(Self::Usdz),
+            None => {}
+        }
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        match extension.to_ascii_lowercase().as_str() {
+            "glb" => Ok(Self::Glb),
+            "gltf" => Ok(Self::Gltf),
+            _ => Err(Error::input(format!(
+                "{}: animation is written as .usd, .usdc, .usda, .usdz, .glb or .gltf, found the extension \
+                 “{extension}”",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// Opens an exporter for `path` by its extension.
+///
+/// # Errors
+/// [`Error::Input`] if the extension is not of a known [`Format`], the scene is not consistent, the folder does not
+/// exist or the format has no room for that many frames; [`Error::Io`].
+pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<dyn Exporter>> {
+    let format = Format::of(path)?;
+    scene.check()?;
+    let exporter: Box<dyn Exporter> = match format {
+        Format::Usdc => Box::new(usd::Face::create(path, usd::Encoding::Crate, scene)?),
+        Format::Usda => Box::new(usd::Face::create(path, usd::Encoding::Text, scene)?),
+        Format::Usdz => Box::new(usd::Face::create(path, usd::Encoding::Package, scene)?),
+        Format::Glb => gltf::create(path, Kind::Glb, scene, options)?,
+        Format::Gltf => gltf::create(path, Kind::Gltf, scene, options)?,
+    };
+    Ok(Box::new(Checked::new(exporter, path, scene)))
+}
+
+/// Writes a mesh with shapes to `path`, in the format of its extension. Nothing is written if it fails.
+///
+/// # Errors
+/// [`Error::Input`] if the extension is not of a known [`Format`], the shapes are not consistent, the folder does not
+/// exist or the format has no room for them; [`Error::Io`]; [`Error::Cancelled`].
+pub fn write_shapes(
+    path: &Path,
+    shapes: &Shapes<'_>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Written> {
+    let format = Format::of(path)?;
+    shapes.check()?;
+    let usd = |encoding| {
+        let bytes = usd::write_shapes(path, encoding, shapes)?;
+        Ok(Written { bytes, targets: Some(shapes.shapes.len()), error: None })
+    };
+    match format {
+        Format::Usdc => usd(usd::Encoding::Crate),
+        Format::Usda => usd(usd::Encoding::Text),
+        Format::Usdz => usd(usd::Encoding::Package),
+        Format::Glb => gltf::write_shapes(path, Kind::Glb, shapes, options, progress),
+        Format::Gltf => gltf::write_shapes(path, Kind::Gltf, shapes, options, progress),
+    }
+}
+
+/// Opens the animation in the format that the extension of `path` names.
+///
+/// # Errors
+/// [`Error::Input`] if the extension is of no known format, the file is damaged, or it holds anything
+/// but one animated mesh; [`Error::Io`].
+pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
+    match Format::of(path)? {
+        Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path),
+        Format::Glb | Format::Gltf => crate::gltf::read::open(path),
+    }
+}

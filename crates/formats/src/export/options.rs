@@ -1,0 +1,15 @@
+//! The choices of some formats.
+
+/// The choices of those formats that have any. All others ignore them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Options {
+    /// glTF: as few morph targets as the largest deviation that this allows, in mesh units. `None` writes a target
+    /// for each frame.
+    pub max_error: Option<f64>,
+    /// glTF: integers of 8 and 16 bits (KHR_mesh_quantization).
+    pub quantize: bool,
+    /// glTF: compressed buffers (EXT_meshopt_compression).
+    pub meshopt: bool,
+    /// glTF: also more than 256 targets or 1 GiB.
+    pub force: bool,
+}

@@ -1,0 +1,161 @@
+//! The sections of a project file.
+
+use rhytid_core::{Bind, UpAxis};
+use serde::{Serialize, Serializer};
+use std::path::PathBuf;
+
+/// What a project file says. Paths are relative to the file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Project {
+    /// `[mesh]`.
+    pub mesh: MeshSection,
+    /// `[handles]`.
+    pub handles: HandlesSection,
+    /// Each `[[example]]`; names are distinct.
+    #[serde(rename = "example")]
+    pub examples: Vec<ExampleSection>,
+    /// `[large_scale]`.
+    pub large_scale: LargeScaleSection,
+    /// `[strain]`.
+    pub strain: StrainSection,
+    /// `[fine_scale]`.
+    pub fine_scale: FineScaleSection,
+}
+
+/// `[mesh]`: the neutral scan and what its numbers mean.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MeshSection {
+    /// Names the rig; `None` takes the stem of the project file's name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The neutral scan: OBJ, PLY or glTF.
+    pub neutral: PathBuf,
+    /// The unit of all coordinates.
+    pub units: Units,
+    /// The axis that points up; Y by default.
+    pub up: UpAxis,
+}
+
+/// `[handles]`: the vertices that markers hold.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct HandlesSection {
+    /// CSV with the header `label,vertex`.
+    pub vertices: PathBuf,
+}
+
+/// `[[example]]`: one expression scan.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ExampleSection {
+    /// Distinct and not empty.
+    pub name: String,
+    /// A mesh with the neutral's vertices and faces.
+    pub mesh: PathBuf,
+}
+
+/// `[large_scale]`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct LargeScaleSection {
+    /// ℓ in mesh units, above 0; `None` derives it from the spacing of the handles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bending_length: Option<f64>,
+    /// What becomes of components without a handle.
+    #[serde(serialize_with = "serialize_bind")]
+    pub bind: Bind,
+}
+
+/// `[strain]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct StrainSection {
+    /// Which pairs of handles carry a strain edge.
+    pub edges: Edges,
+}
+
+/// `[fine_scale]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FineScaleSection {
+    /// How details are learned.
+    pub method: Method,
+    /// K: influences kept per vertex, at least 1; 16 by default.
+    pub max_influences: usize,
+}
+
+impl Default for FineScaleSection {
+    fn default() -> Self {
+        Self { method: Method::default(), max_influences: rhytid_core::Settings::default().max_influences }
+    }
+}
+
+/// The length of one mesh unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Units {
+    /// `"m"`.
+    Metres,
+    /// `"cm"`.
+    Centimetres,
+    /// `"mm"`.
+    Millimetres,
+    /// `"in"`.
+    Inches,
+    /// A number: so many metres per unit, above 0.
+    MetresPerUnit(f64),
+}
+
+impl Units {
+    /// Metres in one unit.
+    pub fn metres_per_unit(self) -> f64 {
+        match self {
+            Units::Metres => 1.0,
+            Units::Centimetres => 0.01,
+            Units::Millimetres => 0.001,
+            Units::Inches => 0.0254,
+            Units::MetresPerUnit(metres) => metres,
+        }
+    }
+}
+
+impl Serialize for Units {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Units::Metres => serializer.serialize_str("m"),
+            Units::Centimetres => serializer.serialize_str("cm"),
+            Units::Millimetres => serializer.serialize_str("mm"),
+            Units::Inches => serializer.serialize_str("in"),
+            Units::MetresPerUnit(metres) => serializer.serialize_f64(*metres),
+        }
+    }
+}
+
+/// Where the strain edges come from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Edges {
+    /// `"auto"`: [`rhytid_core::StrainEdges::Auto`].
+    #[default]
+    Auto,
+    /// CSV with the header `a,b`: pairs of labels.
+    File(PathBuf),
+}
+
+impl Serialize for Edges {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Edges::Auto => serializer.serialize_str("auto"),
+            Edges::File(path) => path.serialize(serializer),
+        }
+    }
+}
+
+/// How details are learned from the examples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// `"chapter"`: sections 4 to 7 of `docs/method.md`.
+    #[default]
+    Chapter,
+}
+
+fn serialize_bind<S: Serializer>(bind: &Bind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(match bind {
+        Bind::Rigid => "rigid",
+        Bind::Nearest => "nearest",
+    })
+}
