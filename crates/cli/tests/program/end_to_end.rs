@@ -300,6 +300,16 @@ fn the_doctor_finds_what_makes_the_solve_impossible() {
     f.replace("markers.csv", &format!("right,{}", f.handle(1)), &format!("right,{}", f.handle(0)));
     let output = f.rhytid("doctor face.toml --json").output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_documented(&report, "doctor");
+    assert_eq!(report["solvable"], false, "{report}");
+    let output = f.rhytid("doctor face.toml").output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let report = String::from_utf8(output.stdout).unwrap();
+    for words in ["error: ", "left", "right", "the face cannot be solved"] {
+        assert!(report.contains(words), "{words}: {report}");
+    }
+    f.solve_refused(&["right", "left"]);
 }
 
 #[test]

@@ -47,24 +47,38 @@ fn a_folder_under_the_files_name() {
     }
 }
 
+/// Root may write everywhere, so that where this is root, the program is run as nobody.
 #[test]
 #[cfg(unix)]
 fn a_folder_without_the_right_to_write() {
+    use std::os::unix::{fs::PermissionsExt, process::CommandExt};
+    const NOBODY: u32 = 65534;
     let f = solved();
-    let out = f.path("out");
-    let allow = |mode| {
-        use std::os::unix::fs::PermissionsExt;
-        std::fs::set_permissions(&out, std::fs::Permissions::from_mode(mode)).unwrap();
+    let allow = |name: &str, mode| {
+        std::fs::set_permissions(f.path(name), std::fs::Permissions::from_mode(mode)).unwrap();
     };
-    allow(0o555);
-    if std::fs::write(out.join("probe"), "").is_ok() {
-        eprintln!("SKIPPED: this user may write everywhere; nothing was checked");
-        return;
+    allow("out", 0o555);
+    let is_root = std::fs::write(f.path("out/probe"), "").is_ok();
+    if is_root {
+        // Wherever the program lies, nobody may not look.
+        std::fs::remove_file(f.path("out/probe")).unwrap();
+        std::fs::copy(env!("CARGO_BIN_EXE_rhytid"), f.path("rhytid")).unwrap();
+        allow(".", 0o755);
     }
     for (command, ending) in writers() {
-        f.refused(&format!("{command} out/face.{ending}"), &["out/face", "permission denied"]);
+        let program = if is_root { f.path("rhytid") } else { env!("CARGO_BIN_EXE_rhytid").into() };
+        let mut program = Command::new(program);
+        if is_root {
+            program.uid(NOBODY).gid(NOBODY);
+        }
+        let args = format!("{command} out/face.{ending}");
+        program.args(args.split_whitespace()).current_dir(f.path("."));
+        let output =
+            program.output().expect("nobody should be able to start programs in the temporary folder");
+        assert_refused(&output, &["out/face", "permission denied"]);
     }
-    allow(0o755);
+    f.assert_nothing_written();
+    allow("out", 0o755);
 }
 
 #[test]
@@ -104,7 +118,7 @@ fn a_full_disk() {
     let out = f.path("out");
     let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=100k", "tmpfs"]).arg(&out).output();
     if !mount.is_ok_and(|output| output.status.success()) {
-        eprintln!("SKIPPED: this user may not mount a small disk; nothing was checked");
+        rhytid_test_support::skip("this user may not mount a small disk");
         return;
     }
     let _unmount = Unmount(&out);
