@@ -1,5 +1,5 @@
 //! Every device present against the f64 twin: one test for each device, stage and case, named
-//! `[vulkan/llvmpipe/0] normals/holes`.
+//! `[vulkan/llvmpipe/0] normals/holes`. (A process of its own: its tests are known only once the devices are.)
 mod support;
 
 use libtest_mimic::{Arguments, Completion, Failed, Trial};

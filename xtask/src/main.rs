@@ -1,13 +1,16 @@
-//! The project's chores: `cargo xtask setup | test | kernels | fuzz | bench`, one file each.
+//! The project's chores: `cargo xtask check | setup | test | kernels | fuzz | bench`, one file each.
 #![forbid(unsafe_code)]
 
 mod bench;
+mod check;
 mod debian;
 mod fuzz;
 mod kernels;
+mod programs;
 mod python;
 mod run;
 mod setup;
+mod steps;
 mod test;
 
 use clap::Parser;
@@ -17,6 +20,8 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 enum Chore {
+    /// Check formatting, lints and the tests that need no setup, in less than two minutes after a small change.
+    Check,
     /// Install what the tests need: software GPU drivers, USD, Blender, a browser, a glTF validator.
     Setup,
     /// Set up, then check formatting, kernels, lints, tests and documentation.
@@ -39,6 +44,7 @@ enum Chore {
 
 fn main() -> ExitCode {
     let outcome = match Chore::parse() {
+        Chore::Check => check::check(),
         Chore::Setup => setup::setup(),
         Chore::Test => test::test(),
         Chore::Kernels { check } => kernels::kernels(check),

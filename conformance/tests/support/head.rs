@@ -27,7 +27,7 @@ pub struct Head {
 impl Head {
     /// `None`, said loudly, without the shared data.
     pub fn new() -> Option<Self> {
-        let shared = rhytid_test_data::shared("")?;
+        let shared = rhytid_test_support::shared("")?;
         let face = face(&shared, "head", settings());
         let [low, high] = face.neutral.bounds().unwrap();
         let diagonal = low.iter().zip(high).map(|(low, high)| (high - low).powi(2)).sum::<f64>().sqrt();

@@ -1,18 +1,12 @@
-//! Sessions give back what they took.
+//! Sessions give back what they took. (A process of its own: what is measured is the memory of all of it.)
 #![cfg(target_os = "linux")]
 #[allow(dead_code, reason = "not every test uses all of it")]
 mod support;
 
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{Animator, Backend, Stage, UploadOptions};
+use rhytid_test_support::resident;
 use support::{Sizes, frames, rig, tested};
-
-/// Bytes of this process in memory.
-fn resident() -> usize {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
-    line.trim().trim_end_matches(" kB").parse::<usize>().unwrap() * 1024
-}
 
 #[test]
 fn two_hundred_uploads_and_drops_leave_memory_as_it_was() {

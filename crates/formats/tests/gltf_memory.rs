@@ -4,16 +4,10 @@
 use rhytid_core::{Faces, NoProgress, UpAxis};
 use rhytid_formats::animation;
 use rhytid_formats::export::{Frame, Options, Provenance, Scene};
+use rhytid_test_support::peak;
 use std::path::Path;
 
 const VERTICES: usize = 50_000;
-
-/// The most memory that this process has had, in bytes.
-fn peak() -> usize {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();
-    line.split_whitespace().nth(1).unwrap().parse::<usize>().unwrap() * 1024
-}
 
 fn export(path: &Path, frames: usize, options: &Options) {
     let rest = vec![[0.5; 3]; VERTICES];

@@ -84,10 +84,11 @@ mod tests {
         let topology = Topology::new(17, &triangles);
         let positions = [positions, vec![[9.0; 3]]].concat();
         let cells = voronoi_cells(&positions, &topology, &[0, 14, 6]);
-        let expected = [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 1, 2, 1, 1, 1, 1].map(Some);
-        assert_eq!(cells[..4], expected[..4]);
-        assert_eq!(cells[12..16], expected[12..16]);
-        assert_eq!(cells[16], None);
+        // From the strip's lower side up it is one along a quad's side, and √2 along its diagonal, which leans to the left: the
+        // left handle has the first two columns, the middle one the next three. The sixth column is as far from
+        // the middle as from the right end below, where the lower handle has it, and nearer to the right end above.
+        let expected = [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1].map(Some);
+        assert_eq!(cells[..16], expected);
         assert_eq!(touching_cells(&topology, &cells), [[0, 2], [1, 2]]);
     }
 }

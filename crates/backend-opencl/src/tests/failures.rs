@@ -1,4 +1,4 @@
-use super::support::{devices, frames, is_child_for, not_tested, output_of_success, rig, run_child};
+use super::support::{devices, frames, is_child_for, output_of_success, rig, run_child};
 use crate::OpenCl;
 use rhytid_core::{Animator, Backend, DeviceErrorKind, Error, UploadOptions};
 
@@ -78,7 +78,7 @@ fn without_a_platform_there_are_no_devices() {
     if output.contains("found 0 devices") {
         return;
     }
-    not_tested("the loader finds drivers in spite of OCL_ICD_VENDORS");
+    rhytid_test_support::skip("the loader finds drivers in spite of OCL_ICD_VENDORS");
 }
 
 #[test]

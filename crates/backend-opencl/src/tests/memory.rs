@@ -8,7 +8,7 @@ const TEST: &str = "tests::memory::uploads_and_drops_keep_memory_flat";
 #[test]
 fn uploads_and_drops_keep_memory_flat() {
     if !cfg!(target_os = "linux") {
-        eprintln!("NOT TESTED: memory is measured on Linux alone");
+        rhytid_test_support::skip("memory is measured on Linux alone");
         return;
     }
     if !is_child_for(TEST) {
@@ -30,7 +30,7 @@ fn uploads_and_drops_keep_memory_flat() {
                     session.stage_times().unwrap();
                 }
             }
-            resident_kilobytes()
+            rhytid_test_support::resident() / 1024
         };
         let before = use_and_drop(100);
         let after = use_and_drop(300);
@@ -38,10 +38,4 @@ fn uploads_and_drops_keep_memory_flat() {
         // Each session has 1.5 MB in buffers, and 6 kernels.
         assert!(after < before + 1000, "{}: from {before} kB to {after} kB", info.id());
     }
-}
-
-fn resident_kilobytes() -> usize {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find(|line| line.starts_with("VmRSS:")).unwrap();
-    line.split_whitespace().nth(1).unwrap().parse().unwrap()
 }

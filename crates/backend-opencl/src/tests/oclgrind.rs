@@ -2,7 +2,7 @@
 //! that were never written and misused functions of the API. A planted fault of each kind shows that
 //! it would.
 use super::support::{
-    assert_agreement, devices, frames, is_child_for, not_tested, on_cpu, output_of_success, rig, run_child,
+    assert_agreement, devices, frames, is_child_for, on_cpu, output_of_success, rig, run_child,
 };
 use crate::OpenCl;
 use rhytid_core::{Animator, BasisStorage, UploadOptions};
@@ -80,7 +80,7 @@ fn small_case() {
 /// What Oclgrind reports of a child; `None` where it is not installed.
 fn report(launcher: &[&str], size: usize, fault: &str) -> Option<String> {
     if Command::new("oclgrind").arg("--version").output().is_err() {
-        not_tested("oclgrind is not installed, which looks for data races");
+        rhytid_test_support::skip("oclgrind is not installed, which looks for data races");
         return None;
     }
     let size_name = size.to_string();

@@ -2,26 +2,17 @@
 use crate::OpenCl;
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{Animator, Backend, DeviceInfo, Faces, Rig, Session, Stage, UpAxis, UploadOptions};
+use rhytid_test_support::skip;
 use std::process::{Command, Output};
 
 /// The test that a child process is started for.
 const CHILD: &str = "RHYTID_CHILD_TEST";
 
-/// Says loudly that something was not tested, or fails if `REQUIRE_BACKENDS` names OpenCL.
-pub fn not_tested(why: &str) {
-    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-    assert!(
-        !required.split(',').any(|name| name.trim() == OpenCl::NAME),
-        "REQUIRE_BACKENDS has opencl, but {why}"
-    );
-    eprintln!("NOT TESTED: {why}");
-}
-
-/// Every device here; none is a failure where one is required.
+/// Every device here.
 pub fn devices() -> Vec<DeviceInfo> {
     let devices = OpenCl::devices().unwrap();
     if devices.is_empty() {
-        not_tested("there is no OpenCL device here");
+        skip("there is no OpenCL device here");
     }
     devices
 }

@@ -2,15 +2,10 @@
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{Animator, BasisStorage, DeviceInfo, Faces, Rig, Session, Stage, UpAxis, UploadOptions};
 
-/// The devices to test on. None is a failure if `REQUIRE_BACKENDS` names wgpu, otherwise it is said.
+/// The devices to test on.
 pub fn tested(devices: Vec<DeviceInfo>) -> Vec<DeviceInfo> {
-    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-    assert!(
-        !devices.is_empty() || !required.split(',').any(|name| name.trim() == "wgpu"),
-        "no device of wgpu's"
-    );
     if devices.is_empty() {
-        eprintln!("NOT TESTED: wgpu finds no device here");
+        rhytid_test_support::skip("wgpu finds no device here");
     }
     for device in &devices {
         eprintln!("on {}: {}, {}", device.id(), device.name, device.driver);

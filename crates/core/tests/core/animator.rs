@@ -74,7 +74,7 @@ impl Session for RecorderSession {
 }
 
 fn rig() -> Rig {
-    solve(&rhytid_test_data::sheet::face(), &NoProgress).unwrap().cast()
+    solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().cast()
 }
 
 /// An animator of five handles with room for three frames, and the record of its device.

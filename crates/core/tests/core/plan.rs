@@ -8,7 +8,7 @@ use rhytid_core::{
 use rhytid_solve::solve;
 
 fn rig() -> Rig {
-    solve(&rhytid_test_data::sheet::face(), &NoProgress).unwrap().cast()
+    solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().cast()
 }
 
 const NO_LIMITS: PlanLimits = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: u32::MAX };

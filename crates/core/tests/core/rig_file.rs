@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 /// A rig of 25 vertices with texture coordinates at the corners and materials, and so with every array.
 static RIG: LazyLock<Rig> = LazyLock::new(|| {
-    let mut rig = solve(&rhytid_test_data::sheet::face(), &NoProgress).unwrap().cast::<f32>();
+    let mut rig = solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().cast::<f32>();
     let values = (0..9u8).map(|i| [f32::from(i) / 8.0, 0.1]).collect();
     rig.uvs = Some(Uvs { values, corners: Some((0..64).map(|c| c % 9).collect()) });
     let of_face = (0..16).map(|f| if f == 5 { Materials::NONE } else { f % 2 }).collect();
@@ -75,7 +75,7 @@ fn refused(bytes: &[u8], words: &[&str]) {
 
 #[test]
 fn what_is_written_is_read() {
-    let mut face = rhytid_test_data::sheet::face();
+    let mut face = rhytid_test_support::sheet::face();
     let corners = RIG.clone();
     let plain = Rig { uvs: None, materials: None, ..RIG.clone() };
     let per_vertex = Rig { uvs: Some(Uvs { values: vec![[0.25, 1.0]; 25], corners: None }), ..RIG.clone() };
@@ -174,7 +174,7 @@ fn any_reader_of_safetensors_finds_the_arrays() {
     assert_eq!(numbers("face_indices"), RIG.faces.indices);
     assert_eq!(numbers("face_materials"), RIG.materials.as_ref().unwrap().of_face);
     // The handles where the example has them.
-    let face = rhytid_test_data::sheet::face();
+    let face = rhytid_test_support::sheet::face();
     let of_example = face.handles.vertices.iter().map(|&v| face.examples[0].positions[v as usize]);
     let of_example: Vec<f32> = of_example.flatten().map(|x| x as f32).collect();
     assert_eq!(floats("example_handles"), of_example);

@@ -5,7 +5,7 @@ use rhytid_core::{
     Bind, Error, Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, StrainEdges, UpAxis, Uvs,
 };
 use rhytid_solve::{Severity, examine, solve};
-use rhytid_test_data::sheet::{SIDE, add_sheet, face};
+use rhytid_test_support::sheet::{SIDE, add_sheet, face};
 
 /// `face` changed by `change`.
 fn with(change: impl FnOnce(&mut Face)) -> Face {

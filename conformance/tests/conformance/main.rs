@@ -1,0 +1,14 @@
+//! The conformance suite itself: its cases, its references, what it notices, and the method on golden, random and real faces.
+//! (Devices are tested in `tests/devices.rs`.)
+
+mod coverage;
+mod cpu;
+mod golden;
+mod must_pass;
+mod mutants;
+mod real_data;
+#[path = "../support/mod.rs"]
+mod support;
+mod toy;
+mod toy_backend;
+mod what_must_hold;

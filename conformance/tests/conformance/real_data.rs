@@ -1,0 +1,153 @@
+//! A real face and a real head with a real take: what the method promises, and how far it is from the truth.
+
+use crate::support::real::{clean_take, face, settings};
+use rhytid_backend_cpu::Cpu;
+use rhytid_conformance::{evaluate, worst_difference};
+use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_solve::solve;
+use rhytid_test_support::shared;
+use std::path::Path;
+
+/// Millimetres in the data's unit, the centimetre.
+const MM: f64 = 10.0;
+
+/// Vertices of the face that the truth is compared on: the skin without its inner rims.
+const COMPARED: usize = 6706;
+
+fn at_handles<T: Copy>(handles: &[u32], positions: &[T]) -> Vec<T> {
+    handles.iter().map(|&v| positions[v as usize]).collect()
+}
+
+/// Each example's own markers give it back, and every marker of the take is met in every frame, within 0.01 mm.
+fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
+    let h = rig.handles.len();
+    let batch = 31;
+    let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
+    let mut animator = Animator::new(&cpu, &rig.cast(), UploadOptions::frames(batch)).unwrap();
+    let mut found = Vec::new();
+    let mut compared = 0;
+    for example in &face.examples {
+        let handles = at_handles(&rig.handles, &example.positions);
+        let results = evaluate(rig, &handles);
+        let handles: Vec<f32> = handles.as_flattened().iter().map(|&x| x as f32).collect();
+        animator.evaluate(&handles).unwrap();
+        animator.read(Stage::Positions, &mut found).unwrap();
+        let (on_cpu, _) = found.as_chunks::<3>();
+        let moving: Vec<usize> =
+            (0..rig.vertices()).filter(|&v| rig.basis[v * h..][..h].iter().any(|&b| b != 0.0)).collect();
+        let apart: Vec<usize> =
+            moving.iter().copied().filter(|&v| crate::support::told_apart(rig, v, 0.01)).collect();
+        let expected: Vec<[f64; 3]> = apart.iter().map(|&v| example.positions[v]).collect();
+        let twin: Vec<[f64; 3]> = apart.iter().map(|&v| results.positions[v]).collect();
+        let cpu: Vec<[f32; 3]> = apart.iter().map(|&v| on_cpu[v]).collect();
+        let twin = MM * worst_difference(twin.as_flattened(), expected.as_flattened()).size;
+        let cpu = MM * worst_difference(cpu.as_flattened(), expected.as_flattened()).size;
+        println!(
+            "{}: given back within {twin:.1e} mm by the twin, {cpu:.1e} by cpu:0, at {} of {} moving vertices",
+            example.name,
+            apart.len(),
+            moving.len()
+        );
+        assert!(twin.max(cpu) < 0.01, "{} is off by {twin} mm (twin), {cpu} mm (cpu:0)", example.name);
+        compared += apart.len();
+    }
+    assert!(compared > rig.vertices() / 4, "only {compared} vertices told the poses apart");
+
+    let take = clean_take(shared, rig);
+    assert_eq!(take.frames(), 4030);
+    let markers = take.handle_positions(&rig.labels).unwrap();
+    let mut worst = [0.0f64; 2];
+    for frames in markers.chunks(batch * 3 * h) {
+        animator.evaluate(frames).unwrap();
+        for (worst, stage) in worst.iter_mut().zip([Stage::LargeScale, Stage::Positions]) {
+            animator.read(stage, &mut found).unwrap();
+            let at: Vec<f32> = found
+                .chunks_exact(3 * rig.vertices())
+                .flat_map(|frame| rig.handles.iter().flat_map(|&v| frame[3 * v as usize..][..3].to_vec()))
+                .collect();
+            *worst = worst.max(MM * worst_difference(&at, frames).size);
+        }
+    }
+    println!(
+        "markers of {} frames met within {:.1e} (large scale) and {:.1e} mm",
+        take.frames(),
+        worst[0],
+        worst[1]
+    );
+    assert!(worst.iter().all(|w| *w < 0.01), "a marker is missed by {worst:?} mm");
+}
+
+#[test]
+fn the_face_meets_its_markers_and_gives_its_examples_back() {
+    let Some(shared) = shared("") else { return };
+    let face = face(&shared, "face", settings());
+    let rig = solve(&face, &NoProgress).unwrap();
+    assert_eq!(rig.strain_edges.len(), 236);
+    check(&shared, &face, &rig);
+}
+
+#[test]
+fn the_head_meets_its_markers_and_gives_its_examples_back() {
+    let Some(shared) = shared("") else { return };
+    let mut face = face(&shared, "head", settings());
+    let rigid = solve(&face, &NoProgress).unwrap();
+    check(&shared, &face, &rigid);
+    face.settings.bind = Bind::Nearest;
+    let bound = solve(&face, &NoProgress).unwrap();
+    let h = bound.handles.len();
+    assert!(bound.basis.chunks_exact(h).all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-9));
+    check(&shared, &face, &bound);
+}
+
+/// Root-mean-square distances to the truth in mm, for large scale and full.
+fn errors_to_the_truth(shared: &Path, rig: &Rig<f64>) -> [f64; 2] {
+    let bytes = std::fs::read(shared.join("data/truth/rom_3.npy")).unwrap();
+    let npy = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(npy.shape(), [100, 9409, 3]);
+    let truth: Vec<f32> = npy.into_vec().unwrap();
+    let list = std::fs::read_to_string(shared.join("data/truth/rom_3_frames.csv")).unwrap();
+    let frames: Vec<usize> =
+        list.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(frames.len(), 100);
+
+    let markers = clean_take(shared, rig).handle_positions(&rig.labels).unwrap();
+    let (markers, _) = markers.as_chunks::<3>();
+    let mut sums = [0.0; 2];
+    for (&frame, truth) in frames.iter().zip(truth.chunks_exact(9409 * 3)) {
+        let h = rig.handles.len();
+        let pose: Vec<[f64; 3]> = markers[frame * h..][..h].iter().map(|p| p.map(f64::from)).collect();
+        let results = evaluate(rig, &pose);
+        for (sum, positions) in sums.iter_mut().zip([&results.large_scale, &results.positions]) {
+            let compared = positions[..COMPARED].as_flattened().iter().zip(truth);
+            *sum += compared.map(|(x, t)| (x - f64::from(*t)).powi(2)).sum::<f64>();
+        }
+    }
+    sums.map(|sum| MM * (sum / (100 * COMPARED) as f64).sqrt())
+}
+
+#[test]
+fn the_errors_to_the_truth_are_those_of_an_independent_implementation() {
+    let Some(shared) = shared("") else { return };
+    let rig = solve(&face(&shared, "face", settings()), &NoProgress).unwrap();
+    let [large_scale, full] = errors_to_the_truth(&shared, &rig);
+    println!("RMS to the truth: large scale {large_scale:.3} mm, full {full:.3} mm");
+    assert!((large_scale - 1.000).abs() < 0.002, "large scale: {large_scale:.4} mm");
+    assert!((full - 0.484).abs() < 0.002, "full: {full:.4} mm");
+}
+
+#[test]
+fn the_default_bending_length_is_nearly_as_good_as_any() {
+    let Some(shared) = shared("") else { return };
+    let mut face = face(&shared, "face", Settings::default());
+    let rig = solve(&face, &NoProgress).unwrap();
+    let default = errors_to_the_truth(&shared, &rig);
+    println!("bending_length {:.3} (default): {default:.3?} mm", rig.bending_length);
+    let mut best = f64::MAX;
+    for factor in [0.25, 0.5, 2.0, 4.0] {
+        face.settings.bending_length = Some(factor * rig.bending_length);
+        let errors = errors_to_the_truth(&shared, &solve(&face, &NoProgress).unwrap());
+        println!("bending_length {:.3}: {errors:.3?} mm", factor * rig.bending_length);
+        best = best.min(errors[1]);
+    }
+    assert!(default[1] < 1.05 * best, "{} mm, where {best} mm can be had", default[1]);
+}

@@ -1,0 +1,5 @@
+//! The clean-up of raw takes and the coverage of clean ones.
+
+mod coverage;
+mod real_take;
+mod steps;

@@ -1,0 +1,385 @@
+//! The way from files to an animated file, and what the commands print.
+
+use crate::common::{Fixture, assert_documented, list, rhytid, stderr};
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn json(f: &Fixture, args: &str) -> Value {
+    serde_json::from_str(&f.done(args)).unwrap()
+}
+
+/// Without a file of any kind: demo, then everything that can be asked about what it made.
+#[test]
+fn demo() {
+    let f = Fixture::new();
+    let printed = f.done("demo demo --vertices 3000");
+    for word in ["solve", "animate on ", "face.usd", "face.glb", "Blender"] {
+        assert!(printed.contains(word), "{word}: {printed}");
+    }
+    let files = list(&f.path("demo"));
+    let expected = [
+        "face.glb",
+        "face.safetensors",
+        "face.toml",
+        "face.usd",
+        "markers.csv",
+        "neutral.obj",
+        "performance.csv",
+        "poses",
+    ];
+    assert_eq!(files, expected);
+    let poses = list(&f.path("demo/poses"));
+    assert_eq!(poses.len(), 6, "{poses:?}");
+
+    let vertices = json(&f, "info demo/neutral.obj --json")["vertices"].as_u64().unwrap();
+    assert!((2400..3600).contains(&vertices), "{vertices}");
+    for pose in &poses {
+        assert_eq!(json(&f, &format!("info demo/poses/{pose} --json"))["vertices"], vertices);
+    }
+    let frames = json(&f, "info demo/performance.csv --json")["frames"].as_u64().unwrap();
+    let rig = json(&f, "info demo/face.safetensors --json");
+    assert_eq!(rig["vertices"], vertices);
+    assert_eq!(rig["examples"].as_array().unwrap().len(), 6);
+    assert_eq!(rig["handles"], json(&f, "info demo/markers.csv --json")["handles"]);
+    assert_eq!(rig["handles"], json(&f, "info demo/performance.csv --json")["markers"]);
+    assert_eq!(rig["handles"], json(&f, "info demo/face.toml --json")["handles"]);
+    assert_eq!(json(&f, "doctor demo/face.toml --json")["solvable"], true);
+
+    for file in ["face.usd", "face.glb"] {
+        let args =
+            format!("verify demo/{file} --rig demo/face.safetensors --take demo/performance.csv --json");
+        let verified = json(&f, &args);
+        assert_eq!((&verified["passed"], &verified["frames"]), (&true.into(), &frames.into()), "{file}");
+    }
+    assert!(f.read("demo/face.usd").starts_with(b"PXR-USDC"));
+    let glb = f.read("demo/face.glb");
+    assert_eq!(&glb[..4], b"glTF");
+    assert_eq!(u32::from_le_bytes(glb[8..12].try_into().unwrap()) as usize, glb.len());
+
+    // Its own files are replaced, by the same bytes.
+    let before: Vec<Vec<u8>> = expected[..7].iter().map(|file| f.read(&format!("demo/{file}"))).collect();
+    f.done("demo demo --vertices 3000 --quiet");
+    for (file, before) in expected.iter().zip(before) {
+        assert!(f.read(&format!("demo/{file}")) == before, "{file} changed");
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes_with_any_number_of_threads() {
+    let f = Fixture::new();
+    for (args, ending) in [
+        ("solve face.toml", "safetensors"),
+        ("animate out/a.safetensors take.csv", "usd"),
+        ("animate out/a.safetensors take.csv", "usda"),
+        ("animate out/a.safetensors take.csv", "usdz"),
+        ("animate out/a.safetensors take.csv", "glb"),
+        ("animate out/a.safetensors take.csv --compressed --quantize --meshopt", "glb"),
+        ("export-shapes out/a.safetensors", "usd"),
+        ("export-shapes out/a.safetensors", "glb"),
+    ] {
+        for (name, threads) in [("a", "1"), ("b", "3")] {
+            // With fewer threads another device may be the fastest one, and have other bits.
+            let device = if args.starts_with("solve") { "" } else { "--device cpu:0" };
+            let mut command = f.rhytid(&format!("{args} {device} -o out/{name}.{ending}"));
+            command.env("RAYON_NUM_THREADS", threads).assert().success();
+        }
+        assert!(f.read(&format!("out/a.{ending}")) == f.read(&format!("out/b.{ending}")), "{args} {ending}");
+        assert!(!f.read(&format!("out/a.{ending}")).is_empty());
+    }
+}
+
+/// The value of a key in a layer's metadata.
+fn usda_number(usda: &str, key: &str) -> f64 {
+    let line = usda.lines().find(|line| line.trim_start().starts_with(&format!("{key} = "))).unwrap();
+    line.split(" = ").nth(1).unwrap().trim().parse().unwrap()
+}
+
+#[test]
+fn frames_and_rates() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    for (options, start, end, rate) in [
+        ("", 0.0, 19.0, 30.0),
+        ("--frames 5..8", 5.0, 7.0, 30.0),
+        ("--frames 15..", 15.0, 19.0, 30.0),
+        ("--frames ..5", 0.0, 4.0, 30.0),
+        ("--fps 60", 0.0, 38.0, 60.0),
+        ("--fps 15", 0.0, 9.0, 15.0),
+        ("--frames 10..14 --fps 60", 20.0, 27.0, 60.0),
+    ] {
+        let printed = f.done(&format!("animate face.safetensors take.csv -o out/face.usda {options}"));
+        let usda = f.read_text("out/face.usda");
+        let range = ["startTimeCode", "endTimeCode", "timeCodesPerSecond"].map(|key| usda_number(&usda, key));
+        assert_eq!(range, [start, end, rate], "{options}");
+        assert!(printed.contains(&format!("{} frames", end - start + 1.0)), "{options}: {printed}");
+    }
+}
+
+/// The points of each frame, from the time samples of a `.usda`.
+fn usda_points(usda: &str) -> Vec<Vec<[f64; 3]>> {
+    let samples = usda.split_once("points.timeSamples = {").unwrap().1;
+    let samples = samples.split_once('}').unwrap().0;
+    let lists = samples.split('[').skip(1).map(|list| list.split_once(']').unwrap().0);
+    let points = |list: &str| {
+        let triples = list.split('(').skip(1).map(|triple| triple.split_once(')').unwrap().0);
+        let numbers = |triple: &str| triple.split(',').map(|x| x.trim().parse::<f64>().unwrap()).collect();
+        triples.map(|triple| <Vec<f64> as TryInto<[f64; 3]>>::try_into(numbers(triple)).unwrap()).collect()
+    };
+    lists.map(points).collect()
+}
+
+/// Both stages meet the take's markers; only the full one folds between them.
+#[test]
+fn stages() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    f.done("animate face.safetensors take.csv -o out/full.usda");
+    f.done("animate face.safetensors take.csv -o out/coarse.usda --stage large-scale");
+    let full = usda_points(&f.read_text("out/full.usda"));
+    let coarse = usda_points(&f.read_text("out/coarse.usda"));
+    let take = f.read_text("take.csv");
+    let take: Vec<Vec<f64>> =
+        take.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
+    assert_eq!((full.len(), coarse.len(), take.len()), (20, 20, 20));
+    for (frame, row) in take.iter().enumerate() {
+        for h in 0..5 {
+            for c in 0..3 {
+                let marker = row[1 + h * 3 + c];
+                for points in [&full, &coarse] {
+                    let found = points[frame][f.handle(h)][c];
+                    assert!(
+                        (found - marker).abs() < 1e-4,
+                        "frame {frame}, handle {h}: {found}, not {marker}"
+                    );
+                }
+            }
+        }
+    }
+    let difference = |a: &[[f64; 3]], b: &[[f64; 3]]| {
+        a.iter().zip(b).flat_map(|(p, q)| (0..3).map(move |c| (p[c] - q[c]).abs())).fold(0.0, f64::max)
+    };
+    assert!(difference(&full[0], &coarse[0]) < 1e-4, "the rest pose has no detail");
+    let at_the_example = difference(&full[16], &coarse[16]);
+    assert!(at_the_example > 0.1, "the example has folds: {at_the_example}");
+}
+
+/// An uneven take is resampled, and that is said.
+#[test]
+fn an_uneven_take() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    let take: Vec<String> = f.take(20).lines().map(str::to_owned).collect();
+    f.write("take.csv", [&take[..8], &take[9..]].concat().join("\n"));
+    let output = f.rhytid("animate face.safetensors take.csv -o out/face.usda").output().unwrap();
+    assert!(output.status.success());
+    let warning = stderr(&output);
+    assert!(warning.lines().any(|l| l.starts_with("warning: ") && l.contains("uneven")), "{warning}");
+    assert_eq!(usda_points(&f.read_text("out/face.usda")).len(), 20);
+    assert_eq!(json(&f, "info take.csv --json")["even"], false);
+}
+
+#[test]
+fn json_has_the_documented_keys() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    for (file, what) in [
+        ("neutral.obj", "mesh"),
+        ("face.safetensors", "rig"),
+        ("take.csv", "take"),
+        ("markers.csv", "handles"),
+        ("face.toml", "project"),
+    ] {
+        let info = json(&f, &format!("info {file} --json"));
+        assert_eq!(info["kind"], what);
+        assert_eq!(info["file"], file);
+        assert_eq!(info["file_bytes"], f.read(file).len());
+        assert_documented(&info, what);
+    }
+    let devices = json(&f, "devices --json");
+    assert_documented(&devices, "devices");
+    assert_documented(&devices["devices"][0], "a device");
+    let ids: Vec<&str> =
+        devices["devices"].as_array().unwrap().iter().map(|d| d["id"].as_str().unwrap()).collect();
+    assert!(ids.contains(&"cpu:0"), "{ids:?}");
+
+    f.write("wild.csv", wild_take(&f));
+    let coverage = json(&f, "coverage face.safetensors wild.csv --json --top 1");
+    assert_documented(&coverage, "coverage");
+    assert_documented(&coverage["expressions"][0], "an expression");
+    assert_documented(&coverage["expressions"][0]["edges"][0], "an edge of an expression");
+    assert_documented(&coverage["edges"][0], "an edge beyond the examples");
+
+    // A vertex that belongs to no face is worth a word.
+    for mesh in ["neutral.obj", "poses/pinch.obj"] {
+        f.replace(mesh, "\nvt ", "\nv 1 2 3\nvt ");
+    }
+    let doctor = json(&f, "doctor face.toml --json");
+    assert_documented(&doctor, "doctor");
+    assert!(!doctor["findings"].as_array().unwrap().is_empty(), "{doctor}");
+    assert_documented(&doctor["findings"][0], "a finding");
+}
+
+/// The fixture's take, with the marker `top` pulled up by 2 cm in frame 12 and 1.9 cm in the two beside it.
+fn wild_take(f: &Fixture) -> String {
+    let take = f.read_text("take.csv");
+    let mut rows: Vec<Vec<String>> =
+        take.lines().map(|row| row.split(',').map(str::to_owned).collect()).collect();
+    let column = rows[0].iter().position(|cell| cell == "top_y").unwrap();
+    for (frame, pull) in [(11, 1.9), (12, 2.0), (13, 1.9)] {
+        let cell = &mut rows[frame + 1][column];
+        *cell = (cell.parse::<f64>().unwrap() + pull).to_string();
+    }
+    rows.iter().map(|row| row.join(",") + "\n").collect()
+}
+
+#[test]
+fn coverage_names_the_frame_to_scan() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    f.write("wild.csv", wild_take(&f));
+    let calm = json(&f, "coverage face.safetensors take.csv --json");
+    assert_eq!((&calm["covered"], &calm["frames"]), (&20.into(), &20.into()), "{calm}");
+    let text = f.done("coverage face.safetensors take.csv");
+    assert!(text.starts_with("take.csv: 100.0 % of 20 frames are covered"), "{text}");
+    assert!(text.contains("No expression is worth") && text.contains("No strain edge goes beyond"), "{text}");
+
+    let wild = json(&f, "coverage face.safetensors wild.csv --json");
+    assert_eq!((&wild["covered"], wild["distances"].as_array().unwrap().len()), (&17.into(), 20), "{wild}");
+    let [expression] = &wild["expressions"].as_array().unwrap()[..] else { panic!("{wild}") };
+    assert_eq!((&expression["frame"], &expression["covered"]), (&12.into(), &20.into()), "{wild}");
+    assert_eq!(wild["edges"][0]["frame"], 12, "{wild}");
+    // Along the way from one to the other, nearly, and the examples leave that as it is.
+    assert_eq!(wild["edges"][0]["handles"], serde_json::json!(["top", "middle"]), "{wild}");
+    let millimetres = wild["edges"][0]["beyond_mm"].as_f64().unwrap();
+    assert!((19.0..20.0).contains(&millimetres), "{wild}");
+    let text = f.done("coverage face.safetensors wild.csv --top 1");
+    for words in ["85.0 % of 20 frames", "0.40 s", "top", "longer", "beyond every example"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    f.refused("coverage face.safetensors markers.csv", &["markers.csv", "time"]);
+    f.refused("coverage take.csv take.csv", &["take.csv"]);
+}
+
+#[test]
+fn info_counts() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    let rig = json(&f, "info face.safetensors --json");
+    assert_eq!(rig["vertices"], 441);
+    assert_eq!(rig["faces"], 400);
+    assert_eq!(rig["triangles"], 800);
+    assert_eq!(rig["faces_by_corners"]["4"], 400);
+    // One texture coordinate at each vertex.
+    assert_eq!(rig["uvs"], "vertex");
+    assert_eq!(rig["metres_per_unit"], 0.01);
+    assert_eq!(rig["up"], "y");
+    assert_eq!(rig["labels"], serde_json::json!(["left", "right", "top", "bottom", "middle"]));
+    assert_eq!(rig["examples"], serde_json::json!(["pinch"]));
+    assert_eq!(rig["bending_length"], 3.0);
+    assert_eq!(rig["driven_vertices"], 441);
+    assert_eq!(rig["bounds"]["min"][0], -5.0);
+    assert_eq!(rig["bounds"]["max"][1], 5.0);
+    // The basis alone is 441 × 5 numbers of 4 bytes.
+    assert!(rig["device_bytes"].as_u64().unwrap() > 441 * 5 * 4);
+    // Rounding to eleven bits changes a number by at most 2⁻¹² of the next power of two; a row's five sum to about 1.
+    let f16_error = rig["f16_error"].as_f64().unwrap();
+    assert!(f16_error > 1e-5 && f16_error < 2e-3, "{f16_error}");
+    let take = json(&f, "info take.csv --json");
+    assert_eq!((&take["frames"], &take["rate"], &take["markers"]), (&20.into(), &30.0.into(), &5.into()));
+    let text = f.done("info face.safetensors");
+    for word in ["441", "left, right, top, bottom, middle", "pinch", "cm, Y up", "basis in halves"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
+
+/// A doctor's error: no solve, exit code 2, and the report on standard output.
+#[test]
+fn the_doctor_finds_what_makes_the_solve_impossible() {
+    let f = Fixture::new();
+    assert!(f.done("doctor face.toml").contains("can be solved"));
+    f.replace("markers.csv", &format!("right,{}", f.handle(1)), &format!("right,{}", f.handle(0)));
+    let output = f.rhytid("doctor face.toml --json").output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_documented(&report, "doctor");
+    assert_eq!(report["solvable"], false, "{report}");
+    let output = f.rhytid("doctor face.toml").output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let report = String::from_utf8(output.stdout).unwrap();
+    for words in ["error: ", "left", "right", "the face cannot be solved"] {
+        assert!(report.contains(words), "{words}: {report}");
+    }
+    f.solve_refused(&["right", "left"]);
+}
+
+#[test]
+fn quiet_prints_nothing() {
+    let f = Fixture::new();
+    for args in [
+        "solve face.toml -o face.safetensors -q",
+        "-q animate face.safetensors take.csv -o out/face.usda",
+        "demo demo --vertices 2000 --quiet",
+        "man man -q",
+    ] {
+        let output = f.rhytid(args).output().unwrap();
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(0), 0), "{args}");
+        let stderr = stderr(&output);
+        assert!(stderr.lines().all(|line| line.starts_with("warning: ")), "{args}: {stderr}");
+    }
+}
+
+#[test]
+fn progress_is_plain_lines_where_there_is_no_terminal() {
+    let f = Fixture::new();
+    let output = f.rhytid("solve face.toml -o face.safetensors").output().unwrap();
+    let text = stderr(&output);
+    assert!(text.lines().count() > 2, "{text}");
+    assert!(!text.contains('\u{1b}') && !text.contains('\r'), "{text:?}");
+}
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let commands = [
+        "solve",
+        "animate",
+        "stitch",
+        "export-shapes",
+        "verify",
+        "prepare",
+        "coverage",
+        "info",
+        "devices",
+        "conform",
+        "bench",
+        "doctor",
+        "demo",
+        "completions",
+        "man",
+    ];
+    let overview = rhytid("--help").output().unwrap();
+    let overview = String::from_utf8(overview.stdout).unwrap();
+    for command in commands {
+        assert!(overview.contains(&format!("\n  {command}")), "{command}");
+        let output = rhytid(&format!("{command} --help")).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success());
+        assert!(text.contains(&format!("Examples:\n  rhytid {command}")), "{text}");
+    }
+    let listed = overview.split("Commands:").nth(1).unwrap().split("Options:").next().unwrap();
+    assert_eq!(listed.trim().lines().count(), commands.len() + 1, "and help: {listed}");
+}
+
+#[test]
+fn man_pages_and_completions() {
+    let dir = TempDir::new().unwrap();
+    rhytid("man pages").current_dir(dir.path()).assert().success();
+    let pages = list(&dir.path().join("pages"));
+    assert_eq!(pages.len(), 16, "{pages:?}");
+    assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
+    let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
+    assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = rhytid(&format!("completions {shell}")).output().unwrap();
+        assert!(String::from_utf8(output.stdout).unwrap().contains("missing"), "{shell}");
+    }
+}

@@ -1,0 +1,277 @@
+//! `animate --fade-detail` and `--head`, and what `verify` makes of them.
+
+use crate::common::{Fixture, stderr};
+use rhytid_conformance::evaluate;
+use rhytid_core::{Rig, Take, rig_file};
+use rhytid_formats::{animation, take};
+use rhytid_kernels::normals::{self, VertexTriangles};
+use rhytid_test_support::python;
+use std::process::Command;
+
+/// Frames of the demo's performance that are looked at: strong expressions, and more than a batch has.
+const FRAMES: std::ops::Range<usize> = 20..60;
+
+/// The demo's face and a part of its performance, as `take.csv`.
+fn demo() -> (Fixture, Take) {
+    let f = Fixture::new();
+    f.done("demo demo --vertices 2000");
+    f.done("solve demo/face.toml -o face.safetensors");
+    let whole = take::read(&f.path("demo/performance.csv"), None, take::Missing::Error).unwrap();
+    let part = whole.slice(FRAMES);
+    take::write(&f.path("take.csv"), &part).unwrap();
+    (f, part)
+}
+
+/// Writes the take with the confidence that `of` gives each frame and marker, as `name`.
+fn with_confidence(f: &Fixture, take: &Take, name: &str, of: impl Fn(usize, usize) -> f32) {
+    let m = take.labels.len();
+    let confidence = (0..take.frames() * m).map(|i| of(i / m, i % m)).collect();
+    take::write(&f.path(name), &Take { confidence: Some(confidence), ..take.clone() }).unwrap();
+}
+
+fn animate(f: &Fixture, take: &str, output: &str, options: &str) {
+    f.done(&format!("animate face.safetensors {take} --device cpu:0 -o {output} {options}"));
+}
+
+fn verify(f: &Fixture, file: &str, take: &str) -> Option<i32> {
+    let args = format!("verify {file} --rig face.safetensors --take {take} --device cpu:0");
+    f.rhytid(&args).output().unwrap().status.code()
+}
+
+/// Positions and normals of every frame.
+fn frames(f: &Fixture, file: &str) -> Vec<[Vec<f32>; 2]> {
+    let mut reader = animation::open(&f.path(file)).unwrap();
+    let frame = |i| {
+        let [mut positions, mut normals] = [Vec::new(), Vec::new()];
+        reader.positions(i, &mut positions).unwrap();
+        reader.normals(i, &mut normals).unwrap();
+        [positions, normals]
+    };
+    (0..FRAMES.len()).map(frame).collect()
+}
+
+/// Some markers of some frames in doubt, by different amounts.
+fn doubt(frame: usize, marker: usize) -> f32 {
+    match (frame, marker % 3) {
+        (3..=6, 0) => 0.25 * (frame - 3) as f32,
+        (5, 1) | (36, 2) => 0.125,
+        _ => 1.0,
+    }
+}
+
+#[test]
+fn faded_frames_are_those_of_an_independent_computation() {
+    let (f, take) = demo();
+    with_confidence(&f, &take, "doubt.csv", doubt);
+    animate(&f, "take.csv", "plain.usd", "");
+    animate(&f, "doubt.csv", "faded.usd", "--fade-detail");
+    let (plain, faded) = (frames(&f, "plain.usd"), frames(&f, "faded.usd"));
+
+    let rig: Rig<f64> = rig_file::read(&f.path("face.safetensors")).unwrap().cast();
+    let handles = take.handle_positions(&rig.labels).unwrap();
+    let handles: Vec<[f64; 3]> = handles.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
+    let results = evaluate(&rig, &handles);
+    let (vertices, k) = (rig.vertices(), rig.influences());
+    let triangles = VertexTriangles::new(vertices, &rig.triangles);
+    let mut largest = 0.0_f64;
+    for frame in 0..FRAMES.len() {
+        let certainty = |label: &str| {
+            let marker = take.labels.iter().position(|known| known == label).unwrap();
+            f64::from(doubt(frame, marker))
+        };
+        let mut expected = Vec::new();
+        for v in 0..vertices {
+            let edges = &rig.influence_edges[v * k..(v + 1) * k];
+            let alphas = &rig.influence_weights[v * k..(v + 1) * k];
+            let sum: f64 = alphas.iter().sum();
+            let c: f64 = edges
+                .iter()
+                .zip(alphas)
+                .map(|(&e, alpha)| {
+                    let [a, b] = rig.strain_edges[e as usize].map(|h| certainty(&rig.labels[h as usize]));
+                    alpha / sum * if a < b { a } else { b }
+                })
+                .sum();
+            let (smooth, full) =
+                (results.large_scale[frame * vertices + v], results.positions[frame * vertices + v]);
+            let c = if sum == 0.0 { 1.0 } else { c };
+            expected.push([0, 1, 2].map(|i| (1.0 - c) * smooth[i] + c * full[i]));
+        }
+        let mut expected_normals = vec![[0.0; 3]; vertices];
+        let params = normals::Params::whole(1, vertices);
+        normals::normals(params, &expected, &rig.triangles, &triangles, &mut expected_normals);
+        let off = |found: &[f32], expected: &[[f64; 3]]| {
+            let pairs = found.iter().zip(expected.as_flattened());
+            pairs.map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
+        };
+        // The face is 20 cm high and computed in f32, of which a part is allowed that devices may differ by.
+        let (positions, normals) =
+            (off(&faded[frame][0], &expected), off(&faded[frame][1], &expected_normals));
+        assert!(positions < 1e-4 && normals < 1e-3, "frame {frame}: {positions} cm, {normals}");
+        let moved = faded[frame][0].iter().zip(&plain[frame][0]).map(|(a, b)| f64::from((a - b).abs()));
+        let moved = moved.fold(0.0, f64::max);
+        assert_eq!(moved > 0.0, matches!(frame, 3..=6 | 36), "frame {frame}");
+        if moved == 0.0 {
+            assert!(faded[frame] == plain[frame], "frame {frame} has other bits, though nothing fades");
+        }
+        largest = largest.max(moved);
+    }
+    assert!(largest > 0.005, "the fading is hardly to be seen: {largest} cm");
+}
+
+#[test]
+fn all_confidence_changes_nothing_and_none_leaves_the_large_scale() {
+    let (f, take) = demo();
+    with_confidence(&f, &take, "sure.csv", |_, _| 1.0);
+    with_confidence(&f, &take, "guess.csv", |_, _| 0.0);
+    with_confidence(&f, &take, "doubt.csv", doubt);
+    animate(&f, "take.csv", "plain.usd", "");
+    animate(&f, "doubt.csv", "not_asked.usd", "");
+    assert!(f.read("plain.usd") == f.read("not_asked.usd"));
+    animate(&f, "take.csv", "without.usd", "--fade-detail");
+    animate(&f, "sure.csv", "sure.usd", "--fade-detail");
+    assert!(f.read("without.usd") == f.read("sure.usd"));
+    assert!(frames(&f, "sure.usd") == frames(&f, "plain.usd"));
+
+    animate(&f, "guess.csv", "guess.usd", "--fade-detail");
+    animate(&f, "guess.csv", "large.usd", "--stage large-scale");
+    assert!(frames(&f, "guess.usd") == frames(&f, "large.usd"));
+    assert!(frames(&f, "guess.usd") != frames(&f, "plain.usd"));
+
+    let said =
+        f.rhytid("animate face.safetensors take.csv --device cpu:0 -o again.usd --fade-detail -v").output();
+    let said = stderr(&said.unwrap());
+    assert!(said.contains("take.csv: has no confidence below 1, so --fade-detail changes nothing"), "{said}");
+    f.refused(
+        "animate face.safetensors take.csv -o out/face.usd --fade-detail --stage large-scale",
+        &["--fade-detail is for --stage full", "--stage large-scale"],
+    );
+}
+
+#[test]
+fn verify_and_stitch_know_what_was_faded() {
+    let (f, take) = demo();
+    with_confidence(&f, &take, "doubt.csv", doubt);
+    for export in ["faded.usd --velocities", "faded.usda", "faded.glb"] {
+        let file = export.split(' ').next().unwrap();
+        animate(&f, "doubt.csv", export, "--fade-detail");
+        assert_eq!(verify(&f, file, "doubt.csv"), Some(0), "{export}");
+        assert_eq!(verify(&f, file, "take.csv"), Some(1), "{export}");
+    }
+    // The same frames, said not to be faded: what an older program would make of them.
+    let text = f.read_text("faded.usda");
+    assert!(text.contains("bool \"fade_detail\" = 1"));
+    f.write("denied.usda", text.replace("bool \"fade_detail\" = 1", "bool \"fade_detail\" = 0"));
+    assert_eq!(verify(&f, "denied.usda", "doubt.csv"), Some(1));
+    let older: String =
+        text.lines().filter(|l| !l.contains("fade_detail")).map(|l| format!("{l}\n")).collect();
+    f.write("older.usda", older);
+    assert_eq!(verify(&f, "older.usda", "doubt.csv"), Some(1));
+
+    animate(&f, "doubt.csv", "a.usd", "--fade-detail --frames 0..5");
+    animate(&f, "doubt.csv", "b.usd", "--frames 5..12");
+    f.refused("stitch a.usd b.usd -o out/face.usd", &["a.usd", "b.usd", "with --fade-detail: no and yes"]);
+}
+
+/// Positions, normals and velocities of every time code in world space, as USD's own library puts them there: raw
+/// doubles.
+fn world(f: &Fixture, file: &str) -> Vec<f64> {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/program/world_usd.py");
+    let dump = f.path("dump.bin");
+    let output = Command::new(python()).arg(script).arg(f.path(file)).arg(&dump).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    std::fs::read(dump).unwrap().as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
+}
+
+/// The fixture's take with a head that turns and moves.
+fn moving() -> Fixture {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    let take = f.read_text("take.csv");
+    let rows = take.trim_end().lines().enumerate().map(|(i, row)| match i {
+        0 => format!("{row},head_qw,head_qx,head_qy,head_qz,head_tx,head_ty,head_tz"),
+        _ => {
+            let (sine, cosine) = (0.05 * i as f64).sin_cos();
+            format!(
+                "{row},{cosine},{},{},0,{},15,{}",
+                0.6 * sine,
+                0.8 * sine,
+                0.1 * i as f64,
+                -0.2 * i as f64
+            )
+        }
+    });
+    f.write("moving.csv", rows.collect::<Vec<_>>().join("\n") + "\n");
+    f
+}
+
+#[test]
+fn baking_is_what_a_reader_makes_of_the_transform() {
+    let f = moving();
+    for head in ["keep", "bake", "drop"] {
+        let options = format!("--head {head} --velocities --frames 3..17");
+        animate(&f, "moving.csv", &format!("{head}.usd"), &options);
+        assert_eq!(verify(&f, &format!("{head}.usd"), "moving.csv"), Some(0), "{head}");
+    }
+    let has_transform = |file: &str| animation::open(&f.path(file)).unwrap().summary().head;
+    assert_eq!(["keep.usd", "bake.usd", "drop.usd"].map(has_transform), [true, false, false]);
+
+    let (keep, bake, drop) = (world(&f, "keep.usd"), world(&f, "bake.usd"), world(&f, "drop.usd"));
+    let numbers = 14 * 21 * 21 * 3;
+    assert_eq!((keep.len(), bake.len()), (3 * numbers, 3 * numbers));
+    let worst = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    // Positions of up to 25 and normals of 1, each rounded to f32 once.
+    let (positions, normals) = (..numbers, numbers..2 * numbers);
+    assert!(
+        worst(&keep[positions], &bake[positions]) <= 1e-6,
+        "{}",
+        worst(&keep[positions], &bake[positions])
+    );
+    assert!(worst(&keep[normals.clone()], &bake[normals.clone()]) <= 6e-8 * 2.0);
+    assert!(worst(&drop[positions], &bake[positions]) > 1.0);
+    // Central differences of what the other file puts into the world; the ends of a part look beyond it.
+    let (frame, velocities) = (21 * 21 * 3, &bake[2 * numbers..]);
+    for i in 1..13 {
+        for j in 0..frame {
+            let expected = (keep[(i + 1) * frame + j] - keep[(i - 1) * frame + j]) * 15.0;
+            let found = velocities[i * frame + j];
+            assert!((found - expected).abs() < 1e-4, "frame {i}: {found}, expected {expected}");
+        }
+    }
+
+    // Dropped, it is as if the take had never known.
+    animate(&f, "take.csv", "still.usd", "--velocities --frames 3..17");
+    assert!(world(&f, "still.usd") == drop);
+}
+
+#[test]
+fn verify_and_stitch_know_what_became_of_the_head() {
+    let f = moving();
+    for head in ["keep", "drop", "bake"] {
+        for file in ["face.usda", "face.glb", "face.gltf"] {
+            animate(&f, "moving.csv", file, &format!("--head {head}"));
+            assert_eq!(verify(&f, file, "moving.csv"), Some(0), "{file} {head}");
+        }
+        let text = f.read_text("face.usda");
+        for other in ["keep", "drop", "bake"] {
+            let said = text
+                .replace(&format!("string \"head\" = \"{head}\""), &format!("string \"head\" = \"{other}\""));
+            f.write("said.usda", said);
+            let expected = if other == head { 0 } else { 1 };
+            assert_eq!(verify(&f, "said.usda", "moving.csv"), Some(expected), "{head}, said to be {other}");
+        }
+    }
+    f.write("odd.usda", f.read_text("face.usda").replace("\"head\" = \"bake\"", "\"head\" = \"spin\""));
+    f.refused("verify odd.usda --rig face.safetensors --take moving.csv", &["head's motion “spin”"]);
+
+    animate(&f, "moving.csv", "a.usd", "--head drop --frames 0..5");
+    animate(&f, "moving.csv", "b.usd", "--head bake --frames 5..20");
+    f.refused("stitch a.usd b.usd -o out/face.usd", &["--head: bake and drop"]);
+
+    animate(&f, "take.csv", "plain.usd", "");
+    let args = "animate face.safetensors take.csv --device cpu:0 -o baked.usd --head bake -v";
+    let said = stderr(&f.rhytid(args).output().unwrap());
+    assert!(said.contains("does not say how the head moves, so --head bake changes nothing"), "{said}");
+    assert!(world(&f, "plain.usd") == world(&f, "baked.usd"));
+    assert_eq!(verify(&f, "baked.usd", "take.csv"), Some(0));
+}

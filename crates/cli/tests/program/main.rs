@@ -1,0 +1,18 @@
+//! The program as a user runs it.
+
+mod bad_input;
+mod bad_rig;
+mod bench;
+mod common;
+mod device_choice;
+mod end_to_end;
+mod exports;
+mod fade_and_head;
+#[cfg(target_os = "linux")]
+mod memory;
+mod oracles;
+mod output;
+mod prepare;
+mod raw_torture;
+mod stitch;
+mod usd;

@@ -1,0 +1,101 @@
+//! A face that is animated twice: by the program, into files, and by the library.
+
+use super::programs::Frames;
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{
+    Animator, Backend, Face, NoProgress, Rig, RigidMotion, Stage, Take, UpAxis, UploadOptions, rig_file,
+};
+use rhytid_formats::take;
+use rhytid_solve::solve;
+use std::ops::Range;
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+/// Some frames of a face, as the library evaluates them, and a folder for what the program makes of them.
+pub struct Animation {
+    pub rig: Rig,
+    pub frames: Frames,
+    /// frames × 3V, in mesh units.
+    pub positions: Vec<f32>,
+    /// frames × 3V.
+    pub normals: Vec<f32>,
+    /// How the head stands in each frame; `None` where the take does not say.
+    pub head: Option<Vec<RigidMotion>>,
+    dir: TempDir,
+    range: Range<usize>,
+}
+
+impl Animation {
+    /// Solves the face and evaluates the frames `range` of the take.
+    pub fn new(face: &Face, take: &Take, range: Range<usize>) -> Self {
+        let dir = TempDir::new().unwrap();
+        let rig = solve(face, &NoProgress).unwrap().cast();
+        rig_file::write(&dir.path().join("face.safetensors"), &rig).unwrap();
+        take::write(&dir.path().join("take.csv"), take).unwrap();
+
+        let part = take.slice(range.clone());
+        let handles = part.handle_positions(&rig.labels).unwrap();
+        let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
+        let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(range.len())).unwrap();
+        animator.evaluate(&handles).unwrap();
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        animator.read(Stage::Positions, &mut positions).unwrap();
+        animator.read(Stage::Normals, &mut normals).unwrap();
+        let frames = Frames { rate: take.rate(), first: range.start, count: range.len() };
+        let animation = Self { rig, frames, positions, normals, head: part.head, dir, range };
+        animation.assert_it_moves();
+        animation
+    }
+
+    /// A face that hardly moves would agree with any other.
+    fn assert_it_moves(&self) {
+        let [first, last] = [0, self.frames.count - 1].map(|frame| self.metres(frame, self.rig.up_axis));
+        let moved = first.iter().zip(&last).map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max);
+        assert!(moved > 1e-3, "from its first frame to its last the face moves by {moved} m only");
+    }
+
+    /// Has the program write a file, on the device that the library evaluates on; returns its path.
+    pub fn export(&self, file: &str, options: &str) -> PathBuf {
+        let Range { start, end } = self.range;
+        let mut rhytid = crate::common::rhytid("animate face.safetensors take.csv --device cpu:0 --quiet");
+        rhytid.args(["-o", file, "--frames", &format!("{start}..{end}")]).args(options.split_whitespace());
+        rhytid.current_dir(self.dir.path()).assert().success();
+        self.dir.path().join(file)
+    }
+
+    /// Where the vertices are in the world in a frame, counted from the first: metres, with `up` as the up axis.
+    pub fn metres(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
+        let metres = |p| self.turned(p, up).map(|x| x * self.rig.metres_per_unit);
+        self.in_world(&self.positions, frame, 1.0).map(metres).collect()
+    }
+
+    /// The normals in the world in a frame, counted from the first, with `up` as the up axis.
+    pub fn normals(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
+        self.in_world(&self.normals, frame, 0.0).map(|n| self.turned(n, up)).collect()
+    }
+
+    /// A frame's points (`w` = 1) or directions (`w` = 0) as the head holds them, in mesh units and axes.
+    fn in_world(&self, values: &[f32], frame: usize, w: f64) -> impl Iterator<Item = [f64; 3]> {
+        let motion = self.head.as_ref().map_or(RigidMotion::IDENTITY, |head| head[frame]);
+        let [rows @ .., _] = motion.matrix();
+        let size = 3 * self.rig.vertices();
+        let points = values[frame * size..][..size].as_chunks().0.iter();
+        points.map(move |&[x, y, z]| {
+            let [x, y, z] = [x, y, z].map(f64::from);
+            rows.map(|[a, b, c, t]| a * x + b * y + c * z + t * w)
+        })
+    }
+
+    /// Turned about the x axis from the mesh's up axis to another.
+    fn turned(&self, [x, y, z]: [f64; 3], up: UpAxis) -> [f64; 3] {
+        match (self.rig.up_axis, up) {
+            (UpAxis::Y, UpAxis::Z) => [x, -z, y],
+            (UpAxis::Z, UpAxis::Y) => [x, z, -y],
+            _ => [x, y, z],
+        }
+    }
+}
+
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}

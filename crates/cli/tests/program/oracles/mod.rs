@@ -1,0 +1,311 @@
+//! What other people's programs show of the files that `animate` writes, compared with the library's own evaluation:
+//! Blender, three.js in a browser, and two versions of USD.
+
+mod animation;
+mod faces;
+mod programs;
+
+use animation::{Animation, distance};
+use programs::{Frames, Read, Shown};
+use rhytid_core::{RigidMotion, UpAxis};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A file to export.
+struct Export {
+    file: &'static str,
+    options: &'static str,
+    /// The largest distance that the file may by itself put between a vertex and its place, in millimetres.
+    error: f64,
+}
+
+/// That of a file with every frame, in millimetres: glTF rounds the offsets from the first frame to float32. With what
+/// the programs add it is below a thousandth.
+const EXACT: f64 = 5e-4;
+
+/// What the programs add, in millimetres: they compute with float32 coordinates.
+const ROUNDING: f64 = 1e-4;
+
+/// How far the programs turn a normal: the times of a glTF file are float32 as well, so that a shade of the next frame
+/// is in each.
+const NORMAL_ROUNDING: f64 = 2e-5;
+
+const EXPORTS: &[Export] = &[
+    exact("face.usda", ""),
+    exact("face.usd", ""),
+    exact("face.usdc", ""),
+    exact("face.usdz", ""),
+    exact("plain.usda", "--no-normals"),
+    exact("plain.usd", "--no-normals"),
+    exact("blurred.usda", "--velocities"),
+    exact("blurred.usd", "--velocities"),
+    exact("face.glb", ""),
+    exact("face.gltf", ""),
+    exact("plain.glb", "--no-normals"),
+    exact("packed.glb", "--meshopt"),
+    within(0.01, "quantized.glb", "--quantize"),
+    within(0.1, "compressed.glb", "--compressed"),
+    within(0.02, "fine.gltf", "--compressed --max-error 0.02"),
+    within(0.1, "small.glb", "--compressed --quantize --meshopt"),
+];
+
+const HEAD_EXPORTS: &[Export] = &[
+    exact("head.usd", ""),
+    exact("head.glb", ""),
+    within(0.1, "compressed.glb", "--compressed"),
+    within(0.1, "small.glb", "--compressed --quantize --meshopt"),
+];
+
+const fn exact(file: &'static str, options: &'static str) -> Export {
+    within(EXACT, file, options)
+}
+
+const fn within(error: f64, file: &'static str, options: &'static str) -> Export {
+    Export { file, options, error }
+}
+
+impl Export {
+    fn is_usd(&self) -> bool {
+        self.file.contains(".usd")
+    }
+
+    fn is_gltf(&self) -> bool {
+        !self.is_usd()
+    }
+
+    fn has_normals(&self) -> bool {
+        !self.options.contains("--no-normals")
+    }
+
+    /// Blender 5.0 does not know EXT_meshopt_compression.
+    fn opens_in_blender(&self) -> bool {
+        !self.options.contains("--meshopt")
+    }
+}
+
+impl std::fmt::Display for Export {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.file, self.options)
+    }
+}
+
+/// Exports those of `exports` that `chosen` takes; returns them and their files.
+fn export<'a>(
+    animation: &Animation,
+    exports: &'a [Export],
+    chosen: fn(&Export) -> bool,
+) -> (Vec<&'a Export>, Vec<PathBuf>) {
+    let chosen: Vec<&Export> = exports.iter().filter(|e| chosen(e)).collect();
+    let files = chosen.iter().map(|e| animation.export(e.file, e.options)).collect();
+    (chosen, files)
+}
+
+/// Asserts that every vertex is shown, in every frame, within the error that the file states.
+fn assert_shown(program: &str, export: &Export, animation: &Animation, shown: &Shown, up: UpAxis) {
+    let what = format!("{program}, {} as {export}", animation.rig.name);
+    let allowed = shown.stated.unwrap_or(export.error);
+    assert!(allowed <= export.error, "{what}: {allowed} mm are stated, {} were asked for", export.error);
+    assert_eq!(
+        shown.ids.is_some(),
+        export.is_gltf(),
+        "{what}: whether the original's vertex numbers are there"
+    );
+    let vertices = animation.rig.vertices();
+    let mut seen = vec![false; vertices];
+    let mut worst = (0.0, 0, 0);
+    for (frame, positions) in shown.positions.iter().enumerate() {
+        let expected = animation.metres(frame, up);
+        for (v, position) in original(shown).zip(positions) {
+            seen[v] = true;
+            let error = 1e3 * distance(*position, expected[v]);
+            assert!(error.is_finite(), "{what}: vertex {v} of frame {frame} is at {position:?}");
+            if error > worst.0 {
+                worst = (error, frame, v);
+            }
+        }
+    }
+    let (error, frame, v) = worst;
+    eprintln!("{what}: off by {error:.1e} mm at most, {allowed:.1e} allowed");
+    assert!(error <= allowed + ROUNDING, "{what}: vertex {v} is off by {error} mm in frame {frame}");
+    // A vertex without a face is not in a glTF file.
+    let missing = animation.rig.faces.indices.iter().find(|&&v| !seen[v as usize]);
+    assert_eq!(missing, None, "{what}: a vertex is not shown");
+}
+
+/// The original's vertex number of each vertex that is shown; without numbers in the file they are the original's.
+fn original(shown: &Shown) -> impl Iterator<Item = usize> + '_ {
+    (0..shown.positions[0].len()).map(|i| shown.ids.as_ref().map_or(i, |ids| ids[i] as usize))
+}
+
+#[test]
+fn blender_shows_every_frame() {
+    check_blender(&faces::demo(), EXPORTS);
+    check_blender(&faces::other_axes_and_units(), EXPORTS);
+}
+
+fn check_blender(animation: &Animation, exports: &[Export]) {
+    let (exports, files) = export(animation, exports, Export::opens_in_blender);
+    let all = programs::blender(&files, &animation.frames);
+    assert_eq!(all.len(), exports.len());
+    for (export, shown) in exports.into_iter().zip(&all) {
+        assert_shown("Blender", export, animation, shown, UpAxis::Z);
+    }
+}
+
+#[test]
+fn three_js_shows_every_frame() {
+    check_three(&faces::demo(), EXPORTS);
+    check_three(&faces::other_axes_and_units(), EXPORTS);
+}
+
+#[test]
+fn both_show_the_real_head() {
+    if let Some(animation) = faces::real_head() {
+        check_blender(&animation, HEAD_EXPORTS);
+        check_three(&animation, HEAD_EXPORTS);
+    }
+}
+
+fn check_three(animation: &Animation, exports: &[Export]) {
+    let (exports, files) = export(animation, exports, Export::is_gltf);
+    let all = programs::three(&files, &animation.frames);
+    assert_eq!(all.len(), exports.len());
+    for (export, shown) in exports.into_iter().zip(&all) {
+        assert_shown("three.js", export, animation, shown, UpAxis::Y);
+        assert!(shown.stated.is_some(), "{export} states no error");
+        if export.error == EXACT && export.has_normals() {
+            assert_normals(export, animation, shown);
+        }
+        let picture = format!("{}-{}.png", animation.rig.name, export.file);
+        assert_picture(&picture, shown.picture.as_deref().expect("three.js took a picture"));
+    }
+}
+
+/// Asserts that the normals of every frame point where the library's do.
+fn assert_normals(export: &Export, animation: &Animation, shown: &Shown) {
+    let normals = shown.normals.as_ref().unwrap_or_else(|| panic!("{} has no normals", export.file));
+    let mut worst = 0.0f64;
+    for (frame, normals) in normals.iter().enumerate() {
+        let expected = animation.normals(frame, UpAxis::Y);
+        for (v, normal) in original(shown).zip(normals) {
+            // Where there is none, a glTF file has one that means nothing.
+            if expected[v] != [0.0; 3] {
+                let length = distance(*normal, [0.0; 3]);
+                let error = distance(normal.map(|x| x / length), expected[v]);
+                assert!(
+                    error <= NORMAL_ROUNDING,
+                    "{}: the normal {v} of frame {frame} is off by {error}",
+                    export.file
+                );
+                worst = worst.max(error);
+            }
+        }
+    }
+    eprintln!("three.js: {}: normals off by {worst:.1e} at most", export.file);
+}
+
+/// Asserts that something stands in front of the background, in many shades; leaves the picture for people to see.
+fn assert_picture(name: &str, png: &[u8]) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("three.js");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, png).unwrap();
+    eprintln!("three.js: drew {}", path.display());
+
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    let pixels: Vec<&[u8]> = bytes.chunks_exact(info.color_type.samples()).collect();
+    let background = pixels[0];
+    let drawn: Vec<&&[u8]> = pixels.iter().filter(|pixel| **pixel != background).collect();
+    let share = drawn.len() as f64 / pixels.len() as f64;
+    assert!((0.2..0.8).contains(&share), "{}: {share} of the picture is drawn on", path.display());
+    let shades: std::collections::HashSet<_> = drawn.iter().collect();
+    assert!(shades.len() >= 50, "{}: {} shades", path.display(), shades.len());
+}
+
+#[test]
+fn usd_26_11_reads_every_bit() {
+    usd_reads_every_bit("venv", [0, 26, 11]);
+}
+
+#[test]
+fn usd_24_3_reads_every_bit() {
+    usd_reads_every_bit("venv-usd-24.3", [0, 24, 3]);
+}
+
+fn usd_reads_every_bit(environment: &str, version: [u64; 3]) {
+    let made = [faces::demo(), faces::other_axes_and_units()].map(|animation| (animation, EXPORTS));
+    let real = faces::real_head().map(|animation| (animation, HEAD_EXPORTS));
+    for (animation, exports) in made.into_iter().chain(real) {
+        let (exports, files) = export(&animation, exports, Export::is_usd);
+        let all = programs::usd(environment, version, &files);
+        assert_eq!(all.len(), exports.len());
+        for (export, read) in exports.iter().zip(&all) {
+            assert_samples(export, &animation, read);
+            let twin = exports.iter().position(|e| e.options == export.options).unwrap();
+            let same = all[twin].flattened == read.flattened;
+            assert!(same, "{} and {export} are not the same scene", exports[twin]);
+        }
+    }
+}
+
+/// Asserts that what is animated has the bits that the library computes, at the frames' numbers.
+fn assert_samples(export: &Export, animation: &Animation, read: &Read) {
+    let Frames { first, count, .. } = animation.frames;
+    let codes: Vec<f64> = (first..first + count).map(|code| code as f64).collect();
+    let frame = 3 * animation.rig.vertices();
+    let extents: Vec<f32> = animation.positions.chunks(frame).flat_map(extent).collect();
+    let mut expected = BTreeMap::from([("extent", bytes(&extents)), ("points", bytes(&animation.positions))]);
+    if export.has_normals() {
+        expected.insert("normals", bytes(&animation.normals));
+    }
+    if let Some(head) = &animation.head {
+        expected.insert("xformOp:transform", head.iter().flat_map(usd_matrix).collect());
+    }
+    let mut samples = read.samples.clone();
+    if export.options.contains("--velocities") {
+        let (found_codes, found) = samples.remove("velocities").expect("velocities");
+        assert_eq!(found_codes, codes, "{export}: time codes of velocities");
+        assert_velocities(export, animation, &found);
+    }
+    assert!(samples.keys().eq(expected.keys()), "{export}: {:?} are animated", samples.keys());
+    for (name, (found_codes, found)) in samples {
+        assert_eq!(found_codes, codes, "{export}: time codes of {name}");
+        assert!(found == expected[name.as_str()], "{export}: {name} has other bits than were computed");
+    }
+}
+
+/// Asserts that the velocities of all frames but the first and the last lead from the frame before to the one after.
+fn assert_velocities(export: &Export, animation: &Animation, found: &[u8]) {
+    let found: Vec<f64> = found.as_chunks().0.iter().map(|x| f32::from_le_bytes(*x).into()).collect();
+    let size = 3 * animation.rig.vertices();
+    let positions: Vec<&[f32]> = animation.positions.chunks(size).collect();
+    assert_eq!(found.len(), animation.positions.len(), "{export}: velocities");
+    for (frame, around) in positions.windows(3).enumerate() {
+        for i in 0..size {
+            let expected = (f64::from(around[2][i]) - f64::from(around[0][i])) * animation.frames.rate / 2.0;
+            let error = (found[(frame + 1) * size + i] - expected).abs();
+            let what = format!("{export}: velocity {i} of frame {}", frame + 1);
+            assert!(error <= 1e-6 * expected.abs(), "{what} is off by {error} from {expected}");
+        }
+    }
+}
+
+fn bytes(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
+}
+
+/// The bytes of a motion as a matrix of USD's, which multiplies row vectors: the translation is the last row.
+fn usd_matrix(motion: &RigidMotion) -> Vec<u8> {
+    let columns = motion.matrix();
+    (0..4).flat_map(|row| columns.map(|column| column[row])).flat_map(f64::to_le_bytes).collect()
+}
+
+/// The smallest and the largest coordinates of points.
+fn extent(points: &[f32]) -> [f32; 6] {
+    let along = |axis: usize| points.iter().skip(axis).step_by(3).copied();
+    let least = [0, 1, 2].map(|axis| along(axis).fold(f32::INFINITY, f32::min));
+    let most = [0, 1, 2].map(|axis| along(axis).fold(f32::NEG_INFINITY, f32::max));
+    [least[0], least[1], least[2], most[0], most[1], most[2]]
+}

@@ -1,0 +1,43 @@
+//! What USD reads from an animated file has the bits of the backend's output.
+
+use crate::common::Fixture;
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{Animator, Backend, Stage, UploadOptions, rig_file};
+use rhytid_formats::take;
+use rhytid_test_support::python;
+use std::process::Command;
+
+#[test]
+fn usd_reads_the_backends_bits() {
+    let f = Fixture::new();
+    f.done("demo demo --vertices 3000");
+    let rig = rig_file::read(&f.path("demo/face.safetensors")).unwrap();
+    let take = take::read(&f.path("demo/performance.csv"), Some(&rig.labels), take::Missing::Error).unwrap();
+    let handles = take.handle_positions(&rig.labels).unwrap();
+    let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
+    let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(take.frames())).unwrap();
+    animator.evaluate(&handles).unwrap();
+
+    for (args, stages) in [
+        ("", [Stage::Positions, Stage::Normals]),
+        (" --stage large-scale", [Stage::LargeScale, Stage::LargeScaleNormals]),
+    ] {
+        // Other devices agree within rounding alone.
+        let animate = "animate demo/face.safetensors demo/performance.csv -o face.usda --device cpu:0";
+        f.done(&format!("{animate}{args}"));
+        let mut expected = Vec::new();
+        for stage in stages {
+            let mut values = Vec::new();
+            animator.read(stage, &mut values).unwrap();
+            expected.extend(values.iter().flat_map(|x| x.to_le_bytes()));
+        }
+        let dump = f.path("dump.bin");
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/program/dump_usd.py");
+        let output = Command::new(python()).arg(script).arg(f.path("face.usda")).arg(&dump).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let codes: Vec<f64> =
+            String::from_utf8_lossy(&output.stdout).split_whitespace().map(|c| c.parse().unwrap()).collect();
+        assert_eq!(codes, (0..take.frames()).map(|i| i as f64).collect::<Vec<_>>());
+        assert!(f.read("dump.bin") == expected, "USD reads other bits than the backend gave{args}");
+    }
+}

@@ -1,0 +1,154 @@
+//! What both formats promise, and the programs that the tests call.
+use crate::animation::{Animation, UvKind, animation};
+use rhytid_core::{Error, NoProgress};
+use rhytid_formats::animation;
+use rhytid_formats::export::{Frame, Options};
+use std::path::Path;
+use std::process::Command;
+
+pub use rhytid_test_support::{python, python_usd_24_3, root};
+
+/// Of all formats.
+pub const EXTENSIONS: [&str; 6] = ["usd", "usdc", "usda", "usdz", "glb", "gltf"];
+
+/// Runs a checker and returns what it printed; its complaints fail the test.
+pub fn run(command: &mut Command) -> String {
+    let output =
+        command.output().unwrap_or_else(|e| panic!("{command:?}: {e}; run `cargo xtask setup` first"));
+    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{stdout}{}", String::from_utf8_lossy(&output.stderr));
+    stdout
+}
+
+/// The sentence of an error of the caller.
+#[track_caller]
+pub fn input_error<T>(result: rhytid_core::Result<T>) -> String {
+    match result {
+        Err(Error::Input(message)) => message,
+        Err(other) => panic!("expected an input error, found {other:?}"),
+        Ok(_) => panic!("expected an input error, found success"),
+    }
+}
+
+pub fn files_in(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
+    for extension in EXTENSIONS {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("face.{extension}"));
+        let animation = animation(UvKind::PerCorner, 3, 1);
+        for before in [None, Some("what stood there before")] {
+            if let Some(text) = before {
+                std::fs::write(&path, text).unwrap();
+            }
+            let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
+            exporter.frame(animation.frame(0)).unwrap();
+            drop(exporter);
+            assert_eq!(std::fs::read_to_string(&path).ok().as_deref(), before, "{extension}");
+            assert_eq!(files_in(folder.path()).len(), usize::from(before.is_some()), "{extension}");
+        }
+        animation.export(&path).unwrap();
+        let expected = match extension {
+            "gltf" => vec!["face.bin".into(), "face.gltf".into()],
+            _ => vec![format!("face.{extension}")],
+        };
+        assert_eq!(files_in(folder.path()), expected);
+        assert!(std::fs::metadata(&path).unwrap().len() > 1000, "{extension}: replaced what stood there");
+    }
+}
+
+#[test]
+fn frames_that_do_not_fit_the_scene_are_refused() {
+    for extension in EXTENSIONS {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("face.{extension}"));
+        let animation = animation(UvKind::None, 2, 2);
+        let frame = animation.frame(0);
+        let (positions, normals) = (frame.positions, frame.normals.unwrap());
+        let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
+
+        let message = input_error(exporter.frame(Frame { positions: &positions[3..], ..frame }));
+        assert!(message.contains("frame 0") && message.contains("99 numbers"), "{message}");
+        let mut bad = normals.to_vec();
+        bad[7] = f32::NAN;
+        let message = input_error(exporter.frame(Frame { normals: Some(&bad), ..frame }));
+        assert!(message.contains("normals that are not finite, first at vertex 2"), "{message}");
+
+        let message = input_error(exporter.frame(Frame { normals: None, ..frame }));
+        assert!(message.contains("frame 0 (from 0) has no normals, expected some"), "{message}");
+        let message = input_error(exporter.frame(Frame { velocities: Some(positions), ..frame }));
+        assert!(message.contains("frame 0 (from 0) has velocities, expected none"), "{message}");
+
+        exporter.frame(frame).unwrap();
+        exporter.frame(frame).unwrap();
+        let message = input_error(exporter.frame(frame));
+        assert!(message.contains("more than the 2 announced"), "{message}");
+        drop(exporter);
+
+        let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
+        exporter.frame(frame).unwrap();
+        let message = input_error(exporter.finish(&NoProgress));
+        assert!(message.contains("after 1 frames of 2"), "{message}");
+        assert_eq!(files_in(folder.path()), [""; 0]);
+    }
+}
+
+#[test]
+fn scenes_that_make_no_sense_are_refused() {
+    type Damage = fn(&mut Animation);
+    let damages: [(&str, Damage); 15] = [
+        ("0 faces", |a| a.faces = Default::default()),
+        ("33 rest normals for 34", |a| a.rest_normals.truncate(33)),
+        ("vertex 34, expected 0 to 33", |a| a.faces.indices[5] = 34),
+        ("has 88 corners, expected the 89 of its faces", |a| a.faces.counts[2] += 1),
+        ("corner 88, expected 0 to 87", |a| a.triangle_corners[3][1] = 88),
+        ("no triangles", |a| a.triangle_corners.clear()),
+        ("rest position that is not finite, at vertex 4", |a| a.rest[4][1] = f32::INFINITY),
+        ("rest normal that is not finite, at vertex 9", |a| a.rest_normals[9][2] = f32::NAN),
+        ("unit of 0 metres", |a| a.metres_per_unit = 0.0),
+        ("no frames", |a| a.frames.clear()),
+        ("NaN frames per second", |a| a.rate = f64::NAN),
+        ("from time code NaN", |a| a.first_time_code = f64::NAN),
+        ("87 texture indices for 88 face corners", |a| {
+            a.uvs.as_mut().unwrap().corners.as_mut().unwrap().truncate(87);
+        }),
+        ("coordinate 6, expected one of its 6", |a| a.uvs.as_mut().unwrap().corners.as_mut().unwrap()[1] = 6),
+        ("6 texture coordinates for 34", |a| a.uvs.as_mut().unwrap().corners = None),
+    ];
+    for extension in EXTENSIONS {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("face.{extension}"));
+        for (expected, damage) in &damages {
+            let mut animation = animation(UvKind::PerCorner, 2, 3);
+            damage(&mut animation);
+            let message = input_error(animation::create(&path, &animation.scene(), &Options::default()));
+            assert!(message.contains(expected), "“{message}” lacks “{expected}”");
+        }
+        assert_eq!(files_in(folder.path()), [""; 0]);
+    }
+}
+
+#[test]
+fn names_that_cannot_be_written_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let animation = animation(UvKind::None, 1, 4);
+    for (name, expected) in
+        [("face.fbx", "as .usd, "), ("face", "as .usd, "), ("no/face.usd", "does not exist")]
+    {
+        let message = input_error(animation::create(
+            &folder.path().join(name),
+            &animation.scene(),
+            &Options::default(),
+        ));
+        assert!(message.contains(expected), "{message}");
+    }
+    animation.export(&folder.path().join("FACE.USDA")).unwrap();
+}

@@ -1,0 +1,18 @@
+//! What comes in and goes out, through public functions alone. The programs that files are compared with come from
+//! `cargo xtask setup`.
+
+mod animation;
+mod export;
+mod gltf;
+mod meshes;
+mod project;
+mod project_errors;
+mod raw_take;
+mod stitch;
+mod tables;
+mod takes;
+mod takes_confidence;
+mod takes_head;
+mod takes_shared;
+mod takes_warning;
+mod usd_read;

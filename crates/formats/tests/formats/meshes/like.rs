@@ -1,0 +1,68 @@
+use super::support::message;
+use rhytid_core::Error;
+use rhytid_formats::mesh::{read, read_like};
+use std::path::Path;
+
+const NEUTRAL: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
+
+fn like(example: &str) -> rhytid_core::Result<Vec<[f64; 3]>> {
+    let folder = tempfile::tempdir().unwrap();
+    let (a, b) = (folder.path().join("neutral.obj"), folder.path().join("smile.obj"));
+    std::fs::write(&a, NEUTRAL).unwrap();
+    std::fs::write(&b, example).unwrap();
+    read_like(&read(&a).unwrap(), &a, &b)
+}
+
+fn refused(example: &str) -> String {
+    let message = message(like(example).map(|_| ()));
+    // Both files, and what to do.
+    assert!(message.contains("smile.obj: ") && message.contains("neutral.obj"), "{message}");
+    assert!(message.contains("export both from the same mesh"), "{message}");
+    message
+}
+
+#[test]
+fn gives_the_positions() {
+    // Texture coordinates do not matter.
+    let moved = "v 0 0 9\nv 1 0 9\nv 1 1 9\nv 0 1 9\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 3/1 4/1\n";
+    assert_eq!(like(moved).unwrap(), [[0.0, 0.0, 9.0], [1.0, 0.0, 9.0], [1.0, 1.0, 9.0], [0.0, 1.0, 9.0]]);
+}
+
+#[test]
+fn says_what_differs() {
+    let more = format!("v 5 5 5\n{NEUTRAL}");
+    assert!(refused(&more).contains("has 5 vertices, but "), "{}", refused(&more));
+    let other = NEUTRAL.replace("f 1 3 4", "f 1 4 3");
+    let message = refused(&other);
+    assert!(message.contains("face 2 joins the vertices 0 3 2, but in "), "{message}");
+    assert!(message.contains("it joins 0 2 3 (vertices counted from 0)"), "{message}");
+    let quad = NEUTRAL.replace("f 1 2 3\nf 1 3 4", "f 1 2 3 4");
+    assert!(refused(&quad).contains("face 1 joins the vertices 0 1 2 3, but "), "{}", refused(&quad));
+    let fewer = NEUTRAL.replace("f 1 3 4\n", "");
+    assert!(refused(&fewer).contains("has 1 faces, but "), "{}", refused(&fewer));
+    assert!(refused(&format!("{NEUTRAL}f 1 2 4\n")).contains("has 3 faces, but "));
+}
+
+#[test]
+fn a_face_with_other_corners_of_the_same_sum_differs() {
+    // The same indices in a row, cut into faces in another way.
+    let folder = tempfile::tempdir().unwrap();
+    let (a, b) = (folder.path().join("neutral.obj"), folder.path().join("smile.obj"));
+    let vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    std::fs::write(&a, format!("{vertices}f 1 2 3\nf 4 1 2 3\n")).unwrap();
+    std::fs::write(&b, format!("{vertices}f 1 2 3 4\nf 1 2 3\n")).unwrap();
+    let message = message(read_like(&read(&a).unwrap(), &a, &b).map(|_| ()));
+    assert!(message.contains("face 1 joins the vertices 0 1 2 3, but "), "{message}");
+}
+
+#[test]
+fn files_are_told_apart_by_their_extension() {
+    let message = message(read(Path::new("face.stl")).map(|_| ()));
+    assert_eq!(
+        message,
+        "face.stl: a mesh's file name must end in .obj, .ply, .glb or .gltf, found .stl; export the mesh in one of \
+         these formats"
+    );
+    let error = read(Path::new("no-such-folder/face.obj")).unwrap_err();
+    assert!(matches!(error, Error::Io { .. }) && error.to_string().contains("face.obj"), "{error}");
+}

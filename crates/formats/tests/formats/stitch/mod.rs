@@ -1,0 +1,279 @@
+//! Parts put together, as USD's own library plays them, in its oldest and newest tested version, and as we read them.
+//! The programs come from `cargo xtask setup`.
+
+use crate::animation::{Animation, UvKind, with_everything};
+use rhytid_core::{Error, UpAxis};
+use rhytid_formats::export::{HeadMotion, OutputStage};
+use rhytid_formats::take::Missing;
+use rhytid_formats::{animation::open, usd};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Frames of the whole, and where its parts begin.
+const FRAMES: usize = 9;
+const BEGINS: [usize; 4] = [0, 4, 5, 7];
+const FIRST_TIME_CODE: f64 = 11.0;
+
+fn whole() -> Animation {
+    let mut whole = with_everything(UvKind::PerCorner, FRAMES, 21);
+    whole.first_time_code = FIRST_TIME_CODE;
+    (whole.provenance.first_frame, whole.provenance.end_frame) = (11, 20);
+    whole
+}
+
+/// The frames `begin..end` of `whole`, as `--frames` exports them.
+fn cut(whole: &Animation, begin: usize, end: usize) -> Animation {
+    let mut part = whole.clone();
+    part.frames = whole.frames[begin..end].to_vec();
+    part.velocities = whole.velocities.as_ref().map(|all| all[begin..end].to_vec());
+    part.head = whole.head.as_ref().map(|all| all[begin..end].to_vec());
+    part.first_time_code += begin as f64;
+    (part.provenance.first_frame, part.provenance.end_frame) = (11 + begin as u64, 11 + end as u64);
+    part
+}
+
+/// Exports the parts into `folder/parts`.
+fn export_parts(whole: &Animation, folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let parts = folder.join("parts");
+    std::fs::create_dir_all(&parts).unwrap();
+    let ends = BEGINS[1..].iter().copied().chain([FRAMES]);
+    let export = |(begin, end)| {
+        let path = parts.join(format!("part {begin}.{extension}"));
+        cut(whole, begin, end).export(&path).unwrap();
+        path
+    };
+    BEGINS.into_iter().zip(ends).map(export).collect()
+}
+
+/// Pythons with USD 26.11 and 24.3.
+fn pythons() -> [PathBuf; 2] {
+    [rhytid_test_support::python(), rhytid_test_support::python_usd_24_3()]
+}
+
+#[test]
+fn usd_plays_the_parts_as_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole();
+    for (parts, output) in
+        [("usd", "usd"), ("usda", "usda"), ("usd", "usda"), ("usda", "usdc"), ("usdz", "usd")]
+    {
+        let case = folder.path().join(format!("{parts} in {output}"));
+        std::fs::create_dir(&case).unwrap();
+        let mut paths = export_parts(&whole, &case, parts);
+        paths.reverse();
+        whole.export(&case.join("whole.usd")).unwrap();
+        let stitched = case.join(format!("stitched.{output}"));
+        let done = usd::stitch(&paths, &stitched).unwrap();
+        assert_eq!((done.parts, done.frames, done.time_codes), (4, FRAMES, [11.0, 19.0]));
+        assert_eq!(done.bytes, std::fs::metadata(&stitched).unwrap().len());
+        assert_eq!(done.manifest, case.join("stitched.manifest.usda"));
+        let mut written = std::fs::read_dir(&case).unwrap().map(|entry| entry.unwrap().file_name());
+        assert_eq!(written.by_ref().count(), 4, "parts, whole, stitched and manifest");
+        // The name of the file is nowhere in it, so that it may have another.
+        std::fs::rename(stitched, case.join(format!("renamed.{output}"))).unwrap();
+    }
+    for python in pythons() {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/stitch/check.py");
+        let output = Command::new(python).arg(script).arg(folder.path()).output().unwrap();
+        let printed = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{printed}{}", String::from_utf8_lossy(&output.stderr));
+        assert!(printed.contains("5 renamed files play as the whole"), "{printed}");
+    }
+}
+
+#[test]
+fn we_read_the_parts_as_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole();
+    let paths = export_parts(&whole, folder.path(), "usd");
+    let stitched = folder.path().join("stitched.usd");
+    usd::stitch(&paths, &stitched).unwrap();
+    let plain = folder.path().join("whole.usd");
+    whole.export(&plain).unwrap();
+    let [mut stitched, mut plain] = [&stitched, &plain].map(|path| open(path).unwrap());
+    assert_eq!(stitched.summary(), plain.summary());
+    let [mut a, mut b] = [Vec::new(), Vec::new()];
+    for frame in (0..FRAMES).rev() {
+        stitched.positions(frame, &mut a).unwrap();
+        plain.positions(frame, &mut b).unwrap();
+        assert_eq!(a, b);
+        stitched.normals(frame, &mut a).unwrap();
+        plain.normals(frame, &mut b).unwrap();
+        assert_eq!(a, b);
+        stitched.velocities(frame, &mut a).unwrap();
+        plain.velocities(frame, &mut b).unwrap();
+        assert_eq!(a, b);
+        assert_eq!(stitched.head(frame).unwrap(), plain.head(frame).unwrap());
+    }
+}
+
+#[test]
+fn parts_by_another_version_of_the_program_are_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = export_parts(&whole(), folder.path(), "usd");
+    let mut part = cut(&whole(), 4, 5);
+    part.provenance.version = "1.2.4".into();
+    part.export(&paths[1]).unwrap();
+    let stitched = folder.path().join("stitched.usd");
+    usd::stitch(&paths, &stitched).unwrap();
+    assert_eq!(open(&stitched).unwrap().summary().frames, FRAMES);
+}
+
+#[test]
+fn a_manifest_that_is_missing_or_of_other_parts_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut whole = whole();
+    let paths = export_parts(&whole, folder.path(), "usd");
+    let stitched = folder.path().join("stitched.usd");
+    let renamed = folder.path().join("renamed.usd");
+    let manifest = usd::stitch(&paths, &stitched).unwrap().manifest;
+    std::fs::rename(&stitched, &renamed).unwrap();
+    assert!(open(&renamed).is_ok());
+
+    // Others are stitched under the old name.
+    let others = folder.path().join("others");
+    whole.with_normals = false;
+    usd::stitch(&export_parts(&whole, &others, "usd"), &stitched).unwrap();
+    assert!(open(&stitched).is_ok());
+    let message = sentence(open(&renamed));
+    assert!(
+        message.contains("stitched.manifest.usda: does not declare /face/face_mesh.normals"),
+        "{message}"
+    );
+
+    std::fs::write(&manifest, "#usda 1.0\n").unwrap();
+    let message = sentence(open(&renamed));
+    assert!(message.contains("does not declare /face, which has samples"), "{message}");
+    std::fs::remove_file(&manifest).unwrap();
+    let message = sentence(open(&renamed));
+    assert!(message.contains("manifest") && message.contains("is not there"), "{message}");
+}
+
+#[test]
+fn a_file_that_cannot_be_written_leaves_no_manifest() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = export_parts(&whole(), folder.path(), "usd");
+    let out = folder.path().join("out");
+    std::fs::create_dir_all(out.join("taken.usd")).unwrap();
+    assert!(sentence(usd::stitch(&paths, &out.join("taken.usd"))).contains("is a folder"));
+    std::fs::create_dir_all(out.join("other.manifest.usda")).unwrap();
+    assert!(sentence(usd::stitch(&paths, &out.join("other.usd"))).contains("is a folder"));
+    let names: Vec<_> = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(names.len(), 2, "{names:?}");
+}
+
+#[test]
+fn parts_that_changed_since_are_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole();
+    let paths = export_parts(&whole, folder.path(), "usd");
+    let stitched = folder.path().join("stitched.usd");
+    usd::stitch(&paths, &stitched).unwrap();
+    for path in &paths {
+        let at = paths.iter().position(|p| p == path).unwrap();
+        let end = BEGINS.get(at + 1).copied().unwrap_or(FRAMES);
+        let mut part = cut(&whole, BEGINS[at], end);
+        part.provenance.rig = "another".into();
+        part.export(path).unwrap();
+    }
+    let message = sentence(open(&stitched));
+    assert!(message.contains("stitch them again"), "{message}");
+}
+
+#[track_caller]
+fn sentence<T>(result: rhytid_core::Result<T>) -> String {
+    match result {
+        Err(Error::Input(message)) => message,
+        Err(other) => panic!("expected an input error, found {other:?}"),
+        Ok(_) => panic!("expected an input error, found success"),
+    }
+}
+
+#[test]
+fn parts_that_do_not_follow_one_another_are_named_with_their_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out.usd");
+    let paths = export_parts(&whole(), folder.path(), "usd");
+    let [a, b, c, d] = &paths[..] else { panic!("four parts") };
+
+    let message = sentence(usd::stitch(&[a.clone(), d.clone(), b.clone()], &output));
+    assert!(message.contains("frames 16 to 17 are in no part"), "{message}");
+    assert!(
+        message.contains("part 4.usd ends with 15") && message.contains("part 7.usd begins with 18"),
+        "{message}"
+    );
+
+    let message = sentence(usd::stitch(&[a.clone(), b.clone(), a.clone(), c.clone()], &output));
+    assert!(message.contains("overlap") && message.contains("part 0.usd"), "{message}");
+    assert!(message.contains("ends with frame 14 and the second begins with 11, expected 15"), "{message}");
+    assert!(!output.exists());
+}
+
+#[test]
+fn parts_of_other_animations_are_refused() {
+    type Damage = fn(&mut Animation);
+    let damages: [(&str, Damage); 11] = [
+        ("the rig's hash: other and 0123456789abcdef", |a| a.provenance.rig = "other".into()),
+        ("the stage: large-scale and full", |a| a.provenance.stage = OutputStage::LargeScale.into()),
+        ("--fps: 24", |a| a.provenance.fps = Some(24.0)),
+        ("--missing: error and hold", |a| a.provenance.missing = Missing::Error.into()),
+        ("with --fade-detail: no and yes", |a| a.provenance.fade_detail = false),
+        ("--head: bake and drop", |a| a.provenance.head = HeadMotion::Bake.into()),
+        ("frames per second: 25 and 30", |a| a.rate = 25.0),
+        ("metres per unit: 1 and 0.01", |a| a.metres_per_unit = 1.0),
+        ("the up axis: Z and Y", |a| a.up_axis = UpAxis::Z),
+        ("with normals: no and yes", |a| a.with_normals = false),
+        ("their faces are others", |a| a.faces.indices.swap(0, 1)),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out.usd");
+    let paths = export_parts(&whole(), folder.path(), "usd");
+    for (expected, damage) in damages {
+        let mut part = cut(&whole(), 4, 5);
+        damage(&mut part);
+        part.export(&paths[1]).unwrap();
+        let message = sentence(usd::stitch(&paths, &output));
+        assert!(message.contains(expected), "“{message}” lacks “{expected}”");
+        assert!(message.contains("part 0.usd") && message.contains("part 4.usd"), "{message}");
+    }
+    assert!(!output.exists());
+}
+
+#[test]
+fn outputs_that_make_no_sense_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = export_parts(&whole(), folder.path(), "usd");
+    for name in ["out.usdz", "out.glb", "out.txt"] {
+        let message = sentence(usd::stitch(&paths, &folder.path().join(name)));
+        assert!(message.contains("stitched into .usd, .usdc or .usda"), "{message}");
+    }
+    let before = std::fs::read(&paths[1]).unwrap();
+    let message = sentence(usd::stitch(&paths, &folder.path().join("parts/../parts/part 4.usd")));
+    assert!(message.contains("is one of the parts"), "{message}");
+    assert_eq!(std::fs::read(&paths[1]).unwrap(), before);
+    let part = folder.path().join("out.manifest.usda");
+    cut(&whole(), 0, 4).export(&part).unwrap();
+    let message = sentence(usd::stitch(&[part], &folder.path().join("out.usd")));
+    assert!(message.contains("out.manifest.usda: is one of the parts"), "{message}");
+    assert!(sentence(usd::stitch(&[], &folder.path().join("out.usd"))).contains("no parts"));
+
+    let stitched = folder.path().join("stitched.usd");
+    usd::stitch(&paths, &stitched).unwrap();
+    let message = sentence(usd::stitch(&[stitched], &folder.path().join("out.usd")));
+    assert!(message.contains("name its parts instead"), "{message}");
+}
+
+#[test]
+fn the_parts_may_be_beside_or_above_the_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole();
+    let paths = export_parts(&whole, folder.path(), "usda");
+    std::fs::create_dir_all(folder.path().join("out/deep")).unwrap();
+    for output in ["parts/stitched.usda", "out/deep/stitched.usda"] {
+        let output = folder.path().join(output);
+        usd::stitch(&paths, &output).unwrap();
+        assert_eq!(open(&output).unwrap().summary().frames, FRAMES);
+        let text = std::fs::read_to_string(&output).unwrap();
+        assert!(!text.contains(folder.path().to_str().unwrap()), "{text}");
+    }
+}

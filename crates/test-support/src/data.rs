@@ -1,0 +1,54 @@
+use crate::skip;
+use std::path::{Path, PathBuf};
+
+/// The repository's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// What `../shared` beside the repository has under this path (the folder itself for ""); `None`, as a [`skip`], where it is not
+/// there.
+#[track_caller]
+pub fn shared(path: &str) -> Option<PathBuf> {
+    let path = root().join("../shared").join(path);
+    if path.exists() {
+        return Some(path);
+    }
+    skip(&format!("{} is not there", path.display()));
+    None
+}
+
+/// Something that `cargo xtask setup` puts under `target/`.
+///
+/// # Panics
+/// Where it is not there.
+#[track_caller]
+pub fn installed(path: &str) -> PathBuf {
+    let path = root().join("target").join(path);
+    assert!(path.exists(), "{}: not found; run `cargo xtask setup`", path.display());
+    path
+}
+
+/// The Python with today's USD: `RHYTID_PYTHON`, or what `cargo xtask setup` installed.
+///
+/// # Panics
+/// Where it is not there.
+#[track_caller]
+pub fn python() -> PathBuf {
+    python_of("RHYTID_PYTHON", "venv")
+}
+
+/// The Python with the oldest USD that is tested: `RHYTID_PYTHON_USD_24_3`, or what `cargo xtask setup` installed.
+///
+/// # Panics
+/// Where it is not there.
+#[track_caller]
+pub fn python_usd_24_3() -> PathBuf {
+    python_of("RHYTID_PYTHON_USD_24_3", "venv-usd-24.3")
+}
+
+#[track_caller]
+fn python_of(variable: &str, environment: &str) -> PathBuf {
+    let installed = || installed(&format!("{environment}/bin/python"));
+    std::env::var_os(variable).map_or_else(installed, PathBuf::from)
+}

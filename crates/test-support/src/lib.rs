@@ -1,0 +1,14 @@
+//! What the tests of several crates share: how one says that it does nothing here, the data beside the project, a small face, the programs that
+//! `cargo xtask setup` installs, readings of `/proc`, and what was logged.
+#![forbid(unsafe_code)]
+
+mod data;
+mod logged;
+mod memory;
+pub mod sheet;
+mod skip;
+
+pub use data::{installed, python, python_usd_24_3, root, shared};
+pub use logged::Logged;
+pub use memory::{peak, peak_of, resident};
+pub use skip::{FORBID_SKIPS, skip};

@@ -1,0 +1,287 @@
+//! Test programs: built by cargo in one go, run one after the other, and what each of them said and took.
+use crate::run::{Result, cannot_run, cargo, shown};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// What a program says, on standard error, of a test that does nothing here: `SKIPPED: name: why`.
+const SKIPPED: &str = "SKIPPED: ";
+
+/// The tests beside a library's or a program's own code.
+const UNIT_TESTS: &str = "unit tests";
+
+/// A program that runs tests.
+pub struct Program {
+    pub package: String,
+    /// `unit tests`, or the name of the file or folder under the package's `tests`.
+    pub target: String,
+    executable: PathBuf,
+    /// Where cargo would run it: the package's own folder.
+    folder: PathBuf,
+}
+
+/// Tests by how they ended.
+#[derive(Default)]
+pub struct Counts {
+    pub passed: u64,
+    pub failed: u64,
+    pub ignored: u64,
+    pub filtered_out: u64,
+    /// Why tests did nothing, by their names. The harness counts them among those that passed.
+    pub skipped: BTreeMap<String, String>,
+}
+
+/// What programs said and took, in the order in which they ran.
+#[derive(Default)]
+pub struct Runs(Vec<(String, Counts, Spent)>);
+
+/// Time that something took.
+#[derive(Clone, Copy)]
+pub struct Spent {
+    pub wall: Duration,
+    /// Of all processors, in seconds; `None` where the system does not tell.
+    pub processor: Option<f64>,
+}
+
+/// Runs `work` and says what it took.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Spent) {
+    let (start, before) = (Instant::now(), processor_seconds());
+    let done = work();
+    let processor = processor_seconds().zip(before).map(|(after, before)| after - before);
+    (done, Spent { wall: start.elapsed(), processor })
+}
+
+/// What this process's children that have ended took of all processors, by Linux's word.
+fn processor_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // From the third field on: the second, the program's name, may have blanks in it.
+    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks = |field: usize| fields.get(field - 3)?.parse::<f64>().ok();
+    // Linux gives hundredths of seconds to programs, whatever it counts in itself.
+    Some((ticks(16)? + ticks(17)?) / 100.0)
+}
+
+/// Has cargo build the test programs that `options` of `cargo test` name.
+pub fn build(options: &[&str]) -> Result<Vec<Program>> {
+    let options = [&["test", "--no-run", "--message-format=json-render-diagnostics"], options].concat();
+    let mut command = cargo(&options);
+    let shown = shown(&command);
+    eprintln!("$ {shown}");
+    let output = command.stderr(Stdio::inherit()).output().map_err(|e| cannot_run(&shown, &e))?;
+    if !output.status.success() {
+        return Err(format!("`{shown}` failed ({})", output.status));
+    }
+    let text = String::from_utf8_lossy(&output.stdout);
+    Ok(text.lines().filter_map(|line| program(&serde_json::from_str(line).ok()?)).collect())
+}
+
+/// The test program that one of cargo's messages is about.
+fn program(message: &Value) -> Option<Program> {
+    let is_test = message["reason"] == "compiler-artifact" && message["profile"]["test"] == true;
+    let executable = message["executable"].as_str().filter(|_| is_test)?;
+    let folder = Path::new(message["manifest_path"].as_str()?).parent()?;
+    let target = &message["target"];
+    let is_integration = target["kind"][0] == "test";
+    Some(Program {
+        package: package(message["package_id"].as_str()?, folder)?,
+        target: if is_integration { target["name"].as_str()? } else { UNIT_TESTS }.to_owned(),
+        executable: executable.into(),
+        folder: folder.to_owned(),
+    })
+}
+
+/// The name in `path+file:///…/crates/core#rhytid-core@0.1.0`; where that is the folder's, it is left out there.
+fn package(id: &str, folder: &Path) -> Option<String> {
+    let name = id.rsplit_once('#')?.1.split_once('@').map(|(name, _)| name);
+    name.map_or_else(|| folder.file_name()?.to_str(), Some).map(str::to_owned)
+}
+
+impl Program {
+    /// The package and the target.
+    pub fn name(&self) -> String {
+        format!("{} {}", self.package, self.target)
+    }
+
+    /// The program with `arguments`, as cargo would run it.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(&self.executable);
+        command.args(arguments).current_dir(&self.folder).env("CARGO_MANIFEST_DIR", &self.folder);
+        command
+    }
+}
+
+impl Runs {
+    /// Runs a test program, or a cargo that runs some, under a name.
+    pub fn run(&mut self, name: &str, command: Command) -> Result {
+        eprintln!("\n$ {}", shown(&command));
+        let (counts, spent) = timed(|| run(name, command));
+        self.0.push((name.to_owned(), counts?, spent));
+        Ok(())
+    }
+
+    fn sum(&self, of: impl Fn(&Counts) -> u64) -> u64 {
+        self.0.iter().map(|(_, counts, _)| of(counts)).sum()
+    }
+
+    pub fn passed(&self) -> u64 {
+        self.sum(|counts| counts.passed.saturating_sub(counts.skipped.len() as u64))
+    }
+
+    pub fn failed(&self) -> u64 {
+        self.sum(|counts| counts.failed)
+    }
+
+    pub fn skipped(&self) -> u64 {
+        self.sum(|counts| counts.ignored + counts.skipped.len() as u64)
+    }
+
+    pub fn filtered_out(&self) -> u64 {
+        self.sum(|counts| counts.filtered_out)
+    }
+
+    /// Prints what each program took, those that took long first, and why tests were skipped.
+    pub fn print(&self) {
+        let mut runs: Vec<_> = self.0.iter().collect();
+        runs.sort_by_key(|(_, _, spent)| std::cmp::Reverse(spent.wall));
+        println!();
+        for (name, counts, spent) in runs {
+            println!("{spent}  {:6} tests  {name}", counts.passed + counts.failed + counts.ignored);
+        }
+        for (name, counts, _) in &self.0 {
+            for (test, why) in &counts.skipped {
+                println!("skipped: {name}: {test}: {why}");
+            }
+        }
+    }
+
+    /// Prints the line that closes a run.
+    pub fn print_counts(&self) {
+        println!("\ntests: {} passed, {} failed, {} skipped", self.passed(), self.failed(), self.skipped());
+    }
+}
+
+impl std::fmt::Display for Spent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:7.1} s", self.wall.as_secs_f64())?;
+        self.processor.map_or(Ok(()), |seconds| write!(f, "  {seconds:7.1} s of processors"))
+    }
+}
+
+/// Runs `command`, passing on what it writes, and counts.
+fn run(name: &str, mut command: Command) -> Result<Counts> {
+    let shown = shown(&command);
+    let mut child =
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(|e| cannot_run(&shown, &e))?;
+    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
+    let mut counts = Counts::default();
+    let mut skipped = BTreeMap::new();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            lines(stderr, std::io::stderr(), |line| {
+                if let Some((test, why)) = line.strip_prefix(SKIPPED).and_then(|said| said.split_once(": ")) {
+                    skipped.insert(test.to_owned(), why.to_owned());
+                }
+            });
+        });
+        lines(stdout, std::io::stdout(), |line| counts.add(line));
+    });
+    counts.skipped = skipped;
+    let status = child.wait().map_err(|e| format!("`{shown}`: {e}"))?;
+    if !status.success() && counts.failed == 0 {
+        eprintln!("error: {name} ended without a failed test, but with {status}");
+        counts.failed = 1;
+    }
+    Ok(counts)
+}
+
+/// Passes each line on, and shows it to `look`.
+fn lines(from: Option<impl Read>, mut to: impl Write, mut look: impl FnMut(&str)) {
+    let mut line = Vec::new();
+    let mut from = from.map(BufReader::new);
+    while from.as_mut().is_some_and(|from| from.read_until(b'\n', &mut line).is_ok_and(|length| length > 0)) {
+        // That nobody reads on is no reason to stop counting.
+        let _ = to.write_all(&line);
+        look(String::from_utf8_lossy(&line).trim_end());
+        line.clear();
+    }
+}
+
+impl Counts {
+    /// Adds what a line tells that closes a run: `test result: ok. 12 passed; 0 failed; 1 ignored; …`.
+    fn add(&mut self, line: &str) {
+        let Some(summary) = line.strip_prefix("test result: ") else { return };
+        let words: Vec<&str> = summary.split([' ', ';']).filter(|word| !word.is_empty()).collect();
+        let count = |word: &str| {
+            let pair = words.windows(2).find(|pair| pair[1] == word);
+            pair.and_then(|pair| pair[0].parse().ok()).unwrap_or(0)
+        };
+        self.passed += count("passed");
+        self.failed += count("failed");
+        self.ignored += count("ignored");
+        self.filtered_out += count("filtered");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_read_from_a_closing_line() {
+        let mut counts = Counts::default();
+        counts.add("test result: FAILED. 12 passed; 3 failed; 1 ignored; 0 measured; 7 filtered out; finished in 0.52s");
+        counts.add("test result: ok.");
+        assert_eq!([counts.passed, counts.failed, counts.ignored, counts.filtered_out], [12, 3, 1, 7]);
+    }
+
+    /// Runs a shell's script as if it were a test program.
+    fn runs(script: &str) -> Runs {
+        let mut runs = Runs::default();
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        runs.run("script", command).unwrap();
+        runs
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_test_that_does_nothing_is_skipped_and_has_not_passed() {
+        let skip = "echo 'SKIPPED: a::b: no data here' >&2";
+        let runs = runs(&format!("{skip}; {skip}; echo 'test result: ok. 3 passed; 0 failed; 1 ignored;'"));
+        assert_eq!([runs.passed(), runs.failed(), runs.skipped()], [2, 0, 2]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_program_that_crashes_has_failed() {
+        assert_eq!(runs("kill -9 $$").failed(), 1);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn processor_time_is_that_of_children() {
+        let busy = "i=0; while [ $i -lt 200000 ]; do i=$((i+1)); done";
+        let (_, spent) = timed(|| Command::new("sh").args(["-c", busy]).status());
+        let seconds = spent.processor.unwrap();
+        assert!(seconds > 0.01 && seconds <= spent.wall.as_secs_f64() + 0.05, "{seconds}");
+    }
+
+    #[test]
+    fn programs_are_found_in_what_cargo_says() {
+        let message = |kind: &str, is_test: bool| {
+            serde_json::json!({
+                "reason": "compiler-artifact", "package_id": "path+file:///r/crates/core#rhytid-core@0.1.0",
+                "manifest_path": "/r/crates/core/Cargo.toml", "target": { "kind": [kind], "name": "plan" },
+                "profile": { "test": is_test }, "executable": "/r/target/debug/deps/plan-1",
+            })
+        };
+        let name = |kind, is_test| program(&message(kind, is_test)).map(|program| program.name());
+        assert_eq!(name("test", true).unwrap(), "rhytid-core plan");
+        assert_eq!(name("lib", true).unwrap(), "rhytid-core unit tests");
+        assert_eq!(name("bin", false), None);
+        assert_eq!(package("path+file:///r/xtask#0.1.0", Path::new("/r/xtask")).unwrap(), "xtask");
+    }
+}
