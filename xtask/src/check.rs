@@ -19,7 +19,7 @@ const LEFT_OUT: &[LeftOut] = &[
     package("rhytid-backend-vulkan", "needs drivers"),
     package("rhytid-backend-opencl", "needs drivers"),
     package("rhytid-backend-wgpu", "needs drivers"),
-    package("rhytid", "starts the whole program some thousand times"),
+    package("rhytid-cli", "starts the whole program some thousand times"),
     package("rhytid-peers", "the bench's peers"),
     package("xtask", "the chores themselves"),
     package("xtask-kernels", "needs a C++ compiler; kernels are checked by `cargo xtask kernels --check`"),

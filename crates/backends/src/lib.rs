@@ -2,6 +2,15 @@
 //! in [`BACKENDS`].
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "cpu")]
+pub use rhytid_backend_cpu as cpu;
+#[cfg(feature = "opencl")]
+pub use rhytid_backend_opencl as opencl;
+#[cfg(feature = "vulkan")]
+pub use rhytid_backend_vulkan as vulkan;
+#[cfg(feature = "wgpu")]
+pub use rhytid_backend_wgpu as wgpu;
+
 use rhytid_core::{Backend, Device, DeviceErrorKind, DeviceInfo, Error, Result};
 
 /// A backend, whatever its type.
@@ -27,11 +36,14 @@ pub const BACKENDS: &[Entry] = &[
     entry::<rhytid_backend_opencl::OpenCl>(),
     #[cfg(feature = "wgpu")]
     entry::<rhytid_backend_wgpu::Wgpu>(),
+    #[cfg(feature = "cpu")]
     entry::<rhytid_backend_cpu::Cpu>(),
 ];
 
 /// The backends that this program was built without, and how to get them.
 pub const LEFT_OUT: &[(&str, &str)] = &[
+    #[cfg(not(feature = "cpu"))]
+    ("cpu", "build with --features cpu"),
     #[cfg(not(feature = "vulkan"))]
     ("vulkan", "build with --features vulkan"),
     #[cfg(not(feature = "opencl"))]

@@ -5,9 +5,10 @@ mod values;
 
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
+use rhytid::playback::FrameRange;
 pub use setup::Setup;
 use std::path::PathBuf;
-pub use values::{FrameRange, HeadChoice, MissingChoice, StageChoice, StorageChoice};
+pub use values::{HeadChoice, MissingChoice, StageChoice, StorageChoice};
 use values::{parse_millimetres, parse_rate};
 
 const GLOBAL: &str = "Options of every command";

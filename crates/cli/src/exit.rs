@@ -1,7 +1,7 @@
 //! How the program ends: exit codes, and errors as one sentence on stderr.
 
 use crate::progress::Ui;
-use rhytid_core::{DeviceErrorKind, Error, Result};
+use rhytid::{DeviceErrorKind, Error, Result};
 use std::io::{self, ErrorKind, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

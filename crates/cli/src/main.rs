@@ -2,21 +2,13 @@
 #![forbid(unsafe_code)]
 
 mod args;
-mod bake;
 mod cmd;
-mod device_choice;
-mod evaluator;
 mod exit;
-mod fade;
-mod frames;
+mod inputs;
 mod interrupt;
 mod memory;
 mod output;
-mod pipeline;
-mod player;
 mod progress;
-mod takes;
-mod velocities;
 
 use clap::Parser;
 use std::process::ExitCode;

@@ -1,6 +1,6 @@
 //! Standard output.
 
-use rhytid_core::{Error, Result};
+use rhytid::{Error, Result};
 use serde::Serialize;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;

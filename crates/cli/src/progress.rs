@@ -3,8 +3,8 @@
 
 use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rhytid_core::Progress;
-use rhytid_core::human;
+use rhytid::Progress;
+use rhytid::human;
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};

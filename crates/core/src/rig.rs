@@ -1,4 +1,4 @@
-use crate::{Faces, Materials, UpAxis, Uvs};
+use crate::{Error, Faces, Materials, Result, UpAxis, Uvs};
 use rayon::prelude::*;
 use rhytid_kernels::{Real, strain};
 
@@ -94,6 +94,16 @@ impl<T: Real> Rig<T> {
     /// l: the F lengths of the strain edges at rest, in mesh units.
     pub fn rest_lengths(&self) -> Vec<T> {
         strain::rest_lengths(&self.rest, &self.handles, &self.strain_edges)
+    }
+
+    /// For each triangle the corner (index into [`Faces::indices`]) at which each of its vertices stands: what formats need that
+    /// have triangles alone.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the triangles are not made from the faces, which [`Rig::check`] makes sure of.
+    pub fn triangle_corners(&self) -> Result<Vec<[u32; 3]>> {
+        let corners = self.faces.triangle_corners(&self.triangles);
+        corners.ok_or_else(|| Error::Internal("the rig has other triangles than faces".into()))
     }
 
     /// The same rig in another precision; to `f32` it rounds to nearest.

@@ -1,10 +1,9 @@
 //! What is known of an actor and a capture session: options of `prepare`, and the keys of TAKE.toml.
 
-use super::values::{
-    FrameRange, StepChoice, UnitChoice, parse_pair, parse_rate, parse_seconds, rate, seconds,
-};
-use rhytid_capture::{Axes, Settings};
-use rhytid_core::{Error, Result};
+use super::values::{StepChoice, UnitChoice, parse_pair, parse_rate, parse_seconds, rate, seconds};
+use rhytid::capture::{Axes, Settings};
+use rhytid::playback::{CleanUp, FrameRange};
+use rhytid::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
@@ -105,7 +104,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Error::Input`] if a handle is given two markers.
-    pub fn settings(&self) -> Result<Settings> {
+    pub fn clean_up(&self) -> Result<CleanUp> {
         let mut markers = BTreeMap::new();
         for (handle, label) in &self.map {
             if markers.insert(handle.clone(), label.clone()).is_some() {
@@ -115,7 +114,7 @@ impl Setup {
             }
         }
         let defaults = Settings::default();
-        Ok(Settings {
+        let settings = Settings {
             markers,
             rigid: self.rigid.clone(),
             metres_per_unit: self.unit.map(UnitChoice::metres),
@@ -126,7 +125,8 @@ impl Setup {
             low_pass: self.low_pass,
             head_low_pass: self.head_low_pass.unwrap_or(defaults.head_low_pass),
             fps: None,
-        })
+        };
+        Ok(CleanUp { rate: self.rate, settings })
     }
 }
 
@@ -199,7 +199,7 @@ mod tests {
         let flags = Flags::parse_from("x --rate 60 --map a=9 --skip align".split(' ')).setup.or(file);
         assert_eq!((flags.rate, flags.unit), (Some(60.0), Some(UnitChoice::Mm)));
         assert_eq!(flags.skip, [StepChoice::Align, StepChoice::Swaps]);
-        let settings = flags.settings().unwrap();
+        let settings = flags.clean_up().unwrap().settings;
         assert_eq!(
             settings.markers,
             BTreeMap::from([("a", "9"), ("b", "2")].map(|(a, b)| (a.into(), b.into())))

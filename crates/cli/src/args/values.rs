@@ -1,10 +1,9 @@
 //! What flags can be given, where it is more than a number or a path.
 
 use clap::ValueEnum;
-use rhytid_core::{BasisStorage, Stage};
-use rhytid_formats::export::{HeadMotion, OutputStage};
+use rhytid::BasisStorage;
+use rhytid::formats::export::{HeadMotion, OutputStage};
 use serde::Deserialize;
-use std::str::FromStr;
 
 /// `--stage`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -13,16 +12,6 @@ pub enum StageChoice {
     LargeScale,
     /// With the folds of the examples.
     Full,
-}
-
-impl StageChoice {
-    /// The stages to read: positions, normals.
-    pub fn stages(self) -> [Stage; 2] {
-        match self {
-            StageChoice::LargeScale => [Stage::LargeScale, Stage::LargeScaleNormals],
-            StageChoice::Full => [Stage::Positions, Stage::Normals],
-        }
-    }
 }
 
 /// `--storage`
@@ -101,7 +90,7 @@ pub enum StepChoice {
     LowPass,
 }
 
-impl From<StepChoice> for rhytid_capture::Step {
+impl From<StepChoice> for rhytid::capture::Step {
     fn from(choice: StepChoice) -> Self {
         match choice {
             StepChoice::Head => Self::Head,
@@ -136,16 +125,6 @@ impl From<HeadChoice> for HeadMotion {
     }
 }
 
-impl From<HeadMotion> for HeadChoice {
-    fn from(motion: HeadMotion) -> Self {
-        match motion {
-            HeadMotion::Keep => Self::Keep,
-            HeadMotion::Drop => Self::Drop,
-            HeadMotion::Bake => Self::Bake,
-        }
-    }
-}
-
 impl From<StageChoice> for OutputStage {
     fn from(choice: StageChoice) -> Self {
         match choice {
@@ -155,49 +134,11 @@ impl From<StageChoice> for OutputStage {
     }
 }
 
-impl From<OutputStage> for StageChoice {
-    fn from(stage: OutputStage) -> Self {
-        match stage {
-            OutputStage::Full => Self::Full,
-            OutputStage::LargeScale => Self::LargeScale,
-        }
-    }
-}
-
-impl From<MissingChoice> for rhytid_formats::take::Missing {
+impl From<MissingChoice> for rhytid::formats::take::Missing {
     fn from(choice: MissingChoice) -> Self {
         match choice {
             MissingChoice::Hold => Self::Hold,
             MissingChoice::Error => Self::Error,
-        }
-    }
-}
-
-/// `A..B` of `--frames`: A is part of it, B is not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FrameRange {
-    /// A, counted from 0; `None` is the first frame.
-    pub start: Option<usize>,
-    /// B; `None` is behind the last frame.
-    pub end: Option<usize>,
-}
-
-impl FromStr for FrameRange {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || "expected A..B, A.. or ..B with whole numbers, such as 100..200".to_owned();
-        let number = |part: &str| match part {
-            "" => Ok(None),
-            digits => digits.parse().map(Some).map_err(|_| expected()),
-        };
-        let (start, end) = text.split_once("..").ok_or_else(expected)?;
-        let range = FrameRange { start: number(start)?, end: number(end)? };
-        match range {
-            FrameRange { start, end: Some(end) } if start.unwrap_or(0) >= end => {
-                Err(format!("it has no frame: A must be below B, and B = {end} is not part of it"))
-            }
-            range => Ok(range),
         }
     }
 }
@@ -237,22 +178,5 @@ pub fn parse_millimetres(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(error) if (1e-6..=1e6).contains(&error) => Ok(error),
         _ => Err("expected millimetres, from 0.000001 to 1000000".to_owned()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frame_ranges() {
-        let range = |start, end| Ok(FrameRange { start, end });
-        assert_eq!("3..7".parse::<FrameRange>(), range(Some(3), Some(7)));
-        assert_eq!("3..".parse::<FrameRange>(), range(Some(3), None));
-        assert_eq!("..7".parse::<FrameRange>(), range(None, Some(7)));
-        assert_eq!("..".parse::<FrameRange>(), range(None, None));
-        for bad in ["", "3", "3-7", "a..b", "-1..3", "7..3", "3..3", "..0", "3...7", "1..2..3", "1.5..2"] {
-            assert!(bad.parse::<FrameRange>().is_err(), "{bad}");
-        }
     }
 }

@@ -1,14 +1,14 @@
 //! `rhytid animate`
 
 use crate::args::{HeadChoice, StageChoice};
-use crate::player::{Player, Wanted};
 use crate::progress::Ui;
-use crate::{args, device_choice, frames, output, takes};
-use rhytid_core::human;
-use rhytid_core::{DeviceInfo, Error, Faces, Progress, Result, Take, WriteBeside, rig_file};
-use rhytid_formats::animation::{self, Format};
-use rhytid_formats::export::{self, HeadMotion, OutputStage, Written};
-use rhytid_formats::take::Missing;
+use crate::{args, inputs, output};
+use rhytid::formats::animation::Format;
+use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
+use rhytid::formats::take::Missing;
+use rhytid::human;
+use rhytid::playback::{Playback, PlaybackOptions, Selection};
+use rhytid::{DeviceInfo, Error, Result, Take, WriteBeside, rig_file};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -74,21 +74,21 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
     check_options(args, Format::of(&args.output)?)?;
     drop(WriteBeside::create(&args.output)?);
-    let device = device_choice::named(&args.device)?;
+    let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let hash = rig_file::hash(&args.rig)?;
-    let take = takes::load(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
+    let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
     say_what_changes_nothing(args, &take);
-    let asked = frames::within(args.frames, take.frames())?;
-    let selection = frames::select(take, asked.clone(), args.fps, args.velocities)?;
+    let range = args.frames.within(take.frames())?;
+    let selection = Selection::new(take, range.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
 
     let provenance = export::Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         rig: hash,
         stage: OutputStage::from(args.stage).into(),
-        first_frame: asked.start as u64,
-        end_frame: asked.end as u64,
+        first_frame: range.start as u64,
+        end_frame: range.end as u64,
         fps: args.fps,
         missing: Missing::from(args.missing).into(),
         fade_detail: args.fade_detail,
@@ -100,48 +100,20 @@ pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         meshopt: args.meshopt,
         force: args.force,
     };
-    let wanted = Wanted {
-        stage: args.stage,
+    let wanted = PlaybackOptions {
+        stage: args.stage.into(),
         normals: !args.no_normals,
         velocities: args.velocities,
         fade_detail: args.fade_detail,
-        head: args.head,
+        head: args.head.into(),
     };
 
-    let mut player = Player::new(&rig, device, selection.take.frames(), ui)?;
+    let devices = inputs::devices(device, ui)?;
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
     let start = Instant::now();
-    let rest_normals = wanted.normals.then(|| player.rest_normals()).transpose()?;
-    let corners = triangle_corners(&rig.faces, &rig.triangles)?;
-    let scene = export::Scene {
-        rest_normals: rest_normals.as_deref(),
-        velocities: wanted.velocities,
-        head: selection.head().filter(|_| args.head == HeadChoice::Keep),
-        frames,
-        rate: selection.rate,
-        first_time_code: selection.first as f64,
-        ..export::Scene::of(&rig, &corners, &provenance)
-    };
-    let mut exporter = animation::create(&args.output, &scene, &options)?;
-    let mut done = 0;
-    ui.report("animate", 0, frames as u64);
-    player.play(&selection, wanted, ui, |frame| {
-        exporter.frame(frame)?;
-        done += 1;
-        ui.report("animate", done, frames as u64);
-        Ok(())
-    })?;
-    let written = exporter.finish(ui)?;
-    let (device, metres_per_unit) = (player.device().clone(), rig.metres_per_unit);
+    let written = playback.export(&selection, wanted, &args.output, &options, &provenance, ui)?;
+    let (device, metres_per_unit) = (playback.device().clone(), rig.metres_per_unit);
     Ok(Animated { frames, rate: selection.rate, metres_per_unit, device, time: start.elapsed(), written })
-}
-
-/// Each triangle's corners, for the formats that have triangles alone.
-///
-/// # Errors
-/// [`Error::Internal`] if the triangles are not made from the faces, which a rig that was read has passed.
-pub fn triangle_corners(faces: &Faces, triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>> {
-    let wrong = || Error::Internal("a checked rig has other triangles than faces".into());
-    faces.triangle_corners(triangles).ok_or_else(wrong)
 }
 
 /// Options that this take leaves nothing to do for: scripts give them to every take.

@@ -2,7 +2,7 @@
 
 use crate::{args, output};
 use clap::CommandFactory;
-use rhytid_core::{Error, Result};
+use rhytid::{Error, Result};
 
 /// Prints the completions.
 ///

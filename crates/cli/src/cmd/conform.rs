@@ -1,13 +1,14 @@
 //! `rhytid conform`
 
 use crate::progress::Ui;
-use crate::{args, device_choice, exit, output};
-use rhytid_backends::Found;
-use rhytid_conformance::{
+use crate::{args, exit, output};
+use rhytid::backends::Found;
+use rhytid::conformance::{
     DeviceReport, Outcome, Report, Suite, missing_devices, no_device, read_bandwidth, required_backends,
     run_device, unknown_backends,
 };
-use rhytid_core::{DeviceInfo, Error, Progress, Result};
+use rhytid::playback::find_device;
+use rhytid::{DeviceInfo, Error, Progress, Result};
 use std::process::ExitCode;
 
 /// Runs the suite and reports. The exit code says whether every device passed and none that `REQUIRE_BACKENDS` or
@@ -18,9 +19,9 @@ use std::process::ExitCode;
 pub fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     let suite = if args.quick { Suite::Quick } else { Suite::Full };
     let (devices, without_device) = match &args.device {
-        Some(id) => (vec![device_choice::find(id)?], Vec::new()),
+        Some(id) => (vec![find_device(id)?], Vec::new()),
         None => {
-            let found = rhytid_backends::devices();
+            let found = rhytid::backends::devices();
             let without_device = without_device(&found)?;
             (found.devices, without_device)
         }
@@ -37,7 +38,7 @@ pub fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
 }
 
 fn examine(info: &DeviceInfo, suite: Suite, ui: &Ui) -> Result<DeviceReport> {
-    let device = match rhytid_backends::open(info) {
+    let device = match rhytid::backends::open(info) {
         Ok(device) => device,
         Err(error) => return Ok(DeviceReport::not_opened(info, &error)),
     };
@@ -54,7 +55,7 @@ fn examine(info: &DeviceInfo, suite: Suite, ui: &Ui) -> Result<DeviceReport> {
 
 /// The outcomes of the backends, and of the devices that are required, that are not here.
 fn without_device(found: &Found) -> Result<Vec<Outcome>> {
-    let (required, names) = (required_backends(), rhytid_backends::names());
+    let (required, names) = (required_backends(), rhytid::backends::names());
     let unknown = unknown_backends(&required, &names);
     if !unknown.is_empty() {
         return Err(Error::input(format!(

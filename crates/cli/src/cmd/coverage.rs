@@ -1,10 +1,10 @@
 //! `rhytid coverage`
 
 use crate::progress::Ui;
-use crate::{args, output, takes};
-use rhytid_capture::coverage::{self, Coverage, Difference, Edge, Expression};
-use rhytid_core::human;
-use rhytid_core::{Result, rig_file};
+use crate::{args, inputs, output};
+use rhytid::capture::coverage::{self, Coverage, Difference, Edge, Expression};
+use rhytid::human;
+use rhytid::{Result, rig_file};
 
 /// Prints what of the take no example shows.
 ///
@@ -12,7 +12,7 @@ use rhytid_core::{Result, rig_file};
 /// As reading the rig and the take, and as [`coverage::coverage`].
 pub fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let take = takes::load(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
+    let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
     let top = args.top as usize;
     let found = ui.timed("compare", || coverage::coverage(&rig.cast(), &take, top)).0?;
     ui.clear();

@@ -1,16 +1,17 @@
 //! `rhytid demo`
 
 use super::{animate, solve};
-use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
+use crate::args::{HeadChoice, MissingChoice, StageChoice};
 use crate::progress::{Ui, timed};
 use crate::{args, output};
-use rhytid_core::human;
-use rhytid_core::{Error, Face, Mesh, Progress, Result, StrainEdges, Take};
-use rhytid_formats::project::{
+use rhytid::formats::project::{
     self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method,
     Project, StrainSection, Units,
 };
-use rhytid_formats::{mesh, tables, take};
+use rhytid::formats::{mesh, tables, take};
+use rhytid::human;
+use rhytid::playback::FrameRange;
+use rhytid::{Error, Face, Mesh, Progress, Result, StrainEdges, Take};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 

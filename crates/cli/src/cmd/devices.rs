@@ -1,9 +1,9 @@
 //! `rhytid devices`
 
 use crate::{args, output};
-use rhytid_backends::Missing;
-use rhytid_core::human;
-use rhytid_core::{DeviceInfo, DeviceKind, Result};
+use rhytid::backends::Missing;
+use rhytid::human;
+use rhytid::{DeviceInfo, DeviceKind, Result};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -49,7 +49,7 @@ pub fn run(args: &args::Devices) -> Result<()> {
 }
 
 fn listing() -> Listing {
-    let found = rhytid_backends::devices();
+    let found = rhytid::backends::devices();
     let left_out = found.missing();
     let devices = found.devices.into_iter().map(|info| Listed {
         id: info.id(),

@@ -2,9 +2,9 @@
 
 use crate::progress::Ui;
 use crate::{args, exit, output};
-use rhytid_core::Result;
-use rhytid_core::human;
-use rhytid_solve::{Finding, Report, Severity};
+use rhytid::Result;
+use rhytid::human;
+use rhytid::solve::{Finding, Report, Severity};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -21,10 +21,10 @@ struct Examination<'a> {
 /// Prints what the doctor saw.
 ///
 /// # Errors
-/// As [`rhytid_formats::project::read`]: what cannot be read cannot be examined.
+/// As [`rhytid::formats::project::read`]: what cannot be read cannot be examined.
 pub fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
-    let face = rhytid_formats::project::read(&args.project)?;
-    let report = rhytid_solve::examine(&face);
+    let face = rhytid::formats::project::read(&args.project)?;
+    let report = rhytid::solve::examine(&face);
     let count = |severity| report.findings.iter().filter(|f| f.severity == severity).count();
     let examination = Examination {
         file: args.project.display().to_string(),

@@ -3,8 +3,8 @@
 use crate::progress::Ui;
 use crate::{args, output};
 use clap::{Command, CommandFactory};
-use rhytid_core::human;
-use rhytid_core::{Error, Result, WriteBeside};
+use rhytid::human;
+use rhytid::{Error, Result, WriteBeside};
 use std::path::Path;
 
 /// Writes `rhytid.1` and one page per command.

@@ -18,7 +18,7 @@ mod verify;
 
 use crate::args::{Args, Command};
 use crate::progress::Ui;
-use rhytid_core::Result;
+use rhytid::Result;
 use std::process::ExitCode;
 
 /// Runs the command.

@@ -1,11 +1,12 @@
 //! `rhytid prepare`
 
 use crate::progress::Ui;
-use crate::{args, output, takes};
-use rhytid_capture::{Cleaned, Kind, Report};
-use rhytid_core::human;
-use rhytid_core::{Result, WriteBeside, rig_file};
-use rhytid_formats::take;
+use crate::{args, inputs, output};
+use rhytid::capture::{Cleaned, Kind, Report};
+use rhytid::formats::take;
+use rhytid::human;
+use rhytid::playback::read_raw_take;
+use rhytid::{Result, WriteBeside, rig_file};
 
 /// Cleans a raw take, writes it as CSV, and says what was found.
 ///
@@ -14,12 +15,14 @@ use rhytid_formats::take;
 pub fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     drop(WriteBeside::create(&args.output)?);
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let setup = args.known.clone().or(takes::setup(args.setup.as_deref())?);
-    let Cleaned { take, report } = takes::prepare(&args.raw, &rig, &setup, args.fps, ui)?;
+    let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);
+    let mut clean_up = setup.clean_up()?;
+    clean_up.settings.fps = args.fps;
+    let Cleaned { take, report } = read_raw_take(&args.raw, &rig, &clean_up, ui)?;
     ui.timed("write the take", || take::write(&args.output, &take)).0?;
     if let Some(dir) = &args.report {
         let name = args.raw.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        ui.timed("write the report", || rhytid_report::write(dir, &name, &report, &take, &rig)).0?;
+        ui.timed("write the report", || rhytid::report::write(dir, &name, &report, &take, &rig)).0?;
     }
     ui.clear();
     if ui.is_quiet() {

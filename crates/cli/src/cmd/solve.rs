@@ -3,9 +3,9 @@
 use super::doctor;
 use crate::progress::{Ui, timed};
 use crate::{args, memory, output};
-use rhytid_core::human;
-use rhytid_core::{Error, Progress, Result, Rig, WriteBeside, rig_file};
-use rhytid_solve::{Report, Severity};
+use rhytid::human;
+use rhytid::solve::{Report, Severity};
+use rhytid::{Error, Progress, Result, Rig, WriteBeside, rig_file};
 use std::path::Path;
 use std::time::Duration;
 
@@ -60,11 +60,11 @@ pub fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
 /// [`Error::Input`] and [`Error::Io`] from reading, from the doctor and from writing; [`Error::Cancelled`].
 pub fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
     check_output(output)?;
-    let (face, reading) = ui.timed("read", || rhytid_formats::project::read(project));
+    let (face, reading) = ui.timed("read", || rhytid::formats::project::read(project));
     let face = face?;
-    let (report, examining) = ui.timed("examine", || rhytid_solve::examine(&face));
+    let (report, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
     show(&report, ui)?;
-    let (rig, solving) = timed(|| rhytid_solve::solve(&face, ui));
+    let (rig, solving) = timed(|| rhytid::solve::solve(&face, ui));
     let rig = rig?;
     drop(face);
     if ui.cancelled() {

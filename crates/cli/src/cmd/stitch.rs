@@ -2,9 +2,9 @@
 
 use crate::progress::{Ui, timed};
 use crate::{args, output};
-use rhytid_core::Result;
-use rhytid_core::human;
-use rhytid_formats::usd;
+use rhytid::Result;
+use rhytid::formats::usd;
+use rhytid::human;
 
 /// Writes the file that plays the parts one after the other, and says what they came to.
 ///

@@ -1,15 +1,15 @@
 //! `rhytid verify`
 
-use crate::args::{FrameRange, HeadChoice, MissingChoice, StageChoice};
-use crate::player::{Player, Wanted};
+use crate::args::MissingChoice;
 use crate::progress::Ui;
-use crate::{args, device_choice, exit, frames, output, takes};
-use rhytid_core::human;
-use rhytid_core::{Error, Progress, Result, Rig, RigidMotion, rig_file};
-use rhytid_formats::animation;
-use rhytid_formats::animation_reader::{AnimationReader, Summary};
-use rhytid_formats::export::{Frame, Provenance};
-use rhytid_formats::take::Missing;
+use crate::{args, exit, inputs, output};
+use rhytid::formats::animation;
+use rhytid::formats::animation_reader::{AnimationReader, Summary};
+use rhytid::formats::export::{Frame, HeadMotion, OutputStage, Provenance};
+use rhytid::formats::take::Missing;
+use rhytid::human;
+use rhytid::playback::{FrameRange, Playback, PlaybackOptions, Selection};
+use rhytid::{Error, Progress, Result, Rig, RigidMotion, rig_file};
 use serde::Serialize;
 use std::process::ExitCode;
 
@@ -22,14 +22,14 @@ const DEVICES_DIFFER: f64 = 1e-5;
 /// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take; as reading and
 /// evaluating.
 pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
-    let device = device_choice::named(&args.device)?;
+    let device = inputs::named_device(&args.device)?;
     let file = args.file.display();
     let mut reader = animation::open(&args.file)?;
     let fail = |what: String| Err(Error::input(format!("{file}: {what}")));
     let Some(provenance) = reader.summary().provenance.clone() else {
         return fail("does not say how it was made; export it again with this program".into());
     };
-    let asked = Asked::of(&provenance).map_err(|what| Error::input(format!("{file}: {what}")))?;
+    let request = Request::of(&provenance).map_err(|what| Error::input(format!("{file}: {what}")))?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     if rig_file::hash(&args.rig)? != provenance.rig {
         return fail(format!(
@@ -37,10 +37,10 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             args.rig.display()
         ));
     }
-    let take = takes::load(&args.take, &rig, asked.missing, args.setup.as_deref(), ui)?;
+    let take = inputs::take(&args.take, &rig, request.missing, args.setup.as_deref(), ui)?;
     let summary = reader.summary().clone();
-    let range = frames::within(asked.frames, take.frames())?;
-    let selection = frames::select(take, range, asked.fps, summary.velocities)?;
+    let range = request.frames.within(take.frames())?;
+    let selection = Selection::new(take, range, request.fps, summary.velocities)?;
     for (what, found, expected) in [
         ("frames", summary.frames as f64, selection.inner.len() as f64),
         ("as the first time code", summary.first_time_code, selection.first as f64),
@@ -56,20 +56,21 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         }
     }
 
-    let mut player = Player::new(&rig, device, selection.take.frames(), ui)?;
-    let wanted = Wanted {
-        stage: asked.stage,
+    let devices = inputs::devices(device, ui)?;
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
+    let options = PlaybackOptions {
+        stage: request.stage,
         normals: summary.normals,
         velocities: summary.velocities,
         fade_detail: provenance.fade_detail,
-        head: asked.head,
+        head: request.head,
     };
     let mut compared = Compared::default();
     let mut buffer = Vec::new();
     let total = summary.frames as u64;
     ui.report("verify", 0, total);
-    let head = selection.head().filter(|_| asked.head == HeadChoice::Keep);
-    player.play(&selection, wanted, ui, |fresh| {
+    let head = selection.head().filter(|_| request.head == HeadMotion::Keep);
+    playback.play(&selection, options, ui, |fresh| {
         let motion = head.map(|head| head[compared.frames]);
         compared.frame(reader.as_mut(), fresh, motion, &mut buffer)?;
         ui.report("verify", compared.frames as u64, total);
@@ -80,21 +81,21 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     if args.json {
         output::json(&report)?;
     } else if !ui.is_quiet() || !report.passed {
-        output::say(&report.text(&file.to_string(), &player.device().id()))?;
+        output::say(&report.text(&file.to_string(), &playback.device().id()))?;
     }
     Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(exit::OURS) })
 }
 
-/// What `animate` was asked for.
-struct Asked {
-    stage: StageChoice,
+/// What `animate` was request for.
+struct Request {
+    stage: OutputStage,
     missing: MissingChoice,
-    head: HeadChoice,
+    head: HeadMotion,
     frames: FrameRange,
     fps: Option<f64>,
 }
 
-impl Asked {
+impl Request {
     fn of(provenance: &Provenance) -> std::result::Result<Self, String> {
         let unknown = |what: &str, found: &str| {
             format!("was made with the {what} “{found}”, which this program does not know; export it again")
@@ -113,9 +114,9 @@ impl Asked {
         };
         let head = provenance.head.known().map_err(|word| unknown("way with the head's motion", word))?;
         Ok(Self {
-            stage: stage.into(),
+            stage,
             missing,
-            head: head.into(),
+            head,
             frames: FrameRange {
                 start: Some(index(provenance.first_frame)?),
                 end: Some(index(provenance.end_frame)?),

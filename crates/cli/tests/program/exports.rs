@@ -1,9 +1,9 @@
 //! What `animate`, `export-shapes` and `verify` have to do with each other.
 
 use crate::common::{Fixture, stderr};
-use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, Stage, UploadOptions, rig_file};
-use rhytid_formats::mesh;
+use rhytid::backends::cpu::Cpu;
+use rhytid::formats::mesh;
+use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
 use serde_json::Value;
 
 fn solved() -> Fixture {
@@ -122,7 +122,7 @@ fn verify_refuses_what_cannot_be_compared() {
     f.refused(&format!("{verify} other.safetensors"), &["face.usd", "another rig than other.safetensors"]);
     let short: Vec<String> = f.read_text("take.csv").lines().take(11).map(str::to_owned).collect();
     f.write("short.csv", short.join("\n"));
-    f.refused("verify face.usd --rig face.safetensors --take short.csv", &["--frames 0..20", "10 frames"]);
+    f.refused("verify face.usd --rig face.safetensors --take short.csv", &["the frames 0..20", "10 frames"]);
     f.write("cut.usd", &f.read("face.usd")[..5000]);
     f.refused("verify cut.usd --rig face.safetensors --take take.csv", &["cut.usd"]);
     f.write("neutral.usda", "#usda 1.0\n");

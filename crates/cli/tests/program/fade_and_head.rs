@@ -1,9 +1,9 @@
 //! `animate --fade-detail` and `--head`, and what `verify` makes of them.
 
 use crate::common::{Fixture, stderr};
-use rhytid_conformance::evaluate;
-use rhytid_core::{Rig, Take, rig_file};
-use rhytid_formats::{animation, take};
+use rhytid::conformance::evaluate;
+use rhytid::formats::{animation, take};
+use rhytid::{Rig, Take, rig_file};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_test_support::python;
 use std::process::Command;

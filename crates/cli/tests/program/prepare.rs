@@ -2,7 +2,7 @@
 
 use crate::common::raw::{Raw, off, rig, truth};
 use crate::common::{rhytid, stderr};
-use rhytid_formats::take::{Missing, read};
+use rhytid::formats::take::{Missing, read};
 use serde_json::Value;
 
 /// A ghost and a gap.

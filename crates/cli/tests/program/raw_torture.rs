@@ -2,7 +2,7 @@
 
 use crate::common::raw::{Raw, off, truth};
 use crate::common::stderr;
-use rhytid_core::Take;
+use rhytid::Take;
 
 /// The demo's first frame is its neutral one.
 const NEUTRAL: &str = "--neutral 0..1";

@@ -2,7 +2,7 @@
 
 use crate::common::Fixture;
 use assert_cmd::Command;
-use rhytid_formats::animation;
+use rhytid::formats::animation;
 
 fn rhytid(fixture: &Fixture) -> Command {
     let mut command = Command::cargo_bin("rhytid").unwrap();

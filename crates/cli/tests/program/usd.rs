@@ -1,9 +1,9 @@
 //! What USD reads from an animated file has the bits of the backend's output.
 
 use crate::common::Fixture;
-use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, Stage, UploadOptions, rig_file};
-use rhytid_formats::take;
+use rhytid::backends::cpu::Cpu;
+use rhytid::formats::take;
+use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
 use rhytid_test_support::python;
 use std::process::Command;
 

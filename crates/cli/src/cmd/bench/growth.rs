@@ -2,7 +2,7 @@
 
 use super::measure;
 use crate::progress::Ui;
-use rhytid_core::{DeviceInfo, Error, Progress, Result, UploadOptions};
+use rhytid::{DeviceInfo, Error, Progress, Result, UploadOptions};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 

@@ -1,7 +1,7 @@
 //! How long a device takes for a rig, and what the least is that it has to move for it.
 
-use rhytid_conformance::{Memory, stage_name};
-use rhytid_core::{BasisStorage, DeviceInfo, Result, Rig, Stage, UploadOptions};
+use rhytid::conformance::{Memory, stage_name};
+use rhytid::{BasisStorage, DeviceInfo, Result, Rig, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -88,7 +88,7 @@ fn rounds(
     mut between: impl FnMut(),
 ) -> Result<Rounds> {
     let frames = options.max_frames;
-    let mut animator = rhytid_backends::open(info)?.upload(rig, options)?;
+    let mut animator = rhytid::backends::open(info)?.upload(rig, options)?;
     let handle_positions = swaying(rig, frames);
     let mut rounds = Rounds::default();
     let mut first = Vec::new();
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn times_add_up() {
         let rig = sized_rig(Size { vertices: 20_000, handles: 20, examples: 2 });
-        let cpu = rhytid_backends::find("cpu:0").unwrap();
+        let cpu = rhytid::backends::find("cpu:0").unwrap();
         let (whole, stages) = measure(&cpu, &rig, UploadOptions::frames(2), &Memory::new()).unwrap();
         let sum: f64 = stages.iter().map(|stage| stage.ms).sum();
         assert!(stages.len() == 6 && sum > 0.0 && sum < 1.5 * whole.ms, "{sum} of {}", whole.ms);

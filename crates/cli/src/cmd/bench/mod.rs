@@ -5,14 +5,13 @@ mod measure;
 mod plot;
 
 use crate::progress::Ui;
-use crate::{args, device_choice, output};
+use crate::{args, output};
 use growth::{Point, What};
 use measure::{Measured, Whole};
-use rhytid_conformance::{COMMIT, Memory};
-use rhytid_core::human;
-use rhytid_core::{
-    BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, WriteBeside, rig_file,
-};
+use rhytid::conformance::{COMMIT, Memory};
+use rhytid::human;
+use rhytid::playback::find_device;
+use rhytid::{BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, WriteBeside, rig_file};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 use std::io::Write;
@@ -54,8 +53,8 @@ struct DeviceTimes {
 /// As reading a rig's; [`Error::Device`] if the device that was asked for is absent or fails; [`Error::Cancelled`].
 pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     let devices = match args.device.as_str() {
-        "all" => rhytid_backends::devices().devices,
-        id => vec![device_choice::find(id)?],
+        "all" => rhytid::backends::devices().devices,
+        id => vec![find_device(id)?],
     };
     // Now, so that minutes of measuring are not lost to a folder that is not there.
     let chart = args.plot.as_deref().map(WriteBeside::create).transpose()?;

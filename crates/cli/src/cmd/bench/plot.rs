@@ -5,8 +5,8 @@ use super::{DeviceTimes, Report};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use rhytid_core::human;
-use rhytid_core::{Error, Result};
+use rhytid::human;
+use rhytid::{Error, Result};
 
 /// The backend rounds to whole units, so there are two in a pixel.
 const FINE: u32 = 2;

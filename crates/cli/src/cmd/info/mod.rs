@@ -9,9 +9,9 @@ mod take;
 use crate::{args, output};
 use project::ProjectInfo;
 use raw_take::RawTakeInfo;
-use rhytid_core::human;
-use rhytid_core::{Error, Handles, Result, rig_file};
-use rhytid_formats::{mesh, tables};
+use rhytid::formats::{mesh, tables};
+use rhytid::human;
+use rhytid::{Error, Handles, Result, rig_file};
 use rig::RigInfo;
 use serde::Serialize;
 use shape::{Shape, list, row};
@@ -77,9 +77,9 @@ fn read(path: &Path) -> Result<Content> {
             let Handles { labels, vertices } = tables::read_handles(path)?;
             Content::Handles(HandlesInfo { handles: labels.len(), labels, handle_vertices: vertices })
         }
-        "csv" if rhytid_formats::raw_take::is_take_csv(path) => Content::Take(TakeInfo::read(path)?),
+        "csv" if rhytid::formats::raw_take::is_take_csv(path) => Content::Take(TakeInfo::read(path)?),
         "csv" | "c3d" | "trc" | "tsv" => Content::RawTake(RawTakeInfo::read(path)?),
-        "toml" => Content::Project(ProjectInfo::of(rhytid_formats::project::read(path)?)),
+        "toml" => Content::Project(ProjectInfo::of(rhytid::formats::project::read(path)?)),
         _ => {
             return Err(Error::input(format!(
                 "{}: expected a mesh (.obj, .ply, .glb, .gltf), a rig (.safetensors), a take (.csv, .c3d, .trc, .tsv), \

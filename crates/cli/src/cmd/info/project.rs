@@ -1,8 +1,8 @@
 //! `rhytid info` of a project file.
 
 use super::shape::{Shape, list, row, up};
-use rhytid_core::human;
-use rhytid_core::{Bind, Face, StrainEdges, UpAxis};
+use rhytid::human;
+use rhytid::{Bind, Face, StrainEdges, UpAxis};
 use serde::Serialize;
 
 #[derive(Serialize)]

@@ -1,9 +1,9 @@
 //! `rhytid info` of a raw take: what is in the file, before any clean-up.
 
 use super::shape::{Bounds, list, row};
-use rhytid_core::human;
-use rhytid_core::{Mesh, RawTake, Result};
-use rhytid_formats::raw_take;
+use rhytid::formats::raw_take;
+use rhytid::human;
+use rhytid::{Mesh, RawTake, Result};
 use serde::Serialize;
 use std::path::Path;
 

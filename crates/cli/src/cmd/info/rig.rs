@@ -1,9 +1,8 @@
 //! `rhytid info` of a rig file.
 
 use super::shape::{Shape, list, row, up};
-use crate::memory;
-use rhytid_core::human;
-use rhytid_core::{BasisStorage, Mesh, Rig, UpAxis};
+use rhytid::human;
+use rhytid::{BasisStorage, Mesh, Rig, UpAxis};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -29,7 +28,8 @@ pub struct RigInfo {
 
 impl RigInfo {
     pub fn of(rig: Rig) -> Self {
-        let (device_bytes, device_bytes_per_frame) = (memory::rig_bytes(&rig), memory::frame_bytes(&rig));
+        let (device_bytes, device_bytes_per_frame) =
+            (rhytid::playback::rig_bytes(&rig), rhytid::playback::frame_bytes(&rig));
         let f16_error = BasisStorage::F16.largest_error(&rig);
         let driven = |row: &&[f32]| row.iter().any(|&b| b != 0.0);
         let driven_vertices = rig.basis.chunks_exact(rig.handles.len().max(1)).filter(driven).count();

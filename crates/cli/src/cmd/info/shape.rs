@@ -1,7 +1,7 @@
 //! What meshes, rigs and projects have in common, and how rows of text are made.
 
-use rhytid_core::human;
-use rhytid_core::{Mesh, UpAxis, Uvs};
+use rhytid::human;
+use rhytid::{Mesh, UpAxis, Uvs};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

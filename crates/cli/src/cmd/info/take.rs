@@ -1,10 +1,10 @@
 //! `rhytid info` of a take.
 
 use super::shape::{Bounds, list, row};
-use crate::frames;
-use rhytid_core::human;
-use rhytid_core::{Mesh, Result, Take};
-use rhytid_formats::take;
+use rhytid::formats::take;
+use rhytid::human;
+use rhytid::playback::uneven_step;
+use rhytid::{Mesh, Result, Take};
 use serde::Serialize;
 use std::path::Path;
 
@@ -32,7 +32,7 @@ impl TakeInfo {
         Ok(Self {
             frames: take.frames(),
             rate,
-            even: frames::uneven_step(&take, rate).is_none(),
+            even: uneven_step(&take, rate).is_none(),
             start: take.times.first().copied().unwrap_or_default(),
             end: take.times.last().copied().unwrap_or_default(),
             markers: take.labels.len(),

@@ -1,7 +1,7 @@
 //! The demo's performance as a capture system would have recorded it.
 use super::{rhytid, stderr};
-use rhytid_core::Take;
-use rhytid_formats::take::{Missing, read};
+use rhytid::Take;
+use rhytid::formats::take::{Missing, read};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Output;

@@ -1,12 +1,12 @@
 //! A face that is animated twice: by the program, into files, and by the library.
 
 use super::programs::Frames;
-use rhytid_backend_cpu::Cpu;
-use rhytid_core::{
+use rhytid::backends::cpu::Cpu;
+use rhytid::formats::take;
+use rhytid::solve::solve;
+use rhytid::{
     Animator, Backend, Face, NoProgress, Rig, RigidMotion, Stage, Take, UpAxis, UploadOptions, rig_file,
 };
-use rhytid_formats::take;
-use rhytid_solve::solve;
 use std::ops::Range;
 use std::path::PathBuf;
 use tempfile::TempDir;

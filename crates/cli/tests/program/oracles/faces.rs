@@ -2,8 +2,8 @@
 
 use super::animation::Animation;
 use crate::common;
-use rhytid_core::{Example, Face, RigidMotion, Settings, UpAxis, Uvs};
-use rhytid_formats::{mesh, tables, take};
+use rhytid::formats::{mesh, tables, take};
+use rhytid::{Example, Face, RigidMotion, Settings, UpAxis, Uvs};
 use rhytid_test_support::shared;
 
 /// The demo's face as it comes: Y up, in centimetres, a texture coordinate per vertex. Its brows rise.

@@ -7,7 +7,7 @@ mod programs;
 
 use animation::{Animation, distance};
 use programs::{Frames, Read, Shown};
-use rhytid_core::{RigidMotion, UpAxis};
+use rhytid::{RigidMotion, UpAxis};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

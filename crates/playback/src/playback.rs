@@ -1,19 +1,17 @@
-//! A take played on a rig, frame by frame: what `animate` writes, and what `verify` compares with.
+//! Playback: a take on a rig, frame by frame. It is what is exported, and what an exported file is compared with.
 
-use crate::args::{HeadChoice, StageChoice};
 use crate::bake::Bake;
 use crate::evaluator::Evaluator;
 use crate::fade::Fade;
-use crate::frames::Selection;
-use crate::progress::Ui;
+use crate::selection::Selection;
 use crate::velocities::Velocities;
-use crate::{device_choice, memory, pipeline};
+use crate::{batch, pipeline};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions};
-use rhytid_formats::export::Frame;
+use rhytid_formats::export::{Frame, HeadMotion, OutputStage};
 use std::ops::Range;
 
-/// A rig on a device.
-pub struct Player<'a> {
+/// A rig on a device, and the devices to go on with if that one fails.
+pub struct Playback<'a> {
     rig: &'a Rig,
     evaluator: Evaluator<'a>,
     /// Frames in a batch.
@@ -32,33 +30,56 @@ struct Batch {
 }
 
 /// What is wanted of each frame, beside its positions.
-#[derive(Debug, Clone, Copy)]
-pub struct Wanted {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlaybackOptions {
     /// How far to go.
-    pub stage: StageChoice,
+    pub stage: OutputStage,
     /// Normals too.
     pub normals: bool,
-    /// Velocities too.
+    /// Velocities too, which need [`Selection::new`] to be asked for neighbours.
     pub velocities: bool,
-    /// Detail fades where the take's confidence is below 1.
+    /// Detail fades where the take's confidence is below 1; of use to [`OutputStage::Full`] alone.
     pub fade_detail: bool,
-    /// What becomes of the head's motion: [`HeadChoice::Bake`] puts it into the frames.
-    pub head: HeadChoice,
+    /// What becomes of the head's motion: [`HeadMotion::Bake`] puts it into the frames.
+    pub head: HeadMotion,
 }
 
-impl<'a> Player<'a> {
-    /// Makes `rig` resident on `device`, or on the first that conforms and has room for it.
+impl Default for PlaybackOptions {
+    /// Positions and normals of the whole face, in head space.
+    fn default() -> Self {
+        Self {
+            stage: OutputStage::Full,
+            normals: true,
+            velocities: false,
+            fade_detail: false,
+            head: HeadMotion::Keep,
+        }
+    }
+}
+
+/// The stages that have an output stage's positions and normals.
+fn stages(stage: OutputStage) -> [Stage; 2] {
+    match stage {
+        OutputStage::LargeScale => [Stage::LargeScale, Stage::LargeScaleNormals],
+        OutputStage::Full => [Stage::Positions, Stage::Normals],
+    }
+}
+
+impl<'a> Playback<'a> {
+    /// Makes `rig` resident on the first of `devices` that has room for it, for takes of `frames` frames; the other devices, as
+    /// [`crate::choose_devices`] gives them, are for when that one fails.
     ///
     /// # Errors
-    /// [`Error::Device`]; [`Error::Cancelled`].
-    pub fn new(rig: &'a Rig, device: Option<DeviceInfo>, frames: usize, ui: &Ui) -> Result<Self> {
-        let devices = match device {
-            Some(device) => vec![device],
-            None => device_choice::auto(ui)?,
-        };
-        let batch = memory::batch_frames(rig).min(frames.max(1));
-        let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), &devices, &rhytid_backends::open)?;
+    /// [`Error::Device`], the last device's, if none has room; [`Error::Input`] if the rig is not consistent.
+    pub fn new(rig: &'a Rig, devices: &[DeviceInfo], frames: usize) -> Result<Self> {
+        let batch = batch::batch_frames(rig).min(frames.max(1));
+        let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_backends::open)?;
         Ok(Self { rig, evaluator, batch })
+    }
+
+    /// The rig.
+    pub fn rig(&self) -> &'a Rig {
+        self.rig
     }
 
     /// The device that evaluates now.
@@ -79,17 +100,29 @@ impl<'a> Player<'a> {
     }
 
     /// Evaluates frames × H handle positions, a batch ahead, and hands each frame's positions and normals (empty where
-    /// they are not wanted) to `each`, faded where that is given, which is only of use to the full stage.
+    /// they are not wanted) to `each`.
     ///
     /// # Errors
     /// [`Error::Device`], [`Error::Cancelled`], and as `each`.
     pub fn evaluate(
         &mut self,
         handles: &[f32],
-        stage: StageChoice,
+        stage: OutputStage,
+        normals: bool,
+        progress: &dyn Progress,
+        each: impl FnMut(&[f32], &[f32]) -> Result<()>,
+    ) -> Result<()> {
+        self.evaluate_fading(handles, stage, normals, None, progress, each)
+    }
+
+    /// As [`Playback::evaluate`], faded where that is given, which is only of use to the full stage.
+    fn evaluate_fading(
+        &mut self,
+        handles: &[f32],
+        stage: OutputStage,
         normals: bool,
         mut fade: Option<&mut Fade<'_>>,
-        ui: &Ui,
+        progress: &dyn Progress,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
         let (per_frame, frame) = (self.rig.handles.len() * 3, self.rig.vertices() * 3);
@@ -99,7 +132,7 @@ impl<'a> Player<'a> {
         let touched = |frames: &Range<usize>| fade.as_ref().is_some_and(|fade| fade.touches(frames.clone()));
         let batches: Vec<_> = batches.map(|frames| (touched(&frames), frames)).collect();
         let evaluate = |(fades, frames): (bool, Range<usize>), batch: &mut Batch| {
-            let [positions, vertex_normals] = stage.stages();
+            let [positions, vertex_normals] = stages(stage);
             let mut stages = vec![positions];
             stages.extend(normals.then_some(vertex_normals));
             stages.extend(fades.then_some(Stage::LargeScale));
@@ -115,7 +148,7 @@ impl<'a> Player<'a> {
             evaluate,
             |Batch { first, fades, results }| {
                 for (i, positions) in results[0].chunks_exact(frame).enumerate() {
-                    if ui.cancelled() {
+                    if progress.cancelled() {
                         return Err(Error::Cancelled);
                     }
                     let of_frame = |stage: usize| &results[stage][i * frame..][..frame];
@@ -129,36 +162,36 @@ impl<'a> Player<'a> {
                 Ok(())
             },
         )?;
-        if ui.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+        if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
     /// Plays the selection's inner frames in order.
     ///
     /// # Errors
-    /// [`Error::Input`] if the take lacks handles; as [`Player::evaluate`].
+    /// [`Error::Input`] if the take lacks handles; as [`Playback::evaluate`].
     pub fn play(
         &mut self,
         selection: &Selection,
-        wanted: Wanted,
-        ui: &Ui,
+        options: PlaybackOptions,
+        progress: &dyn Progress,
         mut each: impl FnMut(Frame<'_>) -> Result<()>,
     ) -> Result<()> {
         let handles = selection.take.handle_positions(&self.rig.labels)?;
-        let fades = wanted.fade_detail && wanted.stage == StageChoice::Full;
+        let fades = options.fade_detail && options.stage == OutputStage::Full;
         let mut fade = if fades { Fade::new(self.rig, &selection.take) } else { None };
-        let head = selection.take.head.as_ref().filter(|_| wanted.head == HeadChoice::Bake);
+        let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
         let mut bake = Bake::default();
-        let mut velocities = wanted.velocities.then(|| Velocities::new(selection.rate));
+        let mut velocities = options.velocities.then(|| Velocities::new(selection.rate));
         let (mut evaluated, mut passed) = (0, 0);
         // Frames around the inner ones only serve the velocities.
         let mut inner = |positions: &[f32], normals: &[f32], velocities: Option<&[f32]>| {
             let is_inner = selection.inner.contains(&passed);
             passed += 1;
-            let normals = wanted.normals.then_some(normals);
+            let normals = options.normals.then_some(normals);
             if is_inner { each(Frame { positions, normals, velocities }) } else { Ok(()) }
         };
-        let (stage, normals) = (wanted.stage, wanted.normals);
-        self.evaluate(&handles, stage, normals, fade.as_mut(), ui, |positions, normals| {
+        let (stage, normals) = (options.stage, options.normals);
+        self.evaluate_fading(&handles, stage, normals, fade.as_mut(), progress, |positions, normals| {
             let shown = [positions, normals];
             let [positions, normals] = match head {
                 Some(head) => bake.frame(&head[evaluated], shown),
@@ -181,7 +214,6 @@ impl<'a> Player<'a> {
 mod tests {
     use super::*;
     use crate::evaluator::tests::{Flaky, info};
-    use crate::frames;
     use rhytid_core::{Device, NoProgress};
     use rhytid_formats::animation;
     use rhytid_formats::export::{self, Provenance, Scene};
@@ -197,14 +229,14 @@ mod tests {
         let rig = solve(&face, &NoProgress)?.cast::<f32>();
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
-        let mut player = Player { rig: &rig, evaluator, batch };
-        let selection = frames::select(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
-        let wanted = Wanted {
-            stage: StageChoice::Full,
+        let mut player = Playback { rig: &rig, evaluator, batch };
+        let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
+        let options = PlaybackOptions {
+            stage: OutputStage::Full,
             normals: true,
             velocities: true,
             fade_detail: false,
-            head: HeadChoice::Keep,
+            head: HeadMotion::Keep,
         };
         let (provenance, corners) =
             (Provenance::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
@@ -217,7 +249,7 @@ mod tests {
         };
         let mut exporter = animation::create(path, &scene, &export::Options::default())?;
         let mut frame = 0;
-        player.play(&selection, wanted, &Ui::new(true), |shown| {
+        player.play(&selection, options, &NoProgress, |shown| {
             let normals = shown.normals.filter(|_| refused != Some(frame));
             frame += 1;
             exporter.frame(Frame { normals, ..shown })

@@ -1,12 +1,11 @@
-//! What `--device` asks for: one device by its id, or `auto`, the fastest that passes the quick conformance suite.
+//! The choice of a device: one by its id, or `auto`, the fastest that passes the quick conformance suite.
 //!
 //! A processor behind a GPU's API comes after all others, the CPU backend among them: the two do the same work on the same
 //! cores about as fast, so that chance would choose between them, and with them between two roundings.
 //!
-//! `auto` tries a device once for each version of its driver and of this program, and remembers the outcome in the
-//! user's cache folder.
+//! `auto` tries a device once for each version of its driver and of this program, and caches the outcome in the user's cache
+//! folder.
 
-use crate::progress::Ui;
 use etcetera::BaseStrategy;
 use rhytid_backends::Found;
 use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
@@ -29,7 +28,7 @@ fn present() -> Vec<DeviceInfo> {
 ///
 /// # Errors
 /// [`Error::Device`] lists those present: a device asked for and absent is never replaced by another.
-pub fn find(id: &str) -> Result<DeviceInfo> {
+pub fn find_device(id: &str) -> Result<DeviceInfo> {
     if let Some(device) = rhytid_backends::find(id) {
         return Ok(device);
     }
@@ -49,17 +48,29 @@ pub fn find(id: &str) -> Result<DeviceInfo> {
     })
 }
 
-/// The device that `--device` names; `None` for `auto`.
+/// Devices to evaluate on, the one to take first; those behind it are for when it fails.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// At least one.
+    pub devices: Vec<DeviceInfo>,
+    /// Why the first is the first, as a phrase that begins with its id; `None` where it was asked for by its id.
+    pub reason: Option<String>,
+}
+
+/// The device with the id `wanted`; for `auto` those that pass the quick conformance suite, fastest first.
 ///
 /// # Errors
-/// As [`find`].
-pub fn named(wanted: &str) -> Result<Option<DeviceInfo>> {
-    if wanted == "auto" { Ok(None) } else { find(wanted).map(Some) }
+/// As [`find_device`]; for `auto` [`Error::Device`] if none passes, and [`Error::Cancelled`].
+pub fn choose_devices(wanted: &str, progress: &dyn Progress) -> Result<Choice> {
+    if wanted == "auto" {
+        return auto(progress);
+    }
+    Ok(Choice { devices: vec![find_device(wanted)?], reason: None })
 }
 
 /// What was found out about a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Tried {
+struct Trial {
     backend: String,
     name: String,
     driver: String,
@@ -69,7 +80,7 @@ struct Tried {
     frames_per_second: f64,
 }
 
-impl Tried {
+impl Trial {
     fn is_of(&self, device: &DeviceInfo) -> bool {
         self.backend == device.backend && self.name == device.name && self.driver == device.driver
     }
@@ -77,54 +88,46 @@ impl Tried {
 
 /// What lies in the cache folder.
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Memory {
+struct Cache {
     program: String,
-    devices: Vec<Tried>,
+    devices: Vec<Trial>,
 }
 
-/// The devices that pass the quick suite, fastest first: those behind the first are for when it fails. Says which that is
-/// and why.
-///
-/// # Errors
-/// [`Error::Device`] if none passes; [`Error::Cancelled`].
-pub fn auto(ui: &Ui) -> Result<Vec<DeviceInfo>> {
+/// The devices that pass the quick suite, fastest first.
+fn auto(progress: &dyn Progress) -> Result<Choice> {
     let cache = cache_file();
-    let mut memory = cache.as_deref().map(recall).unwrap_or_default();
+    let mut known = cache.as_deref().map(read_cache).unwrap_or_default();
     let present = present();
     let mut tried = Vec::new();
     let mut is_new = false;
     for (i, device) in present.iter().enumerate() {
-        let known = memory.devices.iter().find(|tried| tried.is_of(device)).cloned();
-        let outcome = match known {
-            Some(known) => known,
+        let outcome = known.devices.iter().find(|tried| tried.is_of(device)).cloned();
+        let outcome = match outcome {
+            Some(outcome) => outcome,
             None => {
-                ui.report("try the devices", i as u64, present.len() as u64);
+                progress.report("try the devices", i as u64, present.len() as u64);
                 is_new = true;
-                let outcome = try_out(device, ui)?;
-                memory.devices.push(outcome.clone());
+                let outcome = try_device(device, progress)?;
+                known.devices.push(outcome.clone());
                 outcome
             }
         };
         tried.push((device.clone(), outcome));
     }
     if is_new {
-        ui.report("try the devices", present.len() as u64, present.len() as u64);
-        ui.clear();
+        progress.report("try the devices", present.len() as u64, present.len() as u64);
         if let Some(path) = &cache
-            && let Err(error) = remember(path, &memory)
+            && let Err(error) = write_cache(path, &known)
         {
-            log::warn!("what was found out about the devices is not remembered: {error}");
+            log::warn!("what was found out about the devices is not cached: {error}");
         }
     }
-    let (devices, why) = rank(tried)?;
-    if !ui.is_quiet() {
-        ui.line(&format!("auto takes {why}"));
-    }
-    Ok(devices)
+    let (devices, reason) = rank(tried)?;
+    Ok(Choice { devices, reason: Some(reason) })
 }
 
 /// Fastest first, without those that failed and with software drivers last, and a sentence that says why the first is the first.
-fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)> {
+fn rank(mut tried: Vec<(DeviceInfo, Trial)>) -> Result<(Vec<DeviceInfo>, String)> {
     let total = tried.len();
     let failed: Vec<String> = tried
         .iter()
@@ -165,11 +168,11 @@ fn rank(mut tried: Vec<(DeviceInfo, Tried)>) -> Result<(Vec<DeviceInfo>, String)
 }
 
 /// Runs the quick suite on a device, and measures its speed if it passes.
-fn try_out(info: &DeviceInfo, ui: &Ui) -> Result<Tried> {
+fn try_device(info: &DeviceInfo, progress: &dyn Progress) -> Result<Trial> {
     let outcome = match rhytid_backends::open(info) {
         Ok(device) => {
-            let report = run_device(&device, Suite::Quick, |_, _, _| !ui.cancelled());
-            if ui.cancelled() {
+            let report = run_device(&device, Suite::Quick, |_, _, _| !progress.cancelled());
+            if progress.cancelled() {
                 return Err(Error::Cancelled);
             }
             let failed = report.outcomes.iter().filter(|outcome| !outcome.is_acceptable());
@@ -182,7 +185,7 @@ fn try_out(info: &DeviceInfo, ui: &Ui) -> Result<Tried> {
         Ok(speed) => (Vec::new(), speed),
         Err(failed) => (failed, 0.0),
     };
-    Ok(Tried {
+    Ok(Trial {
         backend: info.backend.to_owned(),
         name: info.name.clone(),
         driver: info.driver.clone(),
@@ -220,14 +223,14 @@ fn program() -> String {
 }
 
 /// What is remembered of this program; a file that is not there or not readable is nothing.
-fn recall(path: &Path) -> Memory {
-    let memory: Option<Memory> =
+fn read_cache(path: &Path) -> Cache {
+    let memory: Option<Cache> =
         std::fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
     let memory = memory.filter(|memory| memory.program == program());
-    memory.unwrap_or_else(|| Memory { program: program(), devices: Vec::new() })
+    memory.unwrap_or_else(|| Cache { program: program(), devices: Vec::new() })
 }
 
-fn remember(path: &Path, memory: &Memory) -> Result<()> {
+fn write_cache(path: &Path, memory: &Cache) -> Result<()> {
     let json = serde_json::to_vec_pretty(memory).map_err(|e| Error::Internal(e.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
@@ -241,7 +244,7 @@ mod tests {
     use super::*;
     use rhytid_core::DeviceKind;
 
-    fn tried(name: &str, frames_per_second: f64, failed: &[&str]) -> (DeviceInfo, Tried) {
+    fn tried(name: &str, frames_per_second: f64, failed: &[&str]) -> (DeviceInfo, Trial) {
         let device = DeviceInfo {
             backend: "vulkan",
             index: 0,
@@ -251,7 +254,7 @@ mod tests {
             memory_bytes: None,
             max_binding_bytes: None,
         };
-        let tried = Tried {
+        let tried = Trial {
             backend: "vulkan".into(),
             name: name.into(),
             driver: "1.0".into(),

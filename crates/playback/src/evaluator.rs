@@ -1,4 +1,4 @@
-//! Evaluates batches on the first of several devices, and goes on with the next one if it fails.
+//! Evaluation with fall-back: batches go to the first of several devices, and to the next one if it fails.
 
 use rhytid_core::{
     Animator, Device, DeviceErrorKind, DeviceInfo, Error, Result, Rig, Session, Stage, UploadOptions,

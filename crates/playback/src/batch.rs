@@ -1,0 +1,36 @@
+//! Batches: how much memory a rig and its frames need on a device, and how many frames are evaluated at once.
+
+use rhytid_core::{Rig, Stage};
+
+/// Bytes that a batch's results may take together; a batch is made as large as this allows. The chapter's face of
+/// 530,000 vertices has room for a whole batch.
+const BATCH_BYTES: usize = 512 << 20;
+
+/// Beyond this many frames a batch is no faster: the CPU backend computes that many together.
+const MAX_BATCH: usize = 16;
+
+/// Bytes of the rig's arrays on a device: all but what only the exporters use.
+pub fn rig_bytes(rig: &Rig) -> usize {
+    let words = rig.handles.len()
+        + rig.triangles.len() * 3
+        + rig.rest.len() * 3
+        + rig.basis.len()
+        + rig.strain_edges.len() * 2
+        + rig.influence_edges.len()
+        + rig.influence_weights.len()
+        + rig.frame_neighbors.len()
+        + rig.pose_features.len()
+        + rig.rbf_weights.len() * 3;
+    words * 4
+}
+
+/// Bytes of one frame's handle positions and results, every stage together.
+pub fn frame_bytes(rig: &Rig) -> usize {
+    let results: usize = Stage::ALL.iter().map(|stage| stage.values_per_frame(rig)).sum();
+    (results + rig.handles.len() * 3) * 4
+}
+
+/// Frames in a batch.
+pub fn batch_frames(rig: &Rig) -> usize {
+    (BATCH_BYTES / frame_bytes(rig).max(1)).clamp(1, MAX_BATCH)
+}

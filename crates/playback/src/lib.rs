@@ -1,0 +1,48 @@
+//! Playback: a take on a rig, on the fastest device that can be trusted, and on the next one if it fails.
+//!
+//! Frames are evaluated in batches, a batch ahead of whoever uses them. What else a frame can be given is done on the way:
+//! normals, velocities, the head's motion, folds that fade where the take is not to be trusted.
+//!
+//! ```
+//! use rhytid_core::NoProgress;
+//! use rhytid_playback::{Playback, PlaybackOptions, Selection, choose_devices};
+//!
+//! # let face = rhytid_demo::face(1_000);
+//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let take = rhytid_demo::performance(&face).slice(0..20);
+//! // `rig` from rhytid_core::rig_file::read, `take` from read_take.
+//! let selection = Selection::all(take)?;
+//! // Or "auto".
+//! let devices = choose_devices("cpu:0", &NoProgress)?.devices;
+//! let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
+//! let mut highest = f32::MIN;
+//! playback.play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {
+//!     highest = frame.positions.iter().skip(1).step_by(3).copied().fold(highest, f32::max);
+//!     Ok(())
+//! })?;
+//! assert!(highest > 0.0);
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
+//! [`Playback::export`] plays into a USD or glTF file.
+#![forbid(unsafe_code)]
+
+mod bake;
+mod batch;
+mod devices;
+mod evaluator;
+mod export;
+mod fade;
+mod pipeline;
+mod playback;
+mod selection;
+mod shapes;
+mod takes;
+mod velocities;
+
+pub use batch::{batch_frames, frame_bytes, rig_bytes};
+pub use devices::{Choice, choose_devices, find_device};
+pub use evaluator::{Evaluator, Open};
+pub use playback::{Playback, PlaybackOptions};
+pub use selection::{FrameRange, Selection, uneven_step};
+pub use shapes::handle_shapes;
+pub use takes::{CleanUp, read_raw_take, read_take};

@@ -1,0 +1,56 @@
+//! Shapes: a rig's examples and handles as offsets from its rest pose, for sliders.
+
+use crate::Playback;
+use rhytid_core::{Progress, Result, Rig};
+use rhytid_formats::export::{OutputStage, Shape};
+
+impl Playback<'_> {
+    /// What each of the P examples adds to the rest pose: the rig evaluated at the example's own handles. With V `rest_normals`
+    /// also what is added to those.
+    ///
+    /// # Errors
+    /// As [`Playback::evaluate`].
+    pub fn example_shapes(
+        &mut self,
+        rest_normals: Option<&[[f32; 3]]>,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Shape>> {
+        let rig = self.rig();
+        let mut names = rig.example_names.iter();
+        let mut shapes = Vec::with_capacity(rig.example_names.len());
+        let total = rig.example_names.len() as u64;
+        progress.report("evaluate the examples", 0, total);
+        let handles = rig.example_handles.as_flattened();
+        let normals = rest_normals.is_some();
+        self.evaluate(handles, OutputStage::Full, normals, progress, |positions, normals| {
+            let name = names.next().cloned().unwrap_or_default();
+            let offsets = difference(positions, &rig.rest);
+            let normal_offsets = rest_normals.map(|rest| difference(normals, rest));
+            shapes.push(Shape { name, offsets, normal_offsets });
+            progress.report("evaluate the examples", shapes.len() as u64, total);
+            Ok(())
+        })?;
+        Ok(shapes)
+    }
+}
+
+fn difference(moved: &[f32], rest: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let moved = moved.as_chunks::<3>().0.iter();
+    moved.zip(rest).map(|(moved, rest)| std::array::from_fn(|c| moved[c] - rest[c])).collect()
+}
+
+/// The basis' columns, 3 H of them: what one handle adds when it moves by one unit along an axis. None has the name of one of
+/// the `examples`.
+pub fn handle_shapes(rig: &Rig, examples: &[Shape]) -> Vec<Shape> {
+    let handles = rig.handles.len();
+    let shape = |h: usize, axis: usize| {
+        let mut name = format!("{}_{}", rig.labels[h], ["x", "y", "z"][axis]);
+        while examples.iter().any(|example| example.name == name) {
+            name += "_handle";
+        }
+        let offset =
+            |v: usize| std::array::from_fn(|c| if c == axis { rig.basis[v * handles + h] } else { 0.0 });
+        Shape { name, offsets: (0..rig.vertices()).map(offset).collect(), normal_offsets: None }
+    };
+    (0..handles).flat_map(|h| (0..3).map(move |axis| (h, axis))).map(|(h, axis)| shape(h, axis)).collect()
+}

@@ -1,0 +1,64 @@
+//! Takes for a rig: the take's own CSV as it is, what capture systems write through the whole clean-up.
+
+use rhytid_capture::{Cleaned, Settings, Target, clean};
+use rhytid_core::{Error, Progress, Result, Rig, Take};
+use rhytid_formats::take::Missing;
+use rhytid_formats::{raw_take, take};
+use std::path::Path;
+
+/// How raw takes are read and cleaned.
+#[derive(Debug, Clone, Default)]
+pub struct CleanUp {
+    /// Frames per second, in place of what the file says.
+    pub rate: Option<f64>,
+    /// The steps, and what is known of the actor and the session.
+    pub settings: Settings,
+}
+
+/// The take in a file, with all of the rig's handles in every frame. `clean_up` is for raw takes, which are cleaned; `missing` is
+/// for the take's own CSV.
+///
+/// # Errors
+/// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps.
+pub fn read_take(
+    path: &Path,
+    rig: &Rig,
+    missing: Missing,
+    clean_up: &CleanUp,
+    progress: &dyn Progress,
+) -> Result<Take> {
+    if raw_take::is_take_csv(path) {
+        return reading(progress, || take::read(path, Some(&rig.labels), missing));
+    }
+    let Cleaned { take, .. } = read_raw_take(path, rig, clean_up, progress)?;
+    if take.positions.iter().flatten().any(|x| x.is_nan()) {
+        return Err(Error::input(format!(
+            "{}: has gaps, and its setup leaves them: take “gaps” out of its skip",
+            path.display()
+        )));
+    }
+    log::info!("{}: is a raw take; it was cleaned as `rhytid prepare` does it", path.display());
+    Ok(take)
+}
+
+/// The take in any file that can be read, cleaned, and the report of that. What is to be looked at is warned of.
+///
+/// # Errors
+/// As reading, and as [`clean`].
+pub fn read_raw_take(path: &Path, rig: &Rig, clean_up: &CleanUp, progress: &dyn Progress) -> Result<Cleaned> {
+    let raw = reading(progress, || raw_take::read(path, clean_up.rate))?;
+    let cleaned =
+        clean(raw, &Target::of(rig), &clean_up.settings, progress).map_err(|error| match error {
+            Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
+            other => other,
+        })?;
+    cleaned.report.warnings.iter().for_each(|warning| log::warn!("{}: {warning}", path.display()));
+    Ok(cleaned)
+}
+
+fn reading<T>(progress: &dyn Progress, read: impl FnOnce() -> Result<T>) -> Result<T> {
+    progress.report("read the take", 0, 1);
+    let result = read();
+    progress.report("read the take", 1, 1);
+    result
+}
