@@ -5,9 +5,6 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// What is not on by default, since it needs a library to link with.
-const FEATURES: &str = "opencl";
-
 /// Sets up, then runs every check, stopping at the first that fails; prints the time of each.
 pub fn test() -> Result {
     let mut times: Vec<(&str, Duration)> = Vec::new();
@@ -28,14 +25,14 @@ pub fn test() -> Result {
         step("kernels", &mut || kernels::kernels(true))?;
         step("lints", &mut || {
             component("clippy", "clippy")?;
-            let clippy = ["clippy", "--workspace", "--features", FEATURES, "--all-targets"];
+            let clippy = ["clippy", "--workspace", "--all-targets"];
             run(cargo(&[&clippy[..], &["--", "-D", "warnings"]].concat()))
         })?;
         step("wasm", &mut || {
             run(cargo(&["check", "--package", "rhytid-backend-wgpu", "--target", setup::WASM]))
         })?;
         step("tests", &mut || {
-            let mut tests = cargo(&["test", "--workspace", "--features", FEATURES, "--no-fail-fast"]);
+            let mut tests = cargo(&["test", "--workspace", "--no-fail-fast"]);
             // A second Vulkan driver, beside those that the loader finds by itself.
             tests.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD);
             let found = run_tests(tests)?;
@@ -45,7 +42,7 @@ pub fn test() -> Result {
         })?;
         // The layer keeps memory of its own, so that sessions do not leak is for the tests above to say.
         step("validation", &mut || {
-            let test = ["test", "--workspace", "--features", FEATURES, "--test", "devices"];
+            let test = ["test", "--workspace", "--test", "devices"];
             let mut tests = cargo(&[&test[..], &["--", "--quiet", "[vulkan/"]].concat());
             tests.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD).env("RHYTID_VULKAN_VALIDATION", "1");
             run_tests(tests).and_then(|found| match found.failed {
@@ -54,7 +51,7 @@ pub fn test() -> Result {
             })
         })?;
         step("documentation", &mut || {
-            let mut doc = cargo(&["doc", "--workspace", "--features", FEATURES, "--no-deps"]);
+            let mut doc = cargo(&["doc", "--workspace", "--no-deps"]);
             doc.env("RUSTDOCFLAGS", "-D warnings");
             run(doc)
         })
