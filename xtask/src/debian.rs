@@ -11,7 +11,7 @@ const PACKAGES: [&str; 19] = [
     "mesa-vulkan-drivers",
     "vulkan-validationlayers",
     "spirv-tools",
-    // OpenCL: the loader to link with, the PoCL driver, and a device that finds data races.
+    // OpenCL: the loader, which `xtask/kernels` links, the PoCL driver, and a device that finds data races.
     "ocl-icd-opencl-dev",
     "pocl-opencl-icd",
     "oclgrind",

@@ -4,11 +4,8 @@ use crate::run::{Result, cargo, run, succeeds};
 use crate::steps::Steps;
 use crate::{debian, kernels, setup};
 
-/// What is not on by default, since it needs a library to link with.
-const FEATURES: &str = "opencl";
-
 /// The whole workspace, for any of cargo's commands.
-pub const WORKSPACE: [&str; 3] = ["--workspace", "--features", FEATURES];
+pub const WORKSPACE: [&str; 1] = ["--workspace"];
 
 /// Makes every skipped test a failure. The tests know it too, and say which of them it is.
 const FORBID_SKIPS: &str = "RHYTID_FORBID_SKIPS";

@@ -1,13 +1,19 @@
 //! The part of OpenCL that is needed here: owned objects, and a [`Status`] for whatever a driver refuses.
-use crate::status::{Name, Status};
-use ocl::ffi::*;
-use std::ffi::CString;
+use crate::loader::{Functions, functions};
+use crate::status::Status;
+use opencl_sys::*;
+use std::ffi::{CString, c_void};
 use std::ptr::{null, null_mut};
 
 pub(crate) type Result<T, E = Status> = std::result::Result<T, E>;
 
+/// For whoever has a handle, which only the loader gives.
+fn cl() -> &'static Functions {
+    functions().expect("there is a handle, so there is a loader")
+}
+
 fn check(status: cl_int) -> Result<()> {
-    if status == Name::CL_SUCCESS as cl_int { Ok(()) } else { Err(Status(status)) }
+    if status == CL_SUCCESS { Ok(()) } else { Err(Status(status)) }
 }
 
 macro_rules! owned {
@@ -21,14 +27,14 @@ macro_rules! owned {
             fn new(raw: $raw, status: cl_int) -> Result<Self> {
                 check(status)?;
                 // Not what the standard allows, but nothing that a release would survive.
-                if raw.is_null() { Err(Status(Name::CL_OUT_OF_HOST_MEMORY as cl_int)) } else { Ok(Self(raw)) }
+                if raw.is_null() { Err(Status(CL_OUT_OF_HOST_MEMORY)) } else { Ok(Self(raw)) }
             }
         }
 
         impl Drop for $name {
             fn drop(&mut self) {
                 // SAFETY: the object is alive, since one reference to it is owned here.
-                if let Err(status) = check(unsafe { $release(self.0) }) {
+                if let Err(status) = check(unsafe { (cl().$release)(self.0) }) {
                     log::debug!("{} returned {status:?}", stringify!($release));
                 }
             }
@@ -83,12 +89,13 @@ unsafe impl Send for DeviceId {}
 // SAFETY: as above.
 unsafe impl Sync for DeviceId {}
 
-/// Every platform, in the loader's order.
+/// Every platform, in the loader's order; none where there is no loader.
 pub(crate) fn platforms() -> Result<Vec<Platform>> {
+    let Some(cl) = functions() else { return Ok(Vec::new()) };
     let mut count = 0;
     // SAFETY: no entries are asked for, and `count` takes one number.
-    match check(unsafe { clGetPlatformIDs(0, null_mut(), &mut count) }) {
-        Err(status) if status.is(Name::CL_PLATFORM_NOT_FOUND_KHR) => return Ok(Vec::new()),
+    match check(unsafe { (cl.clGetPlatformIDs)(0, null_mut(), &mut count) }) {
+        Err(Status(CL_PLATFORM_NOT_FOUND_KHR)) => return Ok(Vec::new()),
         found => found?,
     }
     if count == 0 {
@@ -96,7 +103,7 @@ pub(crate) fn platforms() -> Result<Vec<Platform>> {
     }
     let mut platforms = vec![null_mut(); count as usize];
     // SAFETY: there is room for `count` entries.
-    check(unsafe { clGetPlatformIDs(count, platforms.as_mut_ptr(), &mut count) })?;
+    check(unsafe { (cl.clGetPlatformIDs)(count, platforms.as_mut_ptr(), &mut count) })?;
     platforms.truncate(count as usize);
     Ok(platforms.into_iter().map(Platform).collect())
 }
@@ -104,7 +111,7 @@ pub(crate) fn platforms() -> Result<Vec<Platform>> {
 impl Platform {
     pub(crate) fn string(self, what: cl_platform_info) -> Result<String> {
         // SAFETY: `info` passes room for as many bytes as it says.
-        info(|size, to, needs| unsafe { clGetPlatformInfo(self.0, what, size, to, needs) }).map(text)
+        info(|size, to, needs| unsafe { (cl().clGetPlatformInfo)(self.0, what, size, to, needs) }).map(text)
     }
 
     /// Its devices, in its order.
@@ -112,8 +119,8 @@ impl Platform {
         let all = CL_DEVICE_TYPE_ALL;
         let mut count = 0;
         // SAFETY: no entries are asked for, and `count` takes one number.
-        match check(unsafe { clGetDeviceIDs(self.0, all, 0, null_mut(), &mut count) }) {
-            Err(status) if status.is(Name::CL_DEVICE_NOT_FOUND) => return Ok(Vec::new()),
+        match check(unsafe { (cl().clGetDeviceIDs)(self.0, all, 0, null_mut(), &mut count) }) {
+            Err(Status(CL_DEVICE_NOT_FOUND)) => return Ok(Vec::new()),
             found => found?,
         }
         if count == 0 {
@@ -121,7 +128,7 @@ impl Platform {
         }
         let mut devices = vec![null_mut(); count as usize];
         // SAFETY: there is room for `count` entries.
-        check(unsafe { clGetDeviceIDs(self.0, all, count, devices.as_mut_ptr(), &mut count) })?;
+        check(unsafe { (cl().clGetDeviceIDs)(self.0, all, count, devices.as_mut_ptr(), &mut count) })?;
         devices.truncate(count as usize);
         Ok(devices.into_iter().map(|device| DeviceId { platform: self.0, device }).collect())
     }
@@ -139,7 +146,7 @@ impl DeviceId {
 
     fn bytes(self, what: cl_device_info) -> Result<Vec<u8>> {
         // SAFETY: `info` passes room for as many bytes as it says.
-        info(|size, to, needs| unsafe { clGetDeviceInfo(self.device, what, size, to, needs) })
+        info(|size, to, needs| unsafe { (cl().clGetDeviceInfo)(self.device, what, size, to, needs) })
     }
 }
 
@@ -148,8 +155,9 @@ impl Context {
         let properties = [CL_CONTEXT_PLATFORM as cl_context_properties, device.platform as _, 0];
         let mut status = 0;
         // SAFETY: the list of properties ends with 0, and there is one device.
-        let raw =
-            unsafe { clCreateContext(properties.as_ptr(), 1, &device.device, None, null_mut(), &mut status) };
+        let raw = unsafe {
+            (cl().clCreateContext)(properties.as_ptr(), 1, &device.device, None, null_mut(), &mut status)
+        };
         Self::new(raw, status)
     }
 }
@@ -174,24 +182,27 @@ impl Program {
         source: &str,
         options: &str,
     ) -> Result<Self, BuildError> {
-        let invalid = |_| Status(Name::CL_INVALID_VALUE as cl_int);
+        let invalid = |_| Status(CL_INVALID_VALUE);
         let options = CString::new(options).map_err(invalid)?;
-        let (start, length) = (source.as_ptr().cast(), source.len());
+        let (mut start, length) = (source.as_ptr().cast(), source.len());
         let mut status = 0;
         // SAFETY: one string of `length` bytes.
-        let raw = unsafe { clCreateProgramWithSource(context.0, 1, &start, &length, &mut status) };
+        let raw = unsafe { (cl().clCreateProgramWithSource)(context.0, 1, &mut start, &length, &mut status) };
         let program = Self::new(raw, status)?;
         // SAFETY: one device, options that end with 0, and no callback: the call returns when the build is done.
-        let built =
-            unsafe { clBuildProgram(program.0, 1, &device.device, options.as_ptr(), None, null_mut()) };
+        let built = unsafe {
+            (cl().clBuildProgram)(program.0, 1, &device.device, options.as_ptr(), None, null_mut())
+        };
         let Err(status) = check(built) else { return Ok(program) };
         let log = info(|size, to, needs| {
             // SAFETY: `info` passes room for as many bytes as it says.
-            unsafe { clGetProgramBuildInfo(program.0, device.device, CL_PROGRAM_BUILD_LOG, size, to, needs) }
+            unsafe {
+                (cl().clGetProgramBuildInfo)(program.0, device.device, CL_PROGRAM_BUILD_LOG, size, to, needs)
+            }
         });
         match log.map(text) {
             Ok(log) if !log.is_empty() => Err(BuildError::Log(log)),
-            _ if status.is(Name::CL_BUILD_PROGRAM_FAILURE) => {
+            _ if status == Status(CL_BUILD_PROGRAM_FAILURE) => {
                 Err(BuildError::Log("the compiler does not say why".into()))
             }
             _ => Err(BuildError::Status(status)),
@@ -204,17 +215,17 @@ impl Buffer {
     pub(crate) fn with_bytes(context: &Context, flags: cl_mem_flags, bytes: usize) -> Result<Self> {
         let mut status = 0;
         // SAFETY: no host memory is passed.
-        let raw = unsafe { clCreateBuffer(context.0, flags, bytes, null_mut(), &mut status) };
+        let raw = unsafe { (cl().clCreateBuffer)(context.0, flags, bytes, null_mut(), &mut status) };
         Self::new(raw, status)
     }
 }
 
 impl Kernel {
     pub(crate) fn of(program: &Program, name: &str) -> Result<Self> {
-        let name = CString::new(name).map_err(|_| Status(Name::CL_INVALID_KERNEL_NAME as cl_int))?;
+        let name = CString::new(name).map_err(|_| Status(CL_INVALID_KERNEL_NAME))?;
         let mut status = 0;
         // SAFETY: the name ends with 0.
-        let raw = unsafe { clCreateKernel(program.0, name.as_ptr(), &mut status) };
+        let raw = unsafe { (cl().clCreateKernel)(program.0, name.as_ptr(), &mut status) };
         Self::new(raw, status)
     }
 
@@ -222,13 +233,15 @@ impl Kernel {
     pub(crate) fn set_buffer(&mut self, index: usize, buffer: &Buffer) -> Result<()> {
         let value: *const cl_mem = &buffer.0;
         // SAFETY: the value of such an argument is a handle, and is copied.
-        check(unsafe { clSetKernelArg(self.0, index as cl_uint, size_of::<cl_mem>(), value.cast()) })
+        check(unsafe { (cl().clSetKernelArg)(self.0, index as cl_uint, size_of::<cl_mem>(), value.cast()) })
     }
 
     /// Sets a structure of words.
     pub(crate) fn set_words(&mut self, index: usize, words: &[u32]) -> Result<()> {
         // SAFETY: as many bytes as there are, which are copied.
-        check(unsafe { clSetKernelArg(self.0, index as cl_uint, size_of_val(words), words.as_ptr().cast()) })
+        check(unsafe {
+            (cl().clSetKernelArg)(self.0, index as cl_uint, size_of_val(words), words.as_ptr().cast())
+        })
     }
 }
 
@@ -237,8 +250,9 @@ impl Queue {
     pub(crate) fn of(context: &Context, device: DeviceId) -> Result<Self> {
         let mut status = 0;
         // SAFETY: the device is the context's.
-        let raw =
-            unsafe { clCreateCommandQueue(context.0, device.device, CL_QUEUE_PROFILING_ENABLE, &mut status) };
+        let raw = unsafe {
+            (cl().clCreateCommandQueue)(context.0, device.device, CL_QUEUE_PROFILING_ENABLE, &mut status)
+        };
         Self::new(raw, status)
     }
 
@@ -247,7 +261,7 @@ impl Queue {
         let (size, from) = (data.len(), data.as_ptr().cast());
         // SAFETY: `data` has `size` bytes, and is not needed after the blocking call.
         check(unsafe {
-            clEnqueueWriteBuffer(self.0, buffer.0, CL_TRUE, 0, size, from, 0, null(), null_mut())
+            (cl().clEnqueueWriteBuffer)(self.0, buffer.0, CL_TRUE, 0, size, from, 0, null(), null_mut())
         })
     }
 
@@ -259,8 +273,9 @@ impl Queue {
         let (size, from) = (data.len(), data.as_ptr().cast());
         let mut event = null_mut();
         // SAFETY: `data` has `size` bytes, for as long as it takes.
-        let status =
-            unsafe { clEnqueueWriteBuffer(self.0, buffer.0, CL_FALSE, 0, size, from, 0, null(), &mut event) };
+        let status = unsafe {
+            (cl().clEnqueueWriteBuffer)(self.0, buffer.0, CL_FALSE, 0, size, from, 0, null(), &mut event)
+        };
         Event::new(event, status)
     }
 
@@ -275,7 +290,7 @@ impl Queue {
         // SAFETY: both sizes have two numbers; the kernel is sound by this function's contract.
         let status = unsafe {
             let (global, local) = (global.as_ptr(), local.as_ptr());
-            clEnqueueNDRangeKernel(self.0, kernel.0, 2, null(), global, local, 0, null(), &mut event)
+            (cl().clEnqueueNDRangeKernel)(self.0, kernel.0, 2, null(), global, local, 0, null(), &mut event)
         };
         Event::new(event, status)
     }
@@ -284,19 +299,21 @@ impl Queue {
     pub(crate) fn read(&self, buffer: &Buffer, out: &mut [u8]) -> Result<()> {
         let (size, to) = (out.len(), out.as_mut_ptr().cast());
         // SAFETY: `out` has room for `size` bytes, and the call blocks.
-        check(unsafe { clEnqueueReadBuffer(self.0, buffer.0, CL_TRUE, 0, size, to, 0, null(), null_mut()) })
+        check(unsafe {
+            (cl().clEnqueueReadBuffer)(self.0, buffer.0, CL_TRUE, 0, size, to, 0, null(), null_mut())
+        })
     }
 
     /// Has the device begin.
     pub(crate) fn flush(&self) -> Result<()> {
         // SAFETY: the queue is alive.
-        check(unsafe { clFlush(self.0) })
+        check(unsafe { (cl().clFlush)(self.0) })
     }
 
     /// Waits until all that was enqueued is done.
     pub(crate) fn finish(&self) -> Result<()> {
         // SAFETY: the queue is alive.
-        check(unsafe { clFinish(self.0) })
+        check(unsafe { (cl().clFinish)(self.0) })
     }
 }
 
@@ -308,9 +325,9 @@ impl Event {
         }
         let raw: Vec<cl_event> = events.iter().map(|event| event.0).collect();
         // SAFETY: as many events as are passed, all alive.
-        let waited = check(unsafe { clWaitForEvents(raw.len() as cl_uint, raw.as_ptr()) });
+        let waited = check(unsafe { (cl().clWaitForEvents)(raw.len() as cl_uint, raw.as_ptr()) });
         match waited {
-            Err(status) if status.is(Name::CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST) => {
+            Err(status) if status == Status(CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST) => {
                 events.iter().try_for_each(Self::succeeded)?;
                 Err(status)
             }
@@ -321,7 +338,7 @@ impl Event {
     fn succeeded(&self) -> Result<()> {
         let what = CL_EVENT_COMMAND_EXECUTION_STATUS;
         // SAFETY: `info` passes room for as many bytes as it says.
-        let state = info(|size, to, needs| unsafe { clGetEventInfo(self.0, what, size, to, needs) })?;
+        let state = info(|size, to, needs| unsafe { (cl().clGetEventInfo)(self.0, what, size, to, needs) })?;
         let state = number(&state)? as cl_int;
         if state < 0 { Err(Status(state)) } else { Ok(()) }
     }
@@ -330,7 +347,7 @@ impl Event {
     pub(crate) fn nanoseconds(&self) -> Result<u64> {
         let at = |what: cl_profiling_info| {
             // SAFETY: `info` passes room for as many bytes as it says.
-            info(|size, to, needs| unsafe { clGetEventProfilingInfo(self.0, what, size, to, needs) })
+            info(|size, to, needs| unsafe { (cl().clGetEventProfilingInfo)(self.0, what, size, to, needs) })
                 .and_then(|bytes| number(&bytes))
         };
         Ok(at(CL_PROFILING_COMMAND_END)?.saturating_sub(at(CL_PROFILING_COMMAND_START)?))
@@ -338,7 +355,7 @@ impl Event {
 }
 
 /// Asks for the size of an answer, then for the answer.
-fn info(ask: impl Fn(size_t, *mut c_void, *mut size_t) -> cl_int) -> Result<Vec<u8>> {
+fn info(ask: impl Fn(usize, *mut c_void, *mut usize) -> cl_int) -> Result<Vec<u8>> {
     let mut size = 0;
     check(ask(0, null_mut(), &mut size))?;
     let mut bytes = vec![0; size];
@@ -356,6 +373,6 @@ fn number(bytes: &[u8]) -> Result<u64> {
     match bytes.len() {
         4 => Ok(bytemuck::pod_read_unaligned::<u32>(bytes).into()),
         8 => Ok(bytemuck::pod_read_unaligned(bytes)),
-        _ => Err(Status(Name::CL_INVALID_VALUE as cl_int)),
+        _ => Err(Status(CL_INVALID_VALUE)),
     }
 }

@@ -1,7 +1,7 @@
 use crate::OpenClSession;
 use crate::cl::{self, BuildError, Context, DeviceId, Platform, Program};
 use crate::status::Status;
-use ocl::ffi::*;
+use opencl_sys::*;
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 use rhytid_kernels::table::{Each, Kernel, TILE, WORKGROUP_SIZE, builds};

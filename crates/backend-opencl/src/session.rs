@@ -1,7 +1,7 @@
 use crate::OpenCl;
 use crate::cl::{self, Buffer, Event, Queue};
-use crate::status::{Name, Status};
-use ocl::ffi::{CL_MEM_READ_ONLY, CL_MEM_READ_WRITE};
+use crate::status::Status;
+use opencl_sys::{CL_MEM_READ_ONLY, CL_MEM_READ_WRITE, CL_PROFILING_INFO_NOT_AVAILABLE};
 use rhytid_core::plan::{Dispatch, Input, Plan, Role};
 use rhytid_core::{DeviceErrorKind, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use std::time::Duration;
@@ -182,7 +182,7 @@ impl Session for OpenClSession {
         for (dispatch, run) in self.dispatches.iter().zip(&self.runs) {
             match run.nanoseconds() {
                 Ok(time) => times[dispatch.stage as usize] += Duration::from_nanos(time),
-                Err(status) if status.is(Name::CL_PROFILING_INFO_NOT_AVAILABLE) => return Ok(None),
+                Err(Status(CL_PROFILING_INFO_NOT_AVAILABLE)) => return Ok(None),
                 Err(status) => return Err(Status::of(&self.device, "reading a kernel's times")(status)),
             }
         }

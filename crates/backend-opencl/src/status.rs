@@ -1,7 +1,15 @@
-use num_traits::FromPrimitive;
-pub(crate) use ocl::core::Status as Name;
-use ocl::ffi::cl_int;
+use opencl_sys::*;
 use rhytid_core::{DeviceErrorKind, Error};
+
+/// What OpenCL calls a status.
+macro_rules! name {
+    ($status:expr, $($name:ident)*) => {
+        match $status {
+            $($name => stringify!($name).to_owned(),)*
+            other => format!("status {other}"),
+        }
+    };
+}
 
 /// What an OpenCL function returned instead of `CL_SUCCESS`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,26 +37,38 @@ impl Status {
         }
     }
 
-    /// Whether it is the one of this name.
-    pub(crate) fn is(self, name: Name) -> bool {
-        self.0 == name as cl_int
-    }
-
     fn name(self) -> String {
-        Name::from_i32(self.0).map_or_else(|| format!("status {}", self.0), |name| name.to_string())
+        name! {
+            self.0,
+            CL_SUCCESS CL_DEVICE_NOT_FOUND CL_DEVICE_NOT_AVAILABLE CL_COMPILER_NOT_AVAILABLE
+            CL_MEM_OBJECT_ALLOCATION_FAILURE CL_OUT_OF_RESOURCES CL_OUT_OF_HOST_MEMORY
+            CL_PROFILING_INFO_NOT_AVAILABLE CL_MEM_COPY_OVERLAP CL_IMAGE_FORMAT_MISMATCH
+            CL_IMAGE_FORMAT_NOT_SUPPORTED CL_BUILD_PROGRAM_FAILURE CL_MAP_FAILURE
+            CL_MISALIGNED_SUB_BUFFER_OFFSET CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST
+            CL_COMPILE_PROGRAM_FAILURE CL_LINKER_NOT_AVAILABLE CL_LINK_PROGRAM_FAILURE
+            CL_DEVICE_PARTITION_FAILED CL_KERNEL_ARG_INFO_NOT_AVAILABLE CL_INVALID_VALUE
+            CL_INVALID_DEVICE_TYPE CL_INVALID_PLATFORM CL_INVALID_DEVICE CL_INVALID_CONTEXT
+            CL_INVALID_QUEUE_PROPERTIES CL_INVALID_COMMAND_QUEUE CL_INVALID_HOST_PTR CL_INVALID_MEM_OBJECT
+            CL_INVALID_IMAGE_FORMAT_DESCRIPTOR CL_INVALID_IMAGE_SIZE CL_INVALID_SAMPLER CL_INVALID_BINARY
+            CL_INVALID_BUILD_OPTIONS CL_INVALID_PROGRAM CL_INVALID_PROGRAM_EXECUTABLE CL_INVALID_KERNEL_NAME
+            CL_INVALID_KERNEL_DEFINITION CL_INVALID_KERNEL CL_INVALID_ARG_INDEX CL_INVALID_ARG_VALUE
+            CL_INVALID_ARG_SIZE CL_INVALID_KERNEL_ARGS CL_INVALID_WORK_DIMENSION CL_INVALID_WORK_GROUP_SIZE
+            CL_INVALID_WORK_ITEM_SIZE CL_INVALID_GLOBAL_OFFSET CL_INVALID_EVENT_WAIT_LIST CL_INVALID_EVENT
+            CL_INVALID_OPERATION CL_INVALID_GL_OBJECT CL_INVALID_BUFFER_SIZE CL_INVALID_MIP_LEVEL
+            CL_INVALID_GLOBAL_WORK_SIZE CL_INVALID_PROPERTY CL_INVALID_IMAGE_DESCRIPTOR
+            CL_INVALID_COMPILER_OPTIONS CL_INVALID_LINKER_OPTIONS CL_INVALID_DEVICE_PARTITION_COUNT
+            CL_INVALID_PIPE_SIZE CL_INVALID_DEVICE_QUEUE CL_INVALID_SPEC_ID CL_MAX_SIZE_RESTRICTION_EXCEEDED
+            CL_PLATFORM_NOT_FOUND_KHR
+        }
     }
 
     fn kind(self) -> DeviceErrorKind {
-        match Name::from_i32(self.0) {
-            Some(
-                Name::CL_MEM_OBJECT_ALLOCATION_FAILURE
-                | Name::CL_OUT_OF_RESOURCES
-                | Name::CL_OUT_OF_HOST_MEMORY,
-            ) => DeviceErrorKind::OutOfMemory,
+        match self.0 {
+            CL_MEM_OBJECT_ALLOCATION_FAILURE | CL_OUT_OF_RESOURCES | CL_OUT_OF_HOST_MEMORY => {
+                DeviceErrorKind::OutOfMemory
+            }
             // Contexts and queues given to a driver are valid ones, until it has lost their device.
-            Some(
-                Name::CL_DEVICE_NOT_AVAILABLE | Name::CL_INVALID_CONTEXT | Name::CL_INVALID_COMMAND_QUEUE,
-            ) => DeviceErrorKind::Lost,
+            CL_DEVICE_NOT_AVAILABLE | CL_INVALID_CONTEXT | CL_INVALID_COMMAND_QUEUE => DeviceErrorKind::Lost,
             _ => DeviceErrorKind::Driver,
         }
     }
@@ -67,6 +87,7 @@ mod tests {
             (-2, DeviceErrorKind::Lost, "CL_DEVICE_NOT_AVAILABLE"),
             (-36, DeviceErrorKind::Lost, "CL_INVALID_COMMAND_QUEUE"),
             (-30, DeviceErrorKind::Driver, "CL_INVALID_VALUE"),
+            (-1001, DeviceErrorKind::Driver, "CL_PLATFORM_NOT_FOUND_KHR"),
             (-12345, DeviceErrorKind::Driver, "status -12345"),
         ];
         for (status, expected, name) in kinds {

@@ -47,7 +47,7 @@ pub const LEFT_OUT: &[(&str, &str)] = &[
     #[cfg(not(feature = "vulkan"))]
     ("vulkan", "build with --features vulkan"),
     #[cfg(not(feature = "opencl"))]
-    ("opencl", "build with --features opencl; it needs the OpenCL ICD loader (Debian: ocl-icd-opencl-dev)"),
+    ("opencl", "build with --features opencl"),
     #[cfg(not(feature = "wgpu"))]
     ("wgpu", "build with --features wgpu"),
 ];
@@ -95,6 +95,11 @@ fn how_to_get(backend: &str) -> &'static str {
     match backend {
         "vulkan" => {
             "no Vulkan driver was found; install your GPU's, or Mesa's (Debian: mesa-vulkan-drivers libvulkan1)"
+        }
+        #[cfg(feature = "opencl")]
+        "opencl" if !rhytid_backend_opencl::has_loader() => {
+            "no OpenCL loader was found (libOpenCL); install your GPU's driver, or PoCL, which runs on any CPU (Debian: \
+             ocl-icd-libopencl1 pocl-opencl-icd)"
         }
         "opencl" => {
             "no OpenCL platform was found; install your GPU's, or PoCL, which runs on any CPU (Debian: pocl-opencl-icd)"

@@ -81,6 +81,25 @@ fn without_a_platform_there_are_no_devices() {
     rhytid_test_support::skip("the loader finds drivers in spite of OCL_ICD_VENDORS");
 }
 
+/// The loader's names are taken by files that are no libraries: a system without the loader, for the child.
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_loader_there_are_no_devices() {
+    const TEST: &str = "tests::failures::without_a_loader_there_are_no_devices";
+    if is_child_for(TEST) {
+        assert!(!crate::has_loader());
+        println!("found {} devices", OpenCl::devices().unwrap().len());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["libOpenCL.so.1", "libOpenCL.so"] {
+        std::fs::write(folder.path().join(name), "").unwrap();
+    }
+    let environment = [("LD_LIBRARY_PATH", folder.path().to_str().unwrap())];
+    let output = output_of_success(&run_child(TEST, &[], &environment));
+    assert!(output.contains("found 0 devices"), "{output}");
+}
+
 #[test]
 fn what_is_told_of_a_device_is_plausible() {
     for (index, info) in devices().into_iter().enumerate() {

@@ -3,4 +3,4 @@ mod agreement;
 mod failures;
 mod memory;
 mod oclgrind;
-mod support;
+pub mod support;

@@ -48,6 +48,29 @@ fn without_a_single_driver_the_processor_is_left() {
     assert!(missing.contains(&"vulkan") && missing.contains(&"opencl"), "{listing}");
 }
 
+/// The loader's names are taken by files that are no libraries.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_missing_opencl_loader_is_told_from_a_missing_driver() {
+    let f = Fixture::new();
+    let why = |command: &mut Command| {
+        let listing = listing(command);
+        let entries = listing["left_out"].as_array().unwrap();
+        let entry = entries.iter().find(|entry| entry["backend"] == "opencl");
+        entry.unwrap_or_else(|| panic!("{listing}"))["why"].as_str().unwrap().to_owned()
+    };
+    for name in ["libOpenCL.so.1", "libOpenCL.so"] {
+        std::fs::write(f.path(name), "").unwrap();
+    }
+    let no_loader = why(f.rhytid("devices --json").env("LD_LIBRARY_PATH", f.path("")));
+    assert!(no_loader.starts_with("no OpenCL loader was found"), "{no_loader}");
+    let nowhere = f.path("nothing-here");
+    let no_driver =
+        why(f.rhytid("devices --json").env("OCL_ICD_VENDORS", &nowhere).env("OCL_ICD_FILENAMES", ""));
+    // Without a loader on this machine, it is again the loader that is missing.
+    assert!(no_driver.starts_with("no OpenCL platform was found") || no_driver == no_loader, "{no_driver}");
+}
+
 /// Who names a device is not troubled by the drivers of others: here one that is asked for a layer that is not there.
 #[test]
 fn a_device_that_is_named_is_the_only_one_looked_for() {
