@@ -14,6 +14,7 @@
 //! rank for which that succeeds, [`basis`] turns the result so that rounding does least harm, [`rounding`] makes
 //! the numbers of the file, and [`measure`] says how far these are from what came in.
 
+mod active;
 mod basis;
 mod fit;
 mod frames;
@@ -154,8 +155,7 @@ impl Frames {
         }
         // Nothing but rounding is left with all columns.
         let q = start.vectors;
-        let t = fit::project(&mut self, frames::Attribute::Positions, &gram.center, &q)?;
-        let basis = basis::turn(fit::Fit { q, t })?;
+        let basis = basis::turn(fit::Fit::on(&mut self, &gram, q)?)?;
         let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
         Err(too_fine(&path, settings, 2.0 * finest))
     }
