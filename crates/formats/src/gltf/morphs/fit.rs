@@ -72,12 +72,6 @@ pub fn fit(
     for round in 0..ROUNDS {
         tick(round)?;
         let active = examine(frames, gram, &fit, bound)?;
-        log::trace!(
-            "  n {} round {round} over {} active {}",
-            fit.q.ncols(),
-            active.over,
-            active.vertices.len()
-        );
         if active.over == 0 {
             return Ok(Some(fit));
         }

@@ -14,7 +14,9 @@ const FIRST_GUESS: f64 = 0.15;
 const FITS: usize = 8;
 
 /// Searches from 0 to `most` targets: in growing steps from a first guess to a number that suffices and one that does
-/// not, then by halves. None if `most` do not suffice.
+/// not, then by halves. The first fits start
+/// from principal components; once a number suffices, each starts from the least that did, less its last columns.
+/// None if `most` do not suffice.
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
