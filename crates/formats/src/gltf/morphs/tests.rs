@@ -183,28 +183,6 @@ fn fewer_targets_than_principal_components_need() {
     assert!(found * 5 <= components * 4, "{found} targets, {components} principal components");
 }
 
-/// The work is on the vertices near the bound; all count. Most vertices have a spike in one frame, so that they are
-/// within the bound at first, and beyond it once the columns are bent for the few that move further.
-#[test]
-fn vertices_that_were_left_out_are_within_the_bound() {
-    let mut animation = made_up(50, 600, 6);
-    let mut random = Random(21);
-    for (f, frame) in animation.iter_mut().enumerate() {
-        for v in 0..600 {
-            // Every vertex has a frame of its own in which it is off by half of the bound or so.
-            if v % 50 == f {
-                frame[3 * v] += (0.07 + 0.02 * random.next()) as f32;
-            }
-        }
-        for v in 0..20 {
-            frame[3 * v + 1] += (0.25 * random.next()) as f32;
-        }
-    }
-    for quantize in [false, true] {
-        compress(&animation, settings(0.1, quantize)).unwrap();
-    }
-}
-
 /// How many plain principal components keep every vertex within the bound.
 fn principal_components_needed(animation: &[Vec<f32>], bound: f64) -> usize {
     let mut frames = spooled(animation, None);
