@@ -2,6 +2,11 @@
 //!
 //! The extension fixes the versions: 0 of the codec for vertices, 1 of that for indices. Of the two codecs for indices
 //! this is the one that keeps the corners' order; the other may turn triangles.
+//!
+//! `meshopt-rs` is a port to Rust of which no version has appeared since 2022. What is maintained (`meshopt`) binds
+//! the original in C++: it would ask everyone who builds this for a C++ compiler, and one for wasm too, and decode
+//! files from anywhere in code that no borrow checker has seen. The format is frozen, so the port has nothing to
+//! keep up with, and the tests decode what it writes with the original.
 
 use meshopt_rs::index::IndexEncodingVersion;
 use meshopt_rs::index::sequence::{

@@ -30,7 +30,7 @@ pub struct Basis {
 /// # Errors
 /// As [`eigen`].
 pub fn turn(fit: Fit) -> Result<Basis> {
-    let Fit { q, mut t } = fit;
+    let Fit { q, mut t, .. } = fit;
     let n = q.ncols();
     let l = cholesky(&moment(&q, &design(&q)));
     // The first column of L stands for the mean; the others are turned among themselves.

@@ -45,14 +45,15 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     result
 }
 
-/// The constant column of length 1, then what is new in the columns of `from`: orthonormal, at most `most` in all.
+/// The orthonormal columns of `first`, then what is new in the columns of `from`: orthonormal, at most `most` in all.
 /// Columns that add nothing are left out.
-pub fn orthonormal<'a>(
-    rows: usize,
+pub fn extend<'a>(
+    first: &Mat<f64>,
     from: impl Iterator<Item = faer::ColRef<'a, f64>>,
     most: usize,
 ) -> Mat<f64> {
-    let mut columns = vec![vec![1.0 / (rows as f64).sqrt(); rows]];
+    let mut columns: Vec<Vec<f64>> =
+        first.col_iter().map(|column| column.iter().copied().collect()).collect();
     for column in from {
         if columns.len() == most {
             break;
@@ -72,7 +73,7 @@ pub fn orthonormal<'a>(
             columns.push(column);
         }
     }
-    Mat::from_fn(rows, columns.len(), |i, j| columns[j][i])
+    Mat::from_fn(first.nrows(), columns.len(), |i, j| columns[j][i])
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -87,22 +88,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub fn principal(gram: &Mat<f64>) -> Result<Eigen> {
     let n = gram.nrows();
     let Eigen { values, vectors } = eigen(gram)?;
-    let vectors = orthonormal(n, (0..n).map(|j| vectors.col(j)), n);
+    let constant = Mat::from_fn(n, 1, |_, _| 1.0 / (n as f64).sqrt());
+    let vectors = extend(&constant, (0..n).map(|j| vectors.col(j)), n);
     Ok(Eigen { values, vectors })
-}
-
-/// The constant column and the leading directions of the symmetric `g`, as many columns as `q` has, found in the
-/// space of q and g q. What is constant is not counted as a direction.
-///
-/// # Errors
-/// As [`eigen`].
-pub fn leading(g: &Mat<f64>, q: &Mat<f64>) -> Result<Mat<f64>> {
-    let (rows, n) = (q.nrows(), q.ncols());
-    let next = product(g.as_ref(), q.as_ref());
-    let columns = (1..n).map(|j| q.col(j)).chain((0..n).map(|j| next.col(j)));
-    let space = orthonormal(rows, columns, rows);
-    let space = space.as_ref().subcols(1, space.ncols() - 1);
-    let inner = product(space.transpose(), product(g.as_ref(), space).as_ref());
-    let turned = product(space, eigen(&inner)?.vectors.as_ref());
-    Ok(orthonormal(rows, (0..turned.ncols()).map(|j| turned.col(j)), n))
 }

@@ -10,10 +10,12 @@
 //!
 //! Principal components make the mean error small, while the bound is on the worst vertex, which a few percent of
 //! the vertices decide. So the components are only the start: [`fit`] looks for a matrix of low rank within the
-//! bound of every vertex of every frame, by projecting onto both sets in turn (ADMM). [`search`] finds the least
+//! bound of every vertex of every frame, by projecting onto both sets in turn (ADMM), with most of the work on the
+//! vertices near the bound ([`active`]). [`search`] finds the least
 //! rank for which that succeeds, [`basis`] turns the result so that rounding does least harm, [`rounding`] makes
 //! the numbers of the file, and [`measure`] says how far these are from what came in.
 
+mod active;
 mod basis;
 mod fit;
 mod frames;
@@ -154,8 +156,7 @@ impl Frames {
         }
         // Nothing but rounding is left with all columns.
         let q = start.vectors;
-        let t = fit::project(&mut self, frames::Attribute::Positions, &gram.center, &q)?;
-        let basis = basis::turn(fit::Fit { q, t })?;
+        let basis = basis::turn(fit::Fit::on(&mut self, &gram, q)?)?;
         let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
         Err(too_fine(&path, settings, 2.0 * finest))
     }

@@ -14,7 +14,9 @@ const FIRST_GUESS: f64 = 0.15;
 const FITS: usize = 8;
 
 /// Searches from 0 to `most` targets: in growing steps from a first guess to a number that suffices and one that does
-/// not, then by halves. None if `most` do not suffice.
+/// not, then by halves. The first fits start
+/// from principal components; once a number suffices, each starts from the least that did, less its last columns.
+/// None if `most` do not suffice.
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
@@ -30,12 +32,15 @@ pub fn fewest(
     let most = most.min(start.vectors.ncols() - 1);
     let total = FITS * fit::ROUNDS;
     let mut fits = 0;
-    let mut attempt = |targets: usize| {
+    let mut attempt = |targets: usize, best: Option<&Fit>| {
         let before = fits * fit::ROUNDS;
         fits += 1;
         let mut tick = |round: usize| step(progress, NAME, (before + round).min(total - 1), total);
-        let q = start.vectors.as_ref().subcols(0, targets + 1).to_owned();
-        let found = fit::fit(frames, gram, q, bound, &mut tick)?;
+        let from = match best {
+            Some(best) => best.first(targets + 1),
+            None => Fit::on(frames, gram, start.vectors.subcols(0, targets + 1).to_owned())?,
+        };
+        let found = fit::fit(frames, gram, from, bound, &mut tick)?;
         log::debug!("{targets} morph targets: {}", if found.is_some() { "enough" } else { "too few" });
         Ok::<_, rhytid_core::Error>(found)
     };
@@ -45,7 +50,7 @@ pub fn fewest(
     // All numbers below this are too few.
     let mut least = 0;
     loop {
-        match attempt(next)? {
+        match attempt(next, best.as_ref().map(|best| &best.1))? {
             Some(found) => best = Some((next, found)),
             None => least = next + 1,
         }
