@@ -23,8 +23,8 @@ fn usd_reads_the_backends_bits() {
         (" --stage large-scale", [Stage::LargeScale, Stage::LargeScaleNormals]),
     ] {
         // Other devices agree within rounding alone.
-        let [rig, take] = [&rig_path, &take_path].map(|path| path.display());
-        f.done(&format!("animate {rig} {take} -o face.usda --device cpu:0{args}"));
+        let [of_rig, of_take] = [&rig_path, &take_path].map(|path| path.display());
+        f.done(&format!("animate {of_rig} {of_take} -o face.usda --device cpu:0{args}"));
         let mut expected = Vec::new();
         for stage in stages {
             let mut values = Vec::new();
