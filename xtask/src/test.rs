@@ -1,8 +1,9 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
 use crate::programs::{Runs, build};
-use crate::run::{Result, cargo, run, succeeds};
+use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
 use crate::{debian, kernels, setup};
+use std::process::Command;
 
 /// The whole workspace, for any of cargo's commands.
 pub const WORKSPACE: [&str; 1] = ["--workspace"];
@@ -33,8 +34,7 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("tests", || {
         for program in &programs {
             let mut command = program.command(&[]);
-            // A second Vulkan driver, beside those that the loader finds by itself.
-            command.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD);
+            with_drivers(&mut command);
             runs.run(&program.name(), command)?;
         }
         runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))?;
@@ -45,7 +45,8 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
         let devices = programs.iter().find(|program| program.target == "devices");
         let mut command =
             devices.ok_or("there is no test program named devices")?.command(&["--quiet", "[vulkan/"]);
-        command.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD).env("RHYTID_VULKAN_VALIDATION", "1");
+        with_drivers(&mut command);
+        command.env("RHYTID_VULKAN_VALIDATION", "1");
         let mut validated = Runs::default();
         validated.run("devices, under Vulkan's validation layer", command)?;
         outcome(&validated)
@@ -55,6 +56,14 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
         doc.env("RUSTDOCFLAGS", "-D warnings");
         run(doc)
     })
+}
+
+/// A second Vulkan driver, beside those that the loader finds by itself; and what drivers have compiled is where the program's own
+/// tests have it.
+fn with_drivers(command: &mut Command) {
+    let target = root().join("target/tmp");
+    command.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD);
+    command.env("MESA_SHADER_CACHE_DIR", &target).env("POCL_CACHE_DIR", target.join("pocl"));
 }
 
 /// Formatting as `rustfmt.toml` has it.

@@ -1,9 +1,8 @@
 //! What a real take does that its examples do not show, against a plain computation.
 
-use crate::support::real::{clean_take, face, settings};
+use crate::support::real::{clean_take, solved_face};
 use rhytid_capture::coverage::coverage;
-use rhytid_core::{NoProgress, Rig, Take};
-use rhytid_solve::solve;
+use rhytid_core::{Rig, Take};
 use rhytid_test_support::shared;
 
 /// Strains by their plain formula.
@@ -32,18 +31,17 @@ fn frame(take: &Take, frame: usize) -> &[[f64; 3]] {
 #[test]
 fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
     let Some(shared) = shared("") else { return };
-    let face = face(&shared, "face", settings());
-    let rig = solve(&face, &NoProgress).unwrap();
-    let take = clean_take(&shared, &rig);
-    let found = coverage(&rig, &take, 5).unwrap();
+    let (face, rig) = solved_face(&shared);
+    let take = clean_take(&shared, rig);
+    let found = coverage(rig, &take, 5).unwrap();
 
     let at_handles = |p: &[[f64; 3]]| rig.handles.iter().map(|&v| p[v as usize]).collect::<Vec<_>>();
     let mut known = vec![vec![0.0; rig.strain_edges.len()]];
-    known.extend(face.examples.iter().map(|e| strains(&rig, &at_handles(&e.positions))));
+    known.extend(face.examples.iter().map(|e| strains(rig, &at_handles(&e.positions))));
     let nearest = |known: &[Vec<f64>], frame_strains: &[f64]| {
         known.iter().map(|k| rms(k, frame_strains)).fold(f64::INFINITY, f64::min)
     };
-    let all: Vec<Vec<f64>> = (0..take.frames()).map(|i| strains(&rig, frame(&take, i))).collect();
+    let all: Vec<Vec<f64>> = (0..take.frames()).map(|i| strains(rig, frame(&take, i))).collect();
     assert_eq!(found.expressions.len(), 5);
     let mut before = f64::INFINITY;
     let mut known_then = known.clone();

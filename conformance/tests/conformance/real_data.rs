@@ -1,6 +1,6 @@
 //! A real face and a real head with a real take: what the method promises, and how far it is from the truth.
 
-use crate::support::real::{clean_take, face, settings};
+use crate::support::real::{clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions};
@@ -80,10 +80,9 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
 #[test]
 fn the_face_meets_its_markers_and_gives_its_examples_back() {
     let Some(shared) = shared("") else { return };
-    let face = face(&shared, "face", settings());
-    let rig = solve(&face, &NoProgress).unwrap();
+    let (face, rig) = solved_face(&shared);
     assert_eq!(rig.strain_edges.len(), 236);
-    check(&shared, &face, &rig);
+    check(&shared, face, rig);
 }
 
 #[test]
@@ -128,8 +127,8 @@ fn errors_to_the_truth(shared: &Path, rig: &Rig<f64>) -> [f64; 2] {
 #[test]
 fn the_errors_to_the_truth_are_those_of_an_independent_implementation() {
     let Some(shared) = shared("") else { return };
-    let rig = solve(&face(&shared, "face", settings()), &NoProgress).unwrap();
-    let [large_scale, full] = errors_to_the_truth(&shared, &rig);
+    let (_, rig) = solved_face(&shared);
+    let [large_scale, full] = errors_to_the_truth(&shared, rig);
     println!("RMS to the truth: large scale {large_scale:.3} mm, full {full:.3} mm");
     assert!((large_scale - 1.000).abs() < 0.002, "large scale: {large_scale:.4} mm");
     assert!((full - 0.484).abs() < 0.002, "full: {full:.4} mm");

@@ -1,7 +1,9 @@
 //! Real faces and takes, from the folder beside the project.
-use rhytid_core::{Example, Face, Rig, Settings, Take, UpAxis};
+use rhytid_core::{Example, Face, NoProgress, Rig, Settings, Take, UpAxis};
+use rhytid_solve::solve;
 use rhytid_formats::{mesh, tables, take};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// The face or head in a folder of the shared data, with its eight examples.
 pub fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
@@ -33,6 +35,16 @@ pub fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
 /// The settings for which an independent implementation gave the errors that are compared with below.
 pub fn settings() -> Settings {
     Settings { bending_length: Some(3.0), ..Settings::default() }
+}
+
+/// The face with [`settings`] and its rig, solved once for all tests.
+pub fn solved_face(shared: &Path) -> &'static (Face, Rig<f64>) {
+    static SOLVED: OnceLock<(Face, Rig<f64>)> = OnceLock::new();
+    SOLVED.get_or_init(|| {
+        let face = face(shared, "face", settings());
+        let rig = solve(&face, &NoProgress).unwrap();
+        (face, rig)
+    })
 }
 
 /// The take without noise, for the rig's handles.

@@ -1,18 +1,18 @@
 //! What USD reads from an animated file has the bits of the backend's output.
 
-use crate::common::Fixture;
+use crate::common::{Fixture, demo};
 use rhytid::backends::cpu::Cpu;
-use rhytid::formats::take;
 use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
+use rhytid::formats::take;
 use rhytid_test_support::python;
 use std::process::Command;
 
 #[test]
 fn usd_reads_the_backends_bits() {
     let f = Fixture::new();
-    f.done("demo demo --vertices 3000");
-    let rig = rig_file::read(&f.path("demo/face.safetensors")).unwrap();
-    let take = take::read(&f.path("demo/performance.csv"), Some(&rig.labels), take::Missing::Error).unwrap();
+    let [rig_path, take_path] = ["face.safetensors", "performance.csv"].map(|name| demo().join(name));
+    let rig = rig_file::read(&rig_path).unwrap();
+    let take = take::read(&take_path, Some(&rig.labels), take::Missing::Error).unwrap();
     let handles = take.handle_positions(&rig.labels).unwrap();
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(take.frames())).unwrap();
@@ -23,8 +23,8 @@ fn usd_reads_the_backends_bits() {
         (" --stage large-scale", [Stage::LargeScale, Stage::LargeScaleNormals]),
     ] {
         // Other devices agree within rounding alone.
-        let animate = "animate demo/face.safetensors demo/performance.csv -o face.usda --device cpu:0";
-        f.done(&format!("{animate}{args}"));
+        let [of_rig, of_take] = [&rig_path, &take_path].map(|path| path.display());
+        f.done(&format!("animate {of_rig} {of_take} -o face.usda --device cpu:0{args}"));
         let mut expected = Vec::new();
         for stage in stages {
             let mut values = Vec::new();

@@ -7,6 +7,7 @@ use assert_cmd::Command;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::sync::OnceLock;
 use tempfile::TempDir;
 
 /// A bumpy square sheet with five handles, one example and a take of 20 frames at 30 frames per second, in a
@@ -195,9 +196,24 @@ impl Fixture {
 pub fn rhytid(args: &str) -> Command {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("rhytid");
     command.args(args.split_whitespace()).env_remove("RUST_LOG").env_remove("RUST_BACKTRACE");
-    // What `--device auto` remembers: not the user's, and shared by the tests.
+    // What `--device auto` remembers: not the user's, and shared by the tests. What drivers have compiled is in one place even
+    // where a test has a cache of its own: without it, to try all devices takes five times as long.
     command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+    command.env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
+    command.env("POCL_CACHE_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/pocl"));
     command
+}
+
+/// A folder with what the smallest demo writes, made once for all tests.
+pub fn demo() -> &'static Path {
+    static DEMO: OnceLock<TempDir> = OnceLock::new();
+    DEMO.get_or_init(|| {
+        let folder = TempDir::new().unwrap();
+        let output = rhytid(&format!("demo {} --vertices 2000", folder.path().display())).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        folder
+    })
+    .path()
 }
 
 pub fn stderr(output: &Output) -> String {

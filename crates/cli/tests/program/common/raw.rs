@@ -1,27 +1,14 @@
 //! The demo's performance as a capture system would have recorded it.
-use super::{rhytid, stderr};
+use super::{demo, rhytid, stderr};
 use rhytid::Take;
 use rhytid::formats::take::{Missing, read};
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Output;
-use std::sync::OnceLock;
 use tempfile::TempDir;
 
 /// Of the marker `j` in frame `f`, in millimetres with Z up; `None` where it was not seen.
 pub type Sample<'a> = &'a dyn Fn(usize, usize, [f64; 3]) -> Option<[f64; 3]>;
-
-/// A folder with a small demo's rig, made once.
-fn demo() -> &'static Path {
-    static DEMO: OnceLock<TempDir> = OnceLock::new();
-    DEMO.get_or_init(|| {
-        let folder = TempDir::new().unwrap();
-        let output = rhytid(&format!("demo {} --vertices 2000", folder.path().display())).output().unwrap();
-        assert!(output.status.success(), "{}", stderr(&output));
-        folder
-    })
-    .path()
-}
 
 pub fn rig() -> PathBuf {
     demo().join("face.safetensors")

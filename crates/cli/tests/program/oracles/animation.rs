@@ -7,11 +7,13 @@ use rhytid::solve::solve;
 use rhytid::{
     Animator, Backend, Face, NoProgress, Rig, RigidMotion, Stage, Take, UpAxis, UploadOptions, rig_file,
 };
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::PathBuf;
-use tempfile::TempDir;
+use std::sync::{Mutex, PoisonError};
 
-/// Some frames of a face, as the library evaluates them, and a folder for what the program makes of them.
+/// Some frames of a face, as the library evaluates them, and a folder for what the program makes of them: each file once, for
+/// all tests.
 pub struct Animation {
     pub rig: Rig,
     pub frames: Frames,
@@ -21,17 +23,22 @@ pub struct Animation {
     pub normals: Vec<f32>,
     /// How the head stands in each frame; `None` where the take does not say.
     pub head: Option<Vec<RigidMotion>>,
-    dir: TempDir,
+    dir: PathBuf,
+    /// What is there of the files.
+    exported: Mutex<BTreeSet<String>>,
     range: Range<usize>,
 }
 
 impl Animation {
     /// Solves the face and evaluates the frames `range` of the take.
     pub fn new(face: &Face, take: &Take, range: Range<usize>) -> Self {
-        let dir = TempDir::new().unwrap();
+        // Where the next run's replaces it: what is made for all tests is dropped by none.
+        let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("oracles").join(&face.name);
+        let _ = std::fs::remove_dir_all(&dir);
+        std::fs::create_dir_all(&dir).unwrap();
         let rig = solve(face, &NoProgress).unwrap().cast();
-        rig_file::write(&dir.path().join("face.safetensors"), &rig).unwrap();
-        take::write(&dir.path().join("take.csv"), take).unwrap();
+        rig_file::write(&dir.join("face.safetensors"), &rig).unwrap();
+        take::write(&dir.join("take.csv"), take).unwrap();
 
         let part = take.slice(range.clone());
         let handles = part.handle_positions(&rig.labels).unwrap();
@@ -42,7 +49,8 @@ impl Animation {
         animator.read(Stage::Positions, &mut positions).unwrap();
         animator.read(Stage::Normals, &mut normals).unwrap();
         let frames = Frames { rate: take.rate(), first: range.start, count: range.len() };
-        let animation = Self { rig, frames, positions, normals, head: part.head, dir, range };
+        let animation =
+            Self { rig, frames, positions, normals, head: part.head, dir, exported: Mutex::default(), range };
         animation.assert_it_moves();
         animation
     }
@@ -54,13 +62,19 @@ impl Animation {
         assert!(moved > 1e-3, "from its first frame to its last the face moves by {moved} m only");
     }
 
-    /// Has the program write a file, on the device that the library evaluates on; returns its path.
+    /// Has the program write a file, on the device that the library evaluates on; returns its path. A file's name stands for its
+    /// options.
     pub fn export(&self, file: &str, options: &str) -> PathBuf {
+        let path = self.dir.join(file);
+        let mut exported = self.exported.lock().unwrap_or_else(PoisonError::into_inner);
+        if !exported.insert(file.to_owned()) && path.exists() {
+            return path;
+        }
         let Range { start, end } = self.range;
         let mut rhytid = crate::common::rhytid("animate face.safetensors take.csv --device cpu:0 --quiet");
         rhytid.args(["-o", file, "--frames", &format!("{start}..{end}")]).args(options.split_whitespace());
-        rhytid.current_dir(self.dir.path()).assert().success();
-        self.dir.path().join(file)
+        rhytid.current_dir(&self.dir).assert().success();
+        path
     }
 
     /// Where the vertices are in the world in a frame, counted from the first: metres, with `up` as the up axis.

@@ -5,16 +5,26 @@ use crate::common;
 use rhytid::formats::{mesh, tables, take};
 use rhytid::{Example, Face, RigidMotion, Settings, UpAxis, Uvs};
 use rhytid_test_support::shared;
+use std::path::Path;
+use std::sync::OnceLock;
 
 /// The demo's face as it comes: Y up, in centimetres, a texture coordinate per vertex. Its brows rise.
-pub fn demo() -> Animation {
-    let face = rhytid_demo::face(2000);
-    Animation::new(&face, &rhytid_demo::performance(&face), 176..206)
+pub fn demo() -> &'static Animation {
+    static DEMO: OnceLock<Animation> = OnceLock::new();
+    DEMO.get_or_init(|| {
+        let face = rhytid_demo::face(2000);
+        Animation::new(&face, &rhytid_demo::performance(&face), 176..206)
+    })
 }
 
 /// The demo's face with Z up, in millimetres, with its texture cut down the middle, where glTF doubles vertices, and on
 /// a head that turns and moves.
-pub fn other_axes_and_units() -> Animation {
+pub fn other_axes_and_units() -> &'static Animation {
+    static OTHER: OnceLock<Animation> = OnceLock::new();
+    OTHER.get_or_init(make_other)
+}
+
+fn make_other() -> Animation {
     let mut face = rhytid_demo::face(2000);
     face.name = "z_up".into();
     let turn = |[x, y, z]: [f64; 3]| [10.0 * x, -10.0 * z, 10.0 * y];
@@ -59,8 +69,13 @@ fn cut(uvs: &Uvs, vertices: &[u32], chosen: &[bool]) -> Uvs {
 }
 
 /// The real head, where the test data is there: many parts, seams, quads among triangles; two seconds of its take.
-pub fn real_head() -> Option<Animation> {
+pub fn real_head() -> Option<&'static Animation> {
+    static HEAD: OnceLock<Animation> = OnceLock::new();
     let data = shared("data")?;
+    Some(HEAD.get_or_init(|| make_head(&data)))
+}
+
+fn make_head(data: &Path) -> Animation {
     let neutral_path = data.join("head/neutral.obj");
     let neutral = mesh::read(&neutral_path).unwrap();
     let poses = common::list(&data.join("head/poses")).into_iter().filter(|name| name.ends_with(".obj"));
@@ -79,5 +94,5 @@ pub fn real_head() -> Option<Animation> {
     };
     let labels = &face.handles.labels;
     let take = take::read(&data.join("takes/rom_3_clean.csv"), Some(labels), take::Missing::Error).unwrap();
-    Some(Animation::new(&face, &take, 0..60))
+    Animation::new(&face, &take, 0..60)
 }

@@ -139,8 +139,8 @@ fn original(shown: &Shown) -> impl Iterator<Item = usize> + '_ {
 
 #[test]
 fn blender_shows_every_frame() {
-    check_blender(&faces::demo(), EXPORTS);
-    check_blender(&faces::other_axes_and_units(), EXPORTS);
+    check_blender(faces::demo(), EXPORTS);
+    check_blender(faces::other_axes_and_units(), EXPORTS);
 }
 
 fn check_blender(animation: &Animation, exports: &[Export]) {
@@ -154,15 +154,15 @@ fn check_blender(animation: &Animation, exports: &[Export]) {
 
 #[test]
 fn three_js_shows_every_frame() {
-    check_three(&faces::demo(), EXPORTS);
-    check_three(&faces::other_axes_and_units(), EXPORTS);
+    check_three(faces::demo(), EXPORTS);
+    check_three(faces::other_axes_and_units(), EXPORTS);
 }
 
 #[test]
 fn both_show_the_real_head() {
     if let Some(animation) = faces::real_head() {
-        check_blender(&animation, HEAD_EXPORTS);
-        check_three(&animation, HEAD_EXPORTS);
+        check_blender(animation, HEAD_EXPORTS);
+        check_three(animation, HEAD_EXPORTS);
     }
 }
 
@@ -238,11 +238,11 @@ fn usd_reads_every_bit(environment: &str, version: [u64; 3]) {
     let made = [faces::demo(), faces::other_axes_and_units()].map(|animation| (animation, EXPORTS));
     let real = faces::real_head().map(|animation| (animation, HEAD_EXPORTS));
     for (animation, exports) in made.into_iter().chain(real) {
-        let (exports, files) = export(&animation, exports, Export::is_usd);
+        let (exports, files) = export(animation, exports, Export::is_usd);
         let all = programs::usd(environment, version, &files);
         assert_eq!(all.len(), exports.len());
         for (export, read) in exports.iter().zip(&all) {
-            assert_samples(export, &animation, read);
+            assert_samples(export, animation, read);
             let twin = exports.iter().position(|e| e.options == export.options).unwrap();
             let same = all[twin].flattened == read.flattened;
             assert!(same, "{} and {export} are not the same scene", exports[twin]);
