@@ -1,4 +1,4 @@
-//! What comes in and goes out of Rhytid.
+//! Files in and out of Rhytid.
 //!
 //! In: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]), capture files ([`raw_take`])
 //! and the project file ([`project`]). Out, and back in: animations ([`animation`]), of which [`export`] and

@@ -125,6 +125,19 @@ fn verify_refuses_what_cannot_be_compared() {
     f.refused("verify face.usd --rig face.safetensors --take short.csv", &["the frames 0..20", "10 frames"]);
     f.write("cut.usd", &f.read("face.usd")[..5000]);
     f.refused("verify cut.usd --rig face.safetensors --take take.csv", &["cut.usd"]);
+    f.done("animate face.safetensors take.csv --device cpu:0 -o later.usda");
+    let made = f.read_text("later.usda");
+    for (known, unknown, what) in [
+        ("string stage = \"full\"", "string stage = \"pores\"", "the stage “pores”"),
+        ("string missing = \"error\"", "string missing = \"leave\"", "the way with missing markers “leave”"),
+        ("string head = \"keep\"", "string head = \"nod\"", "the way with the head's motion “nod”"),
+        ("double fps = 0\n", "double fps = -1\n", "the rate “-1”"),
+    ] {
+        assert!(made.contains(known), "{known}");
+        f.write("later.usda", &made.replace(known, unknown));
+        let sentence = format!("{what}, which this program does not know; export it again");
+        f.refused("verify later.usda --rig face.safetensors --take take.csv", &["later.usda", &sentence]);
+    }
     f.write("neutral.usda", "#usda 1.0\n");
     f.refused("verify neutral.usda --rig face.safetensors --take take.csv", &["neutral.usda"]);
     f.refused("verify absent.glb --rig face.safetensors --take take.csv", &["absent.glb", "no such file"]);

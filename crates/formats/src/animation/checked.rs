@@ -1,4 +1,4 @@
-//! What is checked of every frame, whatever the format.
+//! The check of every frame, whatever the format.
 
 use crate::export::{Exporter, Frame, Scene, Written, first_not_finite};
 use rhytid_core::{Error, Progress, Result};

@@ -1,4 +1,4 @@
-//! What every mesh is checked for.
+//! The check that every mesh passes.
 
 use rhytid_core::{Error, Mesh, Result};
 

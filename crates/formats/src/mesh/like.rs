@@ -8,7 +8,7 @@ use std::path::Path;
 /// `neutral_path`. Its texture coordinates do not matter. Gives V positions in the neutral's vertex order.
 ///
 /// # Errors
-/// As [`super::read`], and [`Error::Input`] if the number of vertices or a face differs.
+/// As [`super::read()`], and [`Error::Input`] if the number of vertices or a face differs.
 pub fn read_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<[f64; 3]>> {
     let mesh = read(path)?;
     let (path, like) = (path.display(), neutral_path.display());

@@ -5,7 +5,7 @@ use rhytid_core::{Materials, Mesh, Result, WriteBeside};
 use std::io::Write;
 use std::path::Path;
 
-/// Writes `mesh` as OBJ so that [`super::read`] gives it back: numbers are the shortest that read as the same
+/// Writes `mesh` as OBJ so that [`super::read()`] gives it back: numbers are the shortest that read as the same
 /// `f64` (`f32` for texture coordinates). Texture indices that only repeat the vertex indices come back as
 /// texture coordinates per vertex.
 ///

@@ -1,4 +1,4 @@
-//! When the frames of a file are: from the frames' numbers and the rate, or from a column of times that was rounded.
+//! The times of a file's frames: from the frames' numbers and the rate, or from a column of times that was rounded.
 use crate::tables::rows::Rows;
 use crate::tables::text::quoted;
 use rhytid_core::Result;

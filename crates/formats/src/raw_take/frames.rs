@@ -1,4 +1,4 @@
-//! What the text formats have in common below their headers: a row a frame.
+//! The common part of the text formats, below their headers: a row a frame.
 use super::clock::Clock;
 use super::samples::{Columns, Samples};
 use super::{labels, units};

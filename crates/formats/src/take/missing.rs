@@ -1,4 +1,4 @@
-//! What becomes of missing markers.
+//! The choices of what becomes of missing markers.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

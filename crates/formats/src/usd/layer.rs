@@ -1,4 +1,4 @@
-//! What a USD layer says, whatever file it stands in. Both writers are given one of these and both readers return
+//! A USD layer as plain data, whatever file it stands in. Both writers are given one of these and both readers return
 //! one, so that text and binary cannot differ.
 //!
 //! Time samples are not part of it: an attribute that has them carries a number, under which they are written and

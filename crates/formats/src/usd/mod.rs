@@ -1,4 +1,4 @@
-//! USD: one description of a layer ([`layer`]), written as text or binary ([`write`]) and read back ([`read`]), and
+//! USD: one description of a layer ([`layer`]), written as text or binary ([`mod@write`]) and read back ([`read`]), and
 //! animations in parts put together ([`stitch()`]).
 
 mod build;

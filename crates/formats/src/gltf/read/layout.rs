@@ -1,4 +1,4 @@
-//! What the JSON says: where everything is, and what it stands for.
+//! The JSON's contents: where everything is, and what it stands for.
 
 use super::super::meshopt;
 use super::super::node::local_transform;

@@ -1,4 +1,4 @@
-//! Finds a file's JSON and its numbers, without reading more of the numbers than is asked for.
+//! A file's JSON and its numbers, of which no more is read than is asked for.
 
 use ::gltf::json::Root;
 use percent_encoding::percent_decode_str;

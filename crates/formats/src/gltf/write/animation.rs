@@ -1,4 +1,4 @@
-//! What moves: the targets' weights and the head, a key for each frame.
+//! The animation: the targets' weights and the head, a key for each frame.
 
 use super::buffers::{Buffers, Element};
 use ::gltf::json::accessor::Accessor;

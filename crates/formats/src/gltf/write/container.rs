@@ -1,4 +1,4 @@
-//! Where a glTF file's bytes go: one `.glb`, or `.gltf` with `.bin` beside it.
+//! The files that a glTF's bytes go to: one `.glb`, or `.gltf` with `.bin` beside it.
 //!
 //! The JSON is known last and comes first in a `.glb`, so its binary chunk waits in an unnamed file.
 

@@ -1,4 +1,4 @@
-//! How far what is stored is from what was given.
+//! The distance of what is stored from what was given.
 
 use crate::export::Deviation;
 

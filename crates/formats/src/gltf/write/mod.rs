@@ -24,7 +24,8 @@ pub(crate) use shapes::write_shapes;
 /// Opens an exporter; `scene` has been checked.
 ///
 /// # Errors
-/// [`Error::Input`] if the file could not hold the scene, or would be larger than `options` allow; [`Error::Io`].
+/// [`rhytid_core::Error::Input`] if the file could not hold the scene, or would be larger than `options` allow;
+/// [`rhytid_core::Error::Io`].
 pub(crate) fn create(
     path: &Path,
     kind: Kind,

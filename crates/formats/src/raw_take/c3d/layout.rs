@@ -1,4 +1,4 @@
-//! Where the points of a C3D file lie, and how many there are.
+//! The place of the points in a C3D file, and their number.
 //!
 //! Header and parameters say it twice, and real files have the one or the other wrong. What is said is a claim; of all
 //! combinations of claims the first one is taken that the file's size bears out.

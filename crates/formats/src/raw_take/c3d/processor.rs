@@ -1,4 +1,4 @@
-//! How the three kinds of processors that C3D files come from store numbers.
+//! The three kinds of processors that C3D files come from, and how each stores numbers.
 
 /// The processor that a file was written for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Finds things in a layer that was read.
+//! Lookups in a layer that was read.
 
 use crate::export::{HeadMotion, Provenance, Word};
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Value};

@@ -33,7 +33,7 @@ pub(super) use parts::Parts;
 /// The animation that one file's `bytes` hold; `name` is for messages.
 ///
 /// # Errors
-/// As [`open`], and [`Error::Input`] if there is anything but one animated mesh.
+/// As [`open()`], and [`Error::Input`] if there is anything but one animated mesh.
 pub fn decode_animation(bytes: Vec<u8>, name: &str) -> Result<Box<dyn AnimationReader>> {
     Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned())?))
 }

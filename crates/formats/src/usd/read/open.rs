@@ -18,7 +18,7 @@ pub fn open(path: &Path) -> Result<Opened> {
 /// The same of a file's `bytes`; `name` is for messages.
 ///
 /// # Errors
-/// As [`open`].
+/// As [`open()`].
 pub fn decode(bytes: Vec<u8>, name: &str) -> Result<Opened> {
     of_source(Source::new(Box::new(Cursor::new(bytes)), name.to_owned())?)
 }

@@ -1,4 +1,4 @@
-//! What changes over time.
+//! Values that change over time.
 
 /// The value of an attribute at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-//! What an animation and shapes have in common: the layer's metadata, the default prim, and the mesh at rest.
+//! The common part of an animation and shapes: the layer's metadata, the default prim, and the mesh at rest.
 use super::materials;
 use super::names::identifier;
 use super::numbers::integer;

@@ -3,7 +3,7 @@
 
 use crate::animation::{Animation, UvKind, with_everything};
 use rhytid_core::{Error, UpAxis};
-use rhytid_formats::export::{HeadMotion, OutputStage};
+use rhytid_formats::export::{HeadMotion, OutputStage, Word};
 use rhytid_formats::take::Missing;
 use rhytid_formats::{animation::open, usd};
 use std::path::{Path, PathBuf};
@@ -117,6 +117,26 @@ fn parts_by_another_version_of_the_program_are_parts() {
     let stitched = folder.path().join("stitched.usd");
     usd::stitch(&paths, &stitched).unwrap();
     assert_eq!(open(&stitched).unwrap().summary().frames, FRAMES);
+}
+
+/// Only who needs the choice, as `rhytid verify` does, refuses a word that is not known.
+#[test]
+fn words_of_a_later_version_are_read_and_kept() {
+    for extension in ["usd", "usda"] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut later = whole();
+        later.provenance.stage = Word::Unknown("pores".into());
+        later.provenance.missing = Word::Unknown("guess".into());
+        later.provenance.head = Word::Unknown("nod".into());
+        let paths = export_parts(&later, folder.path(), extension);
+        let stitched = folder.path().join(format!("stitched.{extension}"));
+        usd::stitch(&paths, &stitched).unwrap();
+        assert_eq!(open(&stitched).unwrap().summary().provenance, Some(later.provenance));
+
+        cut(&whole(), 4, 5).export(&paths[1]).unwrap();
+        let message = sentence(usd::stitch(&paths, &stitched));
+        assert!(message.contains("the stage: full and pores"), "{message}");
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What crate files compress: bytes by LZ4, and integers as differences of few bytes each, then LZ4.
+//! The compression of crate files: bytes by LZ4, and integers as differences of few bytes each, then LZ4.
 
 /// The most bytes that one byte of an LZ4 block can stand for.
 const LZ4_MOST: usize = 255;

@@ -1,4 +1,4 @@
-//! From the tables of a crate file to a layer.
+//! The objects of a crate file, from its tables to a layer.
 
 use super::structure::{Spec, Structure};
 use super::value_rep::{ValueRep, kind};

@@ -1,4 +1,4 @@
-//! What a crate file refers to by number: tokens, strings and paths, each there once.
+//! The tables of what a crate file refers to by number: tokens, strings and paths, each there once.
 use std::collections::HashMap;
 
 /// Tokens, and the strings, which are numbered apart and stand for tokens.

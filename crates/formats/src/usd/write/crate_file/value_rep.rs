@@ -1,4 +1,4 @@
-//! How the crate format represents a value in 8 bytes: its type, a few flags, and either the value itself or where
+//! The crate format's representation of a value in 8 bytes: its type, a few flags, and either the value itself or where
 //! in the file it stands.
 
 /// The types by their numbers in the format.
