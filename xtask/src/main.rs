@@ -1,10 +1,12 @@
-//! The project's chores: `cargo xtask setup | test | kernels | fuzz | bench`, one file each.
+//! The project's chores: `cargo xtask setup | test | kernels | package | deny | fuzz | bench`, one file each.
 #![forbid(unsafe_code)]
 
 mod bench;
 mod debian;
+mod deny;
 mod fuzz;
 mod kernels;
+mod package;
 mod python;
 mod run;
 mod setup;
@@ -27,6 +29,10 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
+    /// Pack every crate that is published, and check that the packages compile.
+    Package,
+    /// Check the dependencies' licences, versions, sources and advisories with cargo-deny.
+    Deny,
     /// Run every fuzz target for a while.
     Fuzz {
         /// How long each target runs.
@@ -42,6 +48,8 @@ fn main() -> ExitCode {
         Chore::Setup => setup::setup(),
         Chore::Test => test::test(),
         Chore::Kernels { check } => kernels::kernels(check),
+        Chore::Package => package::package(),
+        Chore::Deny => deny::deny(),
         Chore::Fuzz { seconds } => fuzz::fuzz(seconds),
         Chore::Bench(options) => bench::bench(&options),
     };
