@@ -1,17 +1,34 @@
 //! Tells the report which commit it is about.
+use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 fn main() {
-    let commit = Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output().ok();
-    let commit = commit.filter(|output| output.status.success());
-    let commit = commit.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
-    let commit = commit.filter(|commit| !commit.is_empty()).unwrap_or_else(|| "unknown".into());
-    println!("cargo::rustc-env=RHYTID_COMMIT={commit}");
+    // Where the project was published from, cargo left the commit in the package.
+    let packaged = Path::new(".cargo_vcs_info.json");
+    let commit = if packaged.exists() { of_package(packaged) } else { of_checkout() };
+    println!("cargo::rustc-env=RHYTID_COMMIT={}", commit.unwrap_or_else(|| "unknown".into()));
     println!("cargo::rerun-if-changed=build.rs");
     // Every commit is written there. Where it is missing, cargo would build anew each time.
     let log = Path::new("../.git/logs/HEAD");
     if log.exists() {
         println!("cargo::rerun-if-changed={}", log.display());
     }
+}
+
+/// The first twelve digits of `{"git": {"sha1": "…"}}`.
+fn of_package(file: &Path) -> Option<String> {
+    let text = fs::read_to_string(file).ok()?;
+    let digits = text.split_once("\"sha1\"")?.1.split('"').nth(1)?;
+    digits.get(..12).map(str::to_owned)
+}
+
+/// What git says, if this is the project's checkout and not a copy inside some other.
+fn of_checkout() -> Option<String> {
+    if !Path::new("../.git").exists() {
+        return None;
+    }
+    let output = Command::new("git").args(["rev-parse", "--short=12", "HEAD"]).output().ok()?;
+    let commit = String::from_utf8(output.stdout).ok()?.trim().to_owned();
+    (output.status.success() && !commit.is_empty()).then_some(commit)
 }

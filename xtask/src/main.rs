@@ -1,11 +1,13 @@
-//! The project's chores: `cargo xtask check | setup | test | kernels | fuzz | bench`, one file each.
+//! The project's chores: `cargo xtask check | setup | test | kernels | package | deny | fuzz | bench`, one file each.
 #![forbid(unsafe_code)]
 
 mod bench;
 mod check;
 mod debian;
+mod deny;
 mod fuzz;
 mod kernels;
+mod package;
 mod programs;
 mod python;
 mod run;
@@ -32,6 +34,10 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
+    /// Pack every crate that is published, and check that the packages compile.
+    Package,
+    /// Check the dependencies' licences, versions, sources and advisories with cargo-deny.
+    Deny,
     /// Run every fuzz target for a while.
     Fuzz {
         /// How long each target runs.
@@ -48,6 +54,8 @@ fn main() -> ExitCode {
         Chore::Setup => setup::setup(),
         Chore::Test => test::test(),
         Chore::Kernels { check } => kernels::kernels(check),
+        Chore::Package => package::package(),
+        Chore::Deny => deny::deny(),
         Chore::Fuzz { seconds } => fuzz::fuzz(seconds),
         Chore::Bench(options) => bench::bench(&options),
     };

@@ -1,7 +1,7 @@
 //! Real faces and takes, from the folder beside the project.
 use rhytid_core::{Example, Face, NoProgress, Rig, Settings, Take, UpAxis};
-use rhytid_solve::solve;
 use rhytid_formats::{mesh, tables, take};
+use rhytid_solve::solve;
 use std::path::Path;
 use std::sync::OnceLock;
 

@@ -109,7 +109,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
     let mut basis = basis::basis(rest, &triangles, handles, &driven, bending_length, progress)?;
     if face.settings.bind == Bind::Nearest {
         progress.step("bind", 0, 1)?;
-        bind::bind_nearest(rest, &triangles, &driven, handles.len(), &mut basis)?;
+        bind::bind_nearest(rest, &triangles, &driven, handles.len(), &mut basis);
         progress.step("bind", 1, 1)?;
     }
 

@@ -2,8 +2,8 @@
 
 use crate::common::{self, Fixture, stderr};
 use rhytid::conformance::evaluate;
-use rhytid::{Rig, Take, rig_file};
 use rhytid::formats::{animation, take};
+use rhytid::{Rig, Take, rig_file};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_test_support::python;
 use std::process::Command;

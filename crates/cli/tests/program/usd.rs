@@ -2,8 +2,8 @@
 
 use crate::common::{Fixture, demo};
 use rhytid::backends::cpu::Cpu;
-use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
 use rhytid::formats::take;
+use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
 use rhytid_test_support::python;
 use std::process::Command;
 
