@@ -37,7 +37,7 @@ impl StageChoice {
 pub enum StorageChoice {
     /// As the rig has it.
     F32,
-    /// Rounded to halves.
+    /// Rounded to fp16.
     F16,
 }
 

@@ -80,7 +80,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
     step(progress, "influences", 1, 1)?;
 
     step(progress, "frames", 0, 1)?;
-    let frame_neighbors = frames::frame_neighbors(rest, &triangles, &topology);
+    let tangent_neighbors = frames::tangent_neighbors(rest, &triangles, &topology);
     step(progress, "frames", 1, 1)?;
     let mut rig = Rig {
         name: face.name.clone(),
@@ -94,7 +94,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         bending_length,
         beta: influences.beta,
         handles: handles.clone(),
-        frame_neighbors,
+        tangent_neighbors,
         triangles,
         rest: rest.clone(),
         basis,
