@@ -72,7 +72,7 @@ struct Rig {
           rbf_weights(read_npy<float>(folder + "/rbf_weights.npy")),
           handles_over_time(read_npy<float>(folder + "/handles_over_time.npy")),
           strain_edges(read_npy<uint32_t>(folder + "/strain_edges.npy")),
-          neighbors(read_npy<uint32_t>(folder + "/frame_neighbors.npy")) {
+          neighbors(read_npy<uint32_t>(folder + "/tangent_neighbors.npy")) {
         const auto handles = read_npy<uint32_t>(folder + "/handles.npy");
         edges = read_npy<uint32_t>(folder + "/influence_edges.npy");
         V = rest.size() / 3, H = handles.size(), F = strain_edges.size() / 2;

@@ -44,7 +44,7 @@ def vertex_normals(positions, offsets, others, out):
         out[v, 2] = nz * scale
 
 def make_fine_scale(centers, influences):
-    """Detail and local frames, compiled for these numbers, so that the loops over them are unrolled. `squares` is N x F."""
+    """Detail and tangent frames, compiled for these numbers, so that the loops over them are unrolled. `squares` is N x F."""
 
     @compiled
     def fine_scale(smooth, normals, neighbors, edges, alphas, squares, rbf_weights, out):
@@ -108,7 +108,7 @@ def make_evaluate(rig):
             fine_scale(
                 smooth,
                 smooth_normals,
-                rig.frame_neighbors,
+                rig.tangent_neighbors,
                 edges,
                 rig.influence_weights,
                 squares[frame],

@@ -37,7 +37,7 @@ def make_evaluate(rig):
     rest = np.ascontiguousarray(rig.rest.T)
     basis = np.ascontiguousarray(rig.basis.T)
     rbf_weights = np.ascontiguousarray(rig.rbf_weights.transpose(2, 1, 0))
-    neighbors = rig.frame_neighbors.astype(np.int32)
+    neighbors = rig.tangent_neighbors.astype(np.int32)
 
     def vertex_normals(x):
         a, b, c = (np.take(x, corner, axis=1) for corner in triangles)

@@ -16,7 +16,7 @@ pub enum Suite {
 /// A rig and a batch of frames to evaluate it for. Small: the rig is made when it is asked for.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Says what is special: `holes`, or sizes, `v65-h8-f65-p6-k16-b2-of-3` being a batch of 2 where there is room for 3.
+    /// Says what is special: `holes`, or sizes, `v65-h8-f65-p6-k16-b2-of-3` being a batch of 2 after an upload for 3.
     pub name: String,
     /// What to upload it with.
     pub options: UploadOptions,
@@ -45,13 +45,13 @@ impl Case {
     fn new(name: impl Into<String>, sizes: Sizes, recipe: impl FnOnce(&mut Recipe)) -> Self {
         let mut all = Recipe::new(sizes);
         recipe(&mut all);
-        let options = UploadOptions::frames(sizes.room);
+        let options = UploadOptions::frames(sizes.max_frames);
         Self { name: name.into(), options, quick: false, timed: false, recipe: all }
     }
 
     fn of_sizes(sizes: Sizes) -> Self {
-        let Sizes { vertices, handles, edges, examples, influences, frames, room } = sizes;
-        let batch = if frames == room { "full".into() } else { format!("of-{room}") };
+        let Sizes { vertices, handles, edges, examples, influences, frames, max_frames } = sizes;
+        let batch = if frames == max_frames { "full".into() } else { format!("of-{max_frames}") };
         let name = format!("v{vertices}-h{handles}-f{edges}-p{examples}-k{influences}-b{frames}-{batch}");
         Self::new(name, sizes, |_| ())
     }
@@ -61,14 +61,14 @@ impl Case {
         self
     }
 
-    fn in_halves(mut self) -> Self {
+    fn with_fp16_basis(mut self) -> Self {
         self.options.basis = BasisStorage::F16;
         self
     }
 }
 
-/// V, H, F, P, K, frames and room: straddling a tile and a workgroup (64), several blocks of the CPU backend (1025) and
-/// SwiftShader's largest workgroup (256), in vertices, strain edges and handles.
+/// V, H, F, P, K, frames of the batch and of the largest: straddling tiles (16), a workgroup (64), blocks of the CPU backend (1025)
+/// and SwiftShader's largest workgroup (256), in vertices, strain edges and handles.
 const QUICK_SIZES: [[usize; 7]; 6] = [
     [1, 1, 0, 0, 0, 1, 1],
     [63, 8, 65, 6, 16, 1, 2],
@@ -101,8 +101,8 @@ const FULL_SIZES: [[usize; 7]; 19] = [
     [4097, 89, 243, 8, 1, 4, 4],
 ];
 
-fn sizes([vertices, handles, edges, examples, influences, frames, room]: [usize; 7]) -> Sizes {
-    Sizes { vertices, handles, edges, examples, influences, frames, room }
+fn sizes([vertices, handles, edges, examples, influences, frames, max_frames]: [usize; 7]) -> Sizes {
+    Sizes { vertices, handles, edges, examples, influences, frames, max_frames }
 }
 
 /// The face of the chapter: V, H, F, P, K, and a batch of one.
@@ -110,11 +110,11 @@ const CHAPTER: [usize; 7] = [530_000, 89, 243, 6, 16, 1, 1];
 
 /// Every case of a suite.
 pub fn cases(suite: Suite) -> Vec<Case> {
-    // An odd size with a whole tile, a part of one, and a batch smaller than its room.
+    // An odd size with a whole tile, a part of one, and a batch smaller than the largest.
     let usual = sizes([201, 23, 70, 6, 16, 3, 5]);
     let mut cases: Vec<Case> = QUICK_SIZES.map(|n| Case::of_sizes(sizes(n)).quick()).into();
     cases.extend([
-        Case::new("f16", usual, |r| r.small_weights = true).in_halves().quick(),
+        Case::new("f16", usual, |r| r.small_weights = true).with_fp16_basis().quick(),
         Case::new("holes", usual, |r| r.surface = Surface::Holes).quick(),
         Case::new("isolated-vertices", usual, |r| r.surface = Surface::Isolated).quick(),
         Case::new("zero-area", usual, |r| r.surface = Surface::ZeroArea).quick(),
@@ -127,11 +127,15 @@ pub fn cases(suite: Suite) -> Vec<Case> {
         Case::new("f16-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |r| {
             r.small_weights = true;
         })
-        .in_halves(),
-        Case::new("f16-h89-b31", Sizes { vertices: 1025, handles: 89, frames: 31, room: 31, ..usual }, |r| {
-            r.small_weights = true;
-        })
-        .in_halves(),
+        .with_fp16_basis(),
+        Case::new(
+            "f16-h89-b31",
+            Sizes { vertices: 1025, handles: 89, frames: 31, max_frames: 31, ..usual },
+            |r| {
+                r.small_weights = true;
+            },
+        )
+        .with_fp16_basis(),
     ]);
     cases.extend(FULL_SIZES.map(|n| Case::of_sizes(sizes(n))));
     cases.extend((1..=6).map(|seed| {

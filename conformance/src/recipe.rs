@@ -17,8 +17,8 @@ pub struct Sizes {
     pub influences: usize,
     /// Frames in the batch.
     pub frames: usize,
-    /// Frames that there is room for.
-    pub room: usize,
+    /// Frames of the largest batch.
+    pub max_frames: usize,
 }
 
 /// How triangles lie on the vertices.
@@ -70,15 +70,15 @@ impl Sizes {
     /// Any sizes up to some hundreds.
     pub fn random(seed: u64) -> Self {
         let mut numbers = Numbers::new(seed ^ 0x51de5);
-        let room = 1 + numbers.below(12);
+        let max_frames = 1 + numbers.below(12);
         Self {
             vertices: 1 + numbers.below(700),
             handles: 1 + numbers.below(120),
             edges: numbers.below(400),
             examples: numbers.below(12),
             influences: numbers.below(17),
-            frames: 1 + numbers.below(room),
-            room,
+            frames: 1 + numbers.below(max_frames),
+            max_frames,
         }
     }
 }
@@ -150,7 +150,7 @@ impl Recipe {
             influence_weights: (0..vertices * influences)
                 .map(|_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 })
                 .collect(),
-            frame_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
+            tangent_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
             pose_features,
             rbf_weights: (0..vertices * centers).map(|_| unit(vector(&mut numbers, 2.0))).collect(),
             // No kernel reads them.

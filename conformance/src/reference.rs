@@ -223,8 +223,8 @@ fn positions(
     of_vertices(large_scale.len() / vertices, vertices, |frame, v| {
         let first = frame * vertices;
         let (smooth, n, d) = (large_scale[first + v], large_scale_normals[first + v], detail[first + v]);
-        let e = vec3::sub(large_scale[first + rig.frame_neighbors[v] as usize], smooth);
-        let axes = fine_scale::local_frame(e, n);
+        let e = vec3::sub(large_scale[first + rig.tangent_neighbors[v] as usize], smooth);
+        let axes = fine_scale::tangent_frame(e, n);
         let x = fine_scale::add_detail(smooth, axes, d);
 
         let along: f64 = (0..3).map(|c| (e[c] * n[c]).abs()).sum();

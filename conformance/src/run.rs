@@ -19,7 +19,7 @@ const TIMED_RUNS: usize = 5;
 /// Runs `case` on `device`: one outcome for each stage, in the order of [`Stage::ALL`], with what `expectations.toml` says
 /// taken into account.
 ///
-/// The batch is evaluated after another one that fills all the room, so that a stale frame shows; every stage is compared
+/// The batch is evaluated after another one that is as large as can be, so that a stale frame shows; every stage is compared
 /// with what its kernel should have made of the device's own inputs to it; then its frames one by one, and once more the
 /// other batch and this one, must give the same bits.
 pub fn run_case(device: &Device, case: &Case) -> Vec<Outcome> {
@@ -217,9 +217,9 @@ impl Batch<'_> {
         Batch { handles: self.handles, positions: &self.positions[frame * numbers..][..numbers] }
     }
 
-    /// As many other frames as there is room for.
-    fn other(&self, room: usize) -> Vec<f32> {
-        let frames = (0..self.frames()).rev().cycle().take(room);
+    /// This many other frames.
+    fn other(&self, frames: usize) -> Vec<f32> {
+        let frames = (0..self.frames()).rev().cycle().take(frames);
         frames.flat_map(|frame| self.frame(frame).positions.to_vec()).map(|x| 0.75 * x).collect()
     }
 

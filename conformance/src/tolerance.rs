@@ -27,7 +27,7 @@ pub const EPSILON: f64 = f32::EPSILON as f64;
 /// The smallest normal f32: what may be lost where a device flushes smaller numbers to zero.
 pub const TINY: f64 = f32::MIN_POSITIVE as f64;
 
-/// The smallest normal f16: a basis stored in halves may lose what is smaller.
+/// The smallest normal fp16 number: a basis stored as fp16 may lose what is smaller.
 pub const TINY_HALF: f64 = 1.0 / (1u64 << 14) as f64;
 
 /// Roundings of an addition, a subtraction or a multiplication.

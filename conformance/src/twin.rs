@@ -38,9 +38,9 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     let (vertices, handles) = (rig.vertices(), rig.handles.len());
     let frames = handle_positions.len() / handles;
     let strain_edges = rig.strain_edges.len();
-    let vectors = || vec![[T::zero(); 3]; frames * vertices];
+    let vectors = || vec![[T::ZERO; 3]; frames * vertices];
     let mut results = Results {
-        strain: vec![T::zero(); frames * strain_edges],
+        strain: vec![T::ZERO; frames * strain_edges],
         large_scale: vectors(),
         large_scale_normals: vectors(),
         detail: vectors(),
@@ -88,7 +88,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         &results.large_scale,
         &results.large_scale_normals,
         &results.detail,
-        &rig.frame_neighbors,
+        &rig.tangent_neighbors,
         &mut results.positions,
     );
     normals_of(&results.positions, &mut results.normals);
@@ -101,7 +101,7 @@ pub fn squared_differences<T: Real>(rig: &Rig<T>, features: &[T]) -> Vec<T> {
     let frames = features.len().checked_div(edges).unwrap_or(0);
     let params =
         differences::Params { frames: frames as u32, strain_edges: edges as u32, centers: centers as u32 };
-    let mut table = vec![T::zero(); frames * differences::table_len(edges, centers)];
+    let mut table = vec![T::ZERO; frames * differences::table_len(edges, centers)];
     differences::differences(params, features, &rig.pose_features, &mut table);
     table
 }

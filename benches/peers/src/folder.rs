@@ -21,7 +21,7 @@ pub fn write(rig: &Rig, handles_over_time: &[f32]) -> Result<TempDir> {
     write_array(path, "strain_edges", rig.strain_edges.as_flattened(), &[f, 2])?;
     write_array(path, "influence_edges", &rig.influence_edges, &[v, k])?;
     write_array(path, "influence_weights", &rig.influence_weights, &[v, k])?;
-    write_array(path, "frame_neighbors", &rig.frame_neighbors, &[v])?;
+    write_array(path, "tangent_neighbors", &rig.tangent_neighbors, &[v])?;
     write_array(path, "pose_features", &rig.pose_features, &[n, f])?;
     write_array(path, "rbf_weights", rig.rbf_weights.as_flattened(), &[v, n, 3])?;
     write_array(path, "handles_over_time", handles_over_time, &[FRAMES, h, 3])?;

@@ -32,7 +32,7 @@ pub fn print(report: &Report) {
     print_part("One frame, ms", peers, |row| &row.frame);
     print_part(&format!("{FRAMES} frames at once, ms per frame"), peers, |row| &row.batch);
     println!(
-        "Medians. “detail” is with strain and local frames. The two columns at the right: how many times as fast"
+        "Medians. “detail” is with strain and tangent frames. The two columns at the right: how many times as fast"
     );
     println!(
         "Rhytid was in turns with that peer, with its basis as f32 and as f16. Every peer agrees with Rhytid:"

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct Times {
     pub large_scale: f64,
     pub large_scale_normals: f64,
-    /// Strain, detail and local frames.
+    /// Strain, detail and tangent frames.
     pub detail: f64,
     pub normals: f64,
     /// Putting frames one after the other, where they were computed side by side.

@@ -78,7 +78,7 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
             &vectors(Stage::LargeScale),
             &vectors(Stage::LargeScaleNormals),
             &vectors(Stage::Detail),
-            &rig.frame_neighbors,
+            &rig.tangent_neighbors,
             &mut out,
         ),
     }

@@ -30,7 +30,9 @@ struct Expected {
     basis: Vec<Vec<f64>>,
     influence_weights: Vec<Vec<f64>>,
     influence_edges: Vec<Vec<u32>>,
-    frame_neighbors: Vec<u32>,
+    /// The vectors' own name.
+    #[serde(rename = "frame_neighbors")]
+    tangent_neighbors: Vec<u32>,
     pose_features: Vec<Vec<f64>>,
     rbf_weights: Vec<Vec<[f64; 3]>>,
     frames: Vec<Frame>,
@@ -124,7 +126,7 @@ fn every_intermediate_of_the_solve_is_within_1e_9() {
         let expected = &case.expected;
         let flat = |rows: &[Vec<f64>]| rows.concat();
         assert_eq!(rig.influence_edges, expected.influence_edges.concat(), "{name}: influence edges");
-        assert_eq!(rig.frame_neighbors, expected.frame_neighbors, "{name}: frame neighbours");
+        assert_eq!(rig.tangent_neighbors, expected.tangent_neighbors, "{name}: tangent neighbours");
         let rest = evaluate(&rig, &case.handles.iter().map(|&v| case.rest[v as usize]).collect::<Vec<_>>());
         let errors = [
             (

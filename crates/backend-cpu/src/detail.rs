@@ -1,13 +1,14 @@
 //! The detail: radial basis functions of the strains.
 //!
-//! A vertex's distance from a centre, `Σ_k α_k (f_e(k) − f_je(k))²`, is a row of a sparse matrix, V × F, times a column of the table of
-//! squared differences, F × N. Vertices that lie side by side are driven by nearly the same strain edges: sixteen of them share the list
+//! Vertices' distances from centres, `Σ_k α_k (f_e(k) − f_je(k))²`, are a sparse matrix, V × F, times the table of squared differences,
+//! F × N. Vertices that lie side by side are driven by nearly the same strain edges: those of a tile share the list
 //! of all their edges, and where an edge drives one of them and not the other, α is zero, which changes no sum. So nothing is gathered.
 use crate::lanes::{Lanes, load3, store3};
-use crate::rows::{GROUP, ROW, Row, RowVectors};
+use crate::lines::{GROUP, Line, Line3};
 use pulp::Simd;
 use rhytid_core::Rig;
 use rhytid_kernels::detail::{pivoted, tile_influences};
+use rhytid_kernels::table::TILE;
 use rhytid_kernels::{Number, differences};
 
 /// Centres whose distances are summed at once in one frame.
@@ -18,10 +19,10 @@ const GROUP_CENTERS: usize = 4;
 const GROUP_VERTICES: usize = 2;
 
 /// The squared differences of a strain edge and some of the centres, in one frame.
-pub type TableRow = [f32; CENTERS];
+pub type Differences = [f32; CENTERS];
 
 /// The same in a group of frames.
-pub type GroupTableRow = [Row; GROUP_CENTERS];
+pub type GroupDifferences = [Line; GROUP_CENTERS];
 
 /// What the kernel reads of a rig.
 #[derive(Debug)]
@@ -33,41 +34,41 @@ pub struct Detail {
     /// N × F.
     pose_features: Vec<f32>,
     influences: Influences,
-    /// w, `[V/16][N][3][16]`, with the pivot's sum in its place.
-    rbf_weights: Vec<RowVectors>,
-    /// The pivot of each vertex; past V, 0.
-    pivots: Vec<[u32; ROW]>,
+    /// w, tiled, `[V/16][N][3][16]`, with the pivot's sum in its place.
+    rbf_weights: Vec<Line3>,
+    /// The pivot of each vertex, tiled; past V, 0.
+    pivots: Vec<[u32; TILE]>,
 }
 
-/// The strain edges that drive any of sixteen vertices, ascending, and how much they drive each.
+/// The strain edges that drive any of a tile's vertices, ascending, and how much they drive each.
 #[derive(Debug, Default)]
 struct Influences {
-    /// Where each sixteen vertices' edges begin, and where the last ones' end.
+    /// Where each tile's edges begin, and where the last one's end.
     first: Vec<usize>,
     edges: Vec<u32>,
-    /// α; zero where an edge does not drive a vertex.
-    weights: Vec<Row>,
+    /// A row of α for each; zero where an edge does not drive a vertex.
+    weights: Vec<Line>,
 }
 
 impl Influences {
     fn new(rig: &Rig) -> Self {
         let mut all = Self { first: vec![0], ..Self::default() };
         let (vertices, k) = (rig.vertices(), rig.influences());
-        for first in (0..vertices).step_by(ROW) {
-            let here = first * k..(first + ROW).min(vertices) * k;
+        for first in (0..vertices).step_by(TILE) {
+            let here = first * k..(first + TILE).min(vertices) * k;
             let (edges, weights) = (&rig.influence_edges[here.clone()], &rig.influence_weights[here]);
             let (edges, weights) = tile_influences(k, edges, weights);
             all.edges.extend(edges);
-            all.weights.extend(weights.into_iter().map(Row));
+            all.weights.extend(weights.into_iter().map(Line));
             all.first.push(all.edges.len());
         }
         all
     }
 
-    /// The edges that drive the `row`th sixteen vertices, and α.
+    /// The edges that drive a tile's vertices, and α.
     #[inline(always)]
-    fn at(&self, row: usize) -> (&[u32], &[Row]) {
-        let range = self.first[row]..self.first[row + 1];
+    fn at(&self, tile: usize) -> (&[u32], &[Line]) {
+        let range = self.first[tile]..self.first[tile + 1];
         (&self.edges[range.clone()], &self.weights[range])
     }
 }
@@ -76,28 +77,28 @@ impl Detail {
     pub fn new(rig: &Rig) -> Self {
         let (vertices, centers) = (rig.vertices(), rig.centers());
         let (weights, pivots) = pivoted(&rig.rbf_weights, centers);
-        let rows = vertices.div_ceil(ROW);
-        let mut rbf_weights = vec![[Row::ZERO; 3]; rows * centers];
+        let tiles = vertices.div_ceil(TILE);
+        let mut rbf_weights = vec![[Line::ZERO; 3]; tiles * centers];
         for (i, w) in weights.iter().enumerate() {
             let (v, j) = (i / centers, i % centers);
             for c in 0..3 {
-                rbf_weights[v / ROW * centers + j][c].0[v % ROW] = w[c];
+                rbf_weights[v / TILE * centers + j][c].0[v % TILE] = w[c];
             }
         }
-        let mut in_rows = vec![[0; ROW]; rows];
-        pivots.iter().enumerate().for_each(|(v, &pivot)| in_rows[v / ROW][v % ROW] = pivot);
+        let mut tiled_pivots = vec![[0; TILE]; tiles];
+        pivots.iter().enumerate().for_each(|(v, &pivot)| tiled_pivots[v / TILE][v % TILE] = pivot);
         Self {
             centers,
             edges: rig.strain_edges.len(),
             pose_features: rig.pose_features.clone(),
             influences: Influences::new(rig),
             rbf_weights,
-            pivots: in_rows,
+            pivots: tiled_pivots,
         }
     }
 
     /// The squared differences of one frame's features, `[N/8][F][8]`; past N, 0.
-    pub fn frame_table(&self, features: &[f32]) -> Vec<TableRow> {
+    pub fn frame_table(&self, features: &[f32]) -> Vec<Differences> {
         let mut table = vec![[0.0; CENTERS]; self.centers.div_ceil(CENTERS) * self.edges];
         let [strain_edges, centers] = [self.edges, self.centers].map(|n| n as u32);
         let params = differences::Params { frames: 1, strain_edges, centers };
@@ -106,15 +107,14 @@ impl Detail {
     }
 
     /// The squared differences of frames × F features of at most [`GROUP`] frames, `[N/4][F][4][16]`; past N, 0.
-    pub fn group_table(&self, features: &[f32]) -> Vec<GroupTableRow> {
-        let rows = self.centers.div_ceil(GROUP_CENTERS) * self.edges;
-        let mut table = vec![[Row::ZERO; GROUP_CENTERS]; rows];
+    pub fn group_table(&self, features: &[f32]) -> Vec<GroupDifferences> {
+        let mut table = vec![[Line::ZERO; GROUP_CENTERS]; self.centers.div_ceil(GROUP_CENTERS) * self.edges];
         for (lane, features) in features.chunks_exact(self.edges.max(1)).enumerate() {
             for j in 0..self.centers {
                 for (e, f) in features.iter().enumerate() {
                     let difference = f - self.pose_features[j * self.edges + e];
-                    let row = j / GROUP_CENTERS * self.edges + e;
-                    table[row][j % GROUP_CENTERS].0[lane] = difference * difference;
+                    let at = j / GROUP_CENTERS * self.edges + e;
+                    table[at][j % GROUP_CENTERS].0[lane] = difference * difference;
                 }
             }
         }
@@ -126,123 +126,123 @@ impl Detail {
         self.centers
     }
 
-    /// d of the `row`th [`ROW`] vertices, in one frame. `distances` has room for those from N centres.
+    /// d of a tile's vertices, in one frame. `distances` is scratch for those from N centres.
     #[inline(always)]
     pub fn frame<S: Simd>(
         &self,
         simd: S,
-        row: usize,
-        table: &[TableRow],
-        distances: &mut [Row],
-    ) -> RowVectors {
-        let (edges, weights) = self.influences.at(row);
-        let rbf_weights = &self.rbf_weights[row * self.centers..][..self.centers];
-        let mut d = [Row::ZERO; 3];
-        for part in 0..ROW / S::F32_LANES {
+        tile: usize,
+        table: &[Differences],
+        distances: &mut [Line],
+    ) -> Line3 {
+        let (edges, weights) = self.influences.at(tile);
+        let rbf_weights = &self.rbf_weights[tile * self.centers..][..self.centers];
+        let mut d = [Line::ZERO; 3];
+        for register in 0..TILE / S::F32_LANES {
             for (r, table) in distances.chunks_mut(CENTERS).zip(table.chunks_exact(self.edges.max(1))) {
                 let mut sums = [Lanes::splat(simd, 0.0); CENTERS];
                 for (e, alpha) in edges.iter().zip(weights) {
                     let squares = &table[*e as usize];
-                    let alpha = Lanes::load(simd, &alpha.0, part);
+                    let alpha = Lanes::load(simd, &alpha.0, register);
                     for j in 0..CENTERS {
-                        sums[j] = alpha.times_plus(Lanes::splat(simd, squares[j]), sums[j]);
+                        sums[j] = alpha.mul_add(Lanes::splat(simd, squares[j]), sums[j]);
                     }
                 }
                 for (r, sum) in r.iter_mut().zip(sums) {
-                    sum.root().store(&mut r.0, part);
+                    sum.sqrt().store(&mut r.0, register);
                 }
             }
-            let pivots = S::as_simd_u32s(&self.pivots[row]).0[part];
+            let pivots = S::as_simd_u32s(&self.pivots[tile]).0[register];
             let is_pivot = |j: usize| simd.equal_u32s(pivots, simd.splat_u32s(j as u32));
             let mut at_pivot = Lanes::splat(simd, 0.0);
             for (j, r) in distances.iter().enumerate() {
-                at_pivot.1 = simd.select_f32s(is_pivot(j), Lanes::load(simd, &r.0, part).1, at_pivot.1);
+                at_pivot.1 = simd.select_f32s(is_pivot(j), Lanes::load(simd, &r.0, register).1, at_pivot.1);
             }
             let mut sum = [Lanes::splat(simd, 0.0); 3];
             for (j, (r, w)) in distances.iter().zip(rbf_weights).enumerate() {
-                let away = Lanes::load(simd, &r.0, part) - at_pivot;
+                let away = Lanes::load(simd, &r.0, register) - at_pivot;
                 let factor = Lanes(simd, simd.select_f32s(is_pivot(j), at_pivot.1, away.1));
-                let w = load3(simd, w, part);
+                let w = load3(simd, w, register);
                 for c in 0..3 {
-                    sum[c] = w[c].times_plus(factor, sum[c]);
+                    sum[c] = w[c].mul_add(factor, sum[c]);
                 }
             }
-            store3(sum, &mut d, part);
+            store3(sum, &mut d, register);
         }
         d
     }
 
-    /// Room for the distances of a few vertices from all centres in a group of frames.
-    pub fn group_scratch(&self) -> [Vec<Row>; GROUP_VERTICES] {
-        std::array::from_fn(|_| vec![Row::ZERO; self.centers])
+    /// Scratch for the distances of a few vertices from all centres in a group of frames.
+    pub fn group_scratch(&self) -> [Vec<Line>; GROUP_VERTICES] {
+        std::array::from_fn(|_| vec![Line::ZERO; self.centers])
     }
 
-    /// d of the vertices from `first` on, a multiple of [`ROW`], in a group of frames.
+    /// d of the vertices from `first` on, a multiple of [`TILE`], in a group of frames.
     #[inline(always)]
     pub fn group<S: Simd>(
         &self,
         simd: S,
         first: usize,
-        table: &[GroupTableRow],
-        distances: &mut [Vec<Row>; GROUP_VERTICES],
-        out: &mut [RowVectors],
+        table: &[GroupDifferences],
+        distances: &mut [Vec<Line>; GROUP_VERTICES],
+        out: &mut [Line3],
     ) {
         for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
             let v = first + i * GROUP_VERTICES;
-            for part in 0..GROUP / S::F32_LANES {
-                self.group_distances(simd, v, part, table, distances);
+            for register in 0..GROUP / S::F32_LANES {
+                self.group_distances(simd, v, register, table, distances);
                 for (lane, (out, distances)) in out.iter_mut().zip(&*distances).enumerate() {
-                    store3(self.group_sum(simd, v + lane, part, distances), out, part);
+                    store3(self.group_sum(simd, v + lane, register, distances), out, register);
                 }
             }
         }
     }
 
-    /// r of a few vertices from each centre, in one part of a group.
+    /// r of a few vertices from each centre, in some frames of a group.
     #[inline(always)]
     fn group_distances<S: Simd>(
         &self,
         simd: S,
         v: usize,
-        part: usize,
-        table: &[GroupTableRow],
-        distances: &mut [Vec<Row>; GROUP_VERTICES],
+        register: usize,
+        table: &[GroupDifferences],
+        distances: &mut [Vec<Line>; GROUP_VERTICES],
     ) {
-        let (edges, weights) = self.influences.at(v / ROW);
+        let (edges, weights) = self.influences.at(v / TILE);
         for (chunk, table) in table.chunks_exact(self.edges.max(1)).enumerate() {
             let mut sums = [[Lanes::splat(simd, 0.0); GROUP_CENTERS]; GROUP_VERTICES];
             for (e, alphas) in edges.iter().zip(weights) {
                 let squares = &table[*e as usize];
                 let (alphas, _) = alphas.0.as_chunks::<GROUP_VERTICES>();
-                let alphas = &alphas[v % ROW / GROUP_VERTICES];
+                let alphas = &alphas[v % TILE / GROUP_VERTICES];
                 for j in 0..GROUP_CENTERS {
-                    let squares = Lanes::load(simd, &squares[j].0, part);
+                    let squares = Lanes::load(simd, &squares[j].0, register);
                     for lane in 0..GROUP_VERTICES {
-                        sums[lane][j] = Lanes::splat(simd, alphas[lane]).times_plus(squares, sums[lane][j]);
+                        sums[lane][j] = Lanes::splat(simd, alphas[lane]).mul_add(squares, sums[lane][j]);
                     }
                 }
             }
             for (r, sums) in distances.iter_mut().zip(sums) {
                 for (r, sum) in r[chunk * GROUP_CENTERS..].iter_mut().zip(sums) {
-                    sum.root().store(&mut r.0, part);
+                    sum.sqrt().store(&mut r.0, register);
                 }
             }
         }
     }
 
-    /// d of vertex `v` from its distances, in one part of a group.
+    /// d of vertex `v` from its distances, in some frames of a group.
     #[inline(always)]
-    fn group_sum<S: Simd>(&self, simd: S, v: usize, part: usize, distances: &[Row]) -> [Lanes<S>; 3] {
-        let (row, lane) = (v / ROW, v % ROW);
-        let weights = &self.rbf_weights[row * self.centers..][..self.centers];
-        let pivot = self.pivots[row][lane] as usize;
-        let at_pivot = Lanes::load(simd, &distances[pivot].0, part);
+    fn group_sum<S: Simd>(&self, simd: S, v: usize, register: usize, distances: &[Line]) -> [Lanes<S>; 3] {
+        let (tile, lane) = (v / TILE, v % TILE);
+        let weights = &self.rbf_weights[tile * self.centers..][..self.centers];
+        let pivot = self.pivots[tile][lane] as usize;
+        let at_pivot = Lanes::load(simd, &distances[pivot].0, register);
         let mut sum = [Lanes::splat(simd, 0.0); 3];
         for (j, (r, w)) in distances.iter().zip(weights).enumerate() {
-            let away = Lanes::load(simd, &r.0, part) - at_pivot;
+            let away = Lanes::load(simd, &r.0, register) - at_pivot;
             let factor = if j == pivot { at_pivot } else { away };
             for c in 0..3 {
-                sum[c] = Lanes::splat(simd, w[c].0[lane]).times_plus(factor, sum[c]);
+                sum[c] = Lanes::splat(simd, w[c].0[lane]).mul_add(factor, sum[c]);
             }
         }
         sum

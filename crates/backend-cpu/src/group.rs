@@ -1,12 +1,12 @@
 //! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
 //! read once for all of them.
-use crate::detail::GroupTableRow;
+use crate::detail::GroupDifferences;
 use crate::group_mesh::GroupMesh;
 use crate::lanes::{load3, store3};
+use crate::lines::{GROUP, Line, Line3, PANEL};
 use crate::prefetch::Prefetch;
-use crate::resident::Resident;
-use crate::rows::{GROUP, ROW, Row, RowVectors, TILE};
 use crate::times::Times;
+use crate::uploaded::UploadedRig;
 use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
@@ -14,30 +14,30 @@ use rhytid_core::{Rig, Stage};
 use rhytid_kernels::{fine_scale, vec3};
 use std::time::Instant;
 
-/// Vertices that are put into frames at once: so many that each frame's part is written in long runs.
-const BLOCK: usize = 512;
+/// Vertices whose results are put into their frames at once: so many that what each frame gets is long.
+const CHUNK: usize = 512;
 
 /// How many numbers ahead of its being written a frame's memory is asked for, a cache line at a time.
 const AHEAD: usize = 256;
 
-/// The mesh, and room for the results of a group, V each.
+/// The mesh, and what is computed of a group, V each.
 #[derive(Debug)]
 pub struct Group {
     mesh: GroupMesh,
-    smooth: Vec<RowVectors>,
-    fine: Vec<RowVectors>,
+    smooth: Vec<Line3>,
+    fine: Vec<Line3>,
 }
 
 /// What a thread computes on the way.
 struct Scratch {
-    /// Of a tile.
-    normals: [RowVectors; TILE],
-    details: [RowVectors; TILE],
+    /// Of a panel.
+    normals: [Line3; PANEL],
+    details: [Line3; PANEL],
     /// Of a vertex.
-    distances: [Vec<Row>; 2],
+    distances: [Vec<Line>; 2],
 }
 
-const ZERO: RowVectors = [Row::ZERO; 3];
+const ZERO: Line3 = [Line::ZERO; 3];
 
 impl Group {
     pub fn new(rig: &Rig) -> Self {
@@ -52,23 +52,23 @@ impl Group {
     /// The positions and normals from frames × H displacements and frames × F features, of as many frames as fill `positions`, at most [`GROUP`].
     pub fn evaluate(
         &mut self,
-        face: &Resident,
+        rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
         times: &Times,
     ) {
-        let frames = positions.len() / face.rest.len();
-        self.large_scale(face, u, frames, times);
-        self.fine(face, features, Stage::Positions, times);
+        let frames = positions.len() / rig.rest.len();
+        self.large_scale(rig, u, frames, times);
+        self.fine(rig, features, Stage::Positions, times);
         let start = Instant::now();
         let Self { mesh, fine, .. } = &*self;
-        let blocks = blocks(positions, face).zip(blocks(normals, face)).zip(fine.par_chunks(BLOCK));
-        blocks.enumerate().for_each_init(Vec::new, |room, (i, ((positions, normals), own))| {
+        let chunks = chunks(positions, rig).zip(chunks(normals, rig)).zip(fine.par_chunks(CHUNK));
+        chunks.enumerate().for_each_init(Vec::new, |scratch, (i, ((positions, normals), own))| {
             interleave(own, positions);
-            room.resize(own.len(), ZERO);
-            face.vectors.run(Normals { mesh, positions: fine, first: i * BLOCK, out: room });
-            interleave(room, normals);
+            scratch.resize(own.len(), ZERO);
+            rig.vectors.run(Normals { mesh, positions: fine, first: i * CHUNK, out: scratch });
+            interleave(scratch, normals);
         });
         times.add(Stage::Normals, start);
     }
@@ -76,23 +76,23 @@ impl Group {
     /// Another stage of the same.
     pub fn stage(
         &mut self,
-        face: &Resident,
+        rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),
         stage: Stage,
         out: &mut [[f32; 3]],
     ) {
         let times = Times::default();
-        self.large_scale(face, u, out.len() / face.rest.len(), &times);
+        self.large_scale(rig, u, out.len() / rig.rest.len(), &times);
         let result = if stage == Stage::LargeScale {
             &self.smooth
         } else {
-            self.fine(face, features, stage, &times);
+            self.fine(rig, features, stage, &times);
             &self.fine
         };
-        blocks(out, face).zip(result.par_chunks(BLOCK)).for_each(|(out, result)| interleave(result, out));
+        chunks(out, rig).zip(result.par_chunks(CHUNK)).for_each(|(out, result)| interleave(result, out));
     }
 
-    fn large_scale(&mut self, face: &Resident, u: &[[f32; 3]], frames: usize, times: &Times) {
+    fn large_scale(&mut self, rig: &UploadedRig, u: &[[f32; 3]], frames: usize, times: &Times) {
         let start = Instant::now();
         let handles = u.len() / frames;
         let mut by_handles = vec![ZERO; handles];
@@ -101,28 +101,28 @@ impl Group {
                 by_handles[i % handles][c].0[i / handles] = u[c];
             }
         }
-        let tiles = self.smooth.par_chunks_mut(TILE).zip(face.rest.par_chunks(TILE));
-        tiles.enumerate().for_each_init(Vec::new, |room, (tile, (out, rest))| {
-            face.basis.group(face.vectors, tile, &by_handles, rest, out, room);
+        let panels = self.smooth.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL));
+        panels.enumerate().for_each_init(Vec::new, |scratch, (panel, (out, rest))| {
+            rig.basis.group(rig.vectors, panel, &by_handles, rest, out, scratch);
         });
         times.add(Stage::LargeScale, start);
     }
 
     /// From the large scale to `stage`: its normals, the detail or the positions.
-    fn fine(&mut self, face: &Resident, features: &[f32], stage: Stage, times: &Times) {
-        let table = face.detail.group_table(features);
+    fn fine(&mut self, rig: &UploadedRig, features: &[f32], stage: Stage, times: &Times) {
+        let table = rig.detail.group_table(features);
         let (mesh, smooth) = (&self.mesh, &self.smooth);
         times.shared(|times| {
-            self.fine.par_chunks_mut(TILE).enumerate().for_each_init(
+            self.fine.par_chunks_mut(PANEL).enumerate().for_each_init(
                 || Scratch {
-                    normals: [ZERO; TILE],
-                    details: [ZERO; TILE],
-                    distances: face.detail.group_scratch(),
+                    normals: [ZERO; PANEL],
+                    details: [ZERO; PANEL],
+                    distances: rig.detail.group_scratch(),
                 },
                 |scratch, (i, out)| {
-                    let first = i * TILE;
-                    face.vectors.run(Fine {
-                        face,
+                    let first = i * PANEL;
+                    rig.vectors.run(Fine {
+                        rig,
                         mesh,
                         smooth,
                         table: &table,
@@ -138,58 +138,58 @@ impl Group {
     }
 }
 
-/// Each block's parts of frames × V results.
-fn blocks<'a>(
+/// Each [`CHUNK`] vertices' results in every frame, of frames × V.
+fn chunks<'a>(
     results: &'a mut [[f32; 3]],
-    face: &Resident,
+    rig: &UploadedRig,
 ) -> impl IndexedParallelIterator<Item = Vec<&'a mut [[f32; 3]]>> {
-    let vertices = face.rest.len();
-    let mut blocks: Vec<Vec<&mut [[f32; 3]]>> = Vec::new();
-    blocks.resize_with(vertices.div_ceil(BLOCK), || Vec::with_capacity(GROUP));
+    let vertices = rig.rest.len();
+    let mut chunks: Vec<Vec<&mut [[f32; 3]]>> = Vec::new();
+    chunks.resize_with(vertices.div_ceil(CHUNK), || Vec::with_capacity(GROUP));
     for frame in results.chunks_exact_mut(vertices) {
-        for (part, block) in frame.chunks_mut(BLOCK).zip(&mut blocks) {
-            block.push(part);
+        for (results, chunk) in frame.chunks_mut(CHUNK).zip(&mut chunks) {
+            chunk.push(results);
         }
     }
-    blocks.into_par_iter()
+    chunks.into_par_iter()
 }
 
-/// From one vertex in all frames to one frame of all vertices: a transposition, four rows by four columns at a time.
-fn interleave(vectors: &[RowVectors], mut frames: Vec<&mut [[f32; 3]]>) {
+/// From one vertex in all frames to one frame of all vertices: a transposition, four lines by four frames at a time.
+fn interleave(vectors: &[Line3], mut frames: Vec<&mut [[f32; 3]]>) {
     let prefetch = Prefetch::new();
-    let (rows, last) = vectors.as_flattened().as_chunks::<4>();
+    let (lines, last) = vectors.as_flattened().as_chunks::<4>();
     for (q, frames) in frames.chunks_mut(4).enumerate() {
-        for (i, rows) in rows.iter().enumerate() {
+        for (i, lines) in lines.iter().enumerate() {
             if i % 4 == 0 {
-                let line = 4 * i + AHEAD..4 * i + AHEAD + ROW;
+                let ahead = 4 * i + AHEAD..4 * i + AHEAD + GROUP;
                 for out in &*frames {
-                    let line = out.as_flattened().get(line.clone()).unwrap_or_default();
-                    prefetch.ask(bytemuck::cast_slice(line));
+                    let ahead = out.as_flattened().get(ahead.clone()).unwrap_or_default();
+                    prefetch.ask(bytemuck::cast_slice(ahead));
                 }
             }
-            let columns = rows.each_ref().map(|row| Vec4::from_slice(&row.0[4 * q..]));
-            let by_frame = Mat4::from_cols(columns[0], columns[1], columns[2], columns[3]).transpose();
+            let four = lines.each_ref().map(|line| Vec4::from_slice(&line.0[4 * q..]));
+            let by_frame = Mat4::from_cols(four[0], four[1], four[2], four[3]).transpose();
             for (out, numbers) in frames.iter_mut().zip(by_frame.to_cols_array_2d()) {
                 out.as_flattened_mut()[4 * i..4 * i + 4].copy_from_slice(&numbers);
             }
         }
         for (lane, out) in frames.iter_mut().enumerate() {
-            let out = &mut out.as_flattened_mut()[4 * rows.len()..];
-            out.iter_mut().zip(last).for_each(|(out, row)| *out = row.0[4 * q + lane]);
+            let out = &mut out.as_flattened_mut()[4 * lines.len()..];
+            out.iter_mut().zip(last).for_each(|(out, line)| *out = line.0[4 * q + lane]);
         }
     }
 }
 
-/// A tile from the large scale on.
+/// A panel from the large scale on.
 struct Fine<'a> {
-    face: &'a Resident,
+    rig: &'a UploadedRig,
     mesh: &'a GroupMesh,
-    smooth: &'a [RowVectors],
-    table: &'a [GroupTableRow],
+    smooth: &'a [Line3],
+    table: &'a [GroupDifferences],
     scratch: &'a mut Scratch,
     first: usize,
     stage: Stage,
-    out: &'a mut [RowVectors],
+    out: &'a mut [Line3],
     times: &'a Times,
 }
 
@@ -198,26 +198,26 @@ impl WithSimd for Fine<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { face, smooth, first, .. } = self;
+        let Self { rig, smooth, first, .. } = self;
         let Scratch { normals, details, distances } = self.scratch;
         let (normals, details) = (&mut normals[..self.out.len()], &mut details[..self.out.len()]);
         let start = Instant::now();
         self.mesh.normals(simd, smooth, first, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
-        face.detail.group(simd, first, self.table, distances, details);
+        rig.detail.group(simd, first, self.table, distances, details);
         let start = self.times.add(Stage::Detail, start);
         match self.stage {
             Stage::LargeScaleNormals => self.out.copy_from_slice(normals),
             Stage::Detail => self.out.copy_from_slice(details),
             _ => {
                 for (i, out) in self.out.iter_mut().enumerate() {
-                    let neighbor = face.frame_neighbors[first + i] as usize;
-                    for part in 0..GROUP / S::F32_LANES {
-                        let load = |rows| load3(simd, rows, part);
+                    let neighbor = rig.tangent_neighbors[first + i] as usize;
+                    for register in 0..GROUP / S::F32_LANES {
+                        let load = |lines| load3(simd, lines, register);
                         let own = load(&smooth[first + i]);
                         let to_neighbor = vec3::sub(load(&smooth[neighbor]), own);
-                        let frame = fine_scale::local_frame(to_neighbor, load(&normals[i]));
-                        store3(fine_scale::add_detail(own, frame, load(&details[i])), out, part);
+                        let axes = fine_scale::tangent_frame(to_neighbor, load(&normals[i]));
+                        store3(fine_scale::add_detail(own, axes, load(&details[i])), out, register);
                     }
                 }
             }
@@ -229,9 +229,9 @@ impl WithSimd for Fine<'_> {
 /// The normals of consecutive vertices.
 struct Normals<'a> {
     mesh: &'a GroupMesh,
-    positions: &'a [RowVectors],
+    positions: &'a [Line3],
     first: usize,
-    out: &'a mut [RowVectors],
+    out: &'a mut [Line3],
 }
 
 impl WithSimd for Normals<'_> {

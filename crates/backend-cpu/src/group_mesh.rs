@@ -1,8 +1,8 @@
 //! The triangles at each vertex, and the normals of a group of frames.
 use crate::lanes::{Lanes, load3, store3};
+use crate::lines::{GROUP, Line3};
 use crate::mesh::pairs;
 use crate::prefetch::Prefetch;
-use crate::rows::{GROUP, RowVectors};
 use pulp::Simd;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::vec3;
@@ -35,7 +35,7 @@ impl GroupMesh {
 
     /// The normals of the vertices from `first` on, as many as `out` has, from the positions of all.
     #[inline(always)]
-    pub fn normals<S: Simd>(&self, simd: S, positions: &[RowVectors], first: usize, out: &mut [RowVectors]) {
+    pub fn normals<S: Simd>(&self, simd: S, positions: &[Line3], first: usize, out: &mut [Line3]) {
         let prefetch = Prefetch::new();
         for (v, out) in (first..).zip(out) {
             // Triangles mostly ascend with their vertices: the last ones reach the vertices that were not needed before.
@@ -44,18 +44,18 @@ impl GroupMesh {
                     prefetch.ask(bytemuck::cast_slice(&positions[*corner as usize]));
                 }
             }
-            for part in 0..GROUP / S::F32_LANES {
+            for register in 0..GROUP / S::F32_LANES {
                 let mut sum = [Lanes::splat(simd, 0.0); 3];
                 for pair in self.at(v) {
-                    let [a, b, c] = [0, 1, 2].map(|i| load3(simd, &positions[pair[i] as usize], part));
+                    let [a, b, c] = [0, 1, 2].map(|i| load3(simd, &positions[pair[i] as usize], register));
                     let to_c = vec3::sub(c, a);
                     sum = vec3::add(sum, vec3::cross(vec3::sub(b, a), to_c));
                     if pair[3] != pair[2] {
-                        let d = load3(simd, &positions[pair[3] as usize], part);
+                        let d = load3(simd, &positions[pair[3] as usize], register);
                         sum = vec3::add(sum, vec3::cross(to_c, vec3::sub(d, a)));
                     }
                 }
-                store3(vec3::normalize(sum), out, part);
+                store3(vec3::normalize(sum), out, register);
             }
         }
     }

@@ -1,5 +1,5 @@
-//! As many numbers as a processor's register holds, with the operations of the twins' vector functions: what those compute for one
-//! vertex of one frame, they compute for several at once, with the same bits.
+//! Registers of numbers with the operations of the twins' vector functions: what those compute for one vertex of one frame, they compute
+//! for several at once, with the same bits.
 use pulp::Simd;
 use rhytid_kernels::Number;
 use std::ops::{Add, Div, Mul, Sub};
@@ -9,10 +9,10 @@ use std::ops::{Add, Div, Mul, Sub};
 pub struct Lanes<S: Simd>(pub S, pub S::f32s);
 
 impl<S: Simd> Lanes<S> {
-    /// The `part`th register of a row whose length is a multiple of the lanes.
+    /// The `register`th register of numbers whose count is a multiple of the lanes.
     #[inline(always)]
-    pub fn load(simd: S, row: &[f32], part: usize) -> Self {
-        Self(simd, S::as_simd_f32s(row).0[part])
+    pub fn load(simd: S, numbers: &[f32], register: usize) -> Self {
+        Self(simd, S::as_simd_f32s(numbers).0[register])
     }
 
     /// The same number in every lane.
@@ -21,21 +21,21 @@ impl<S: Simd> Lanes<S> {
         Self(simd, simd.splat_f32s(value))
     }
 
-    /// Writes the `part`th register of a row.
+    /// Writes the `register`th register of such numbers.
     #[inline(always)]
-    pub fn store(self, row: &mut [f32], part: usize) {
-        S::as_mut_simd_f32s(row).0[part] = self.1;
+    pub fn store(self, numbers: &mut [f32], register: usize) {
+        S::as_mut_simd_f32s(numbers).0[register] = self.1;
     }
 }
 
-/// The `part`th registers of three rows.
+/// The `register`th registers of three lines.
 #[inline(always)]
-pub fn load3<S: Simd>(simd: S, rows: &[impl AsRef<[f32]>; 3], part: usize) -> [Lanes<S>; 3] {
-    let [x, y, z] = rows;
+pub fn load3<S: Simd>(simd: S, lines: &[impl AsRef<[f32]>; 3], register: usize) -> [Lanes<S>; 3] {
+    let [x, y, z] = lines;
     [
-        Lanes::load(simd, x.as_ref(), part),
-        Lanes::load(simd, y.as_ref(), part),
-        Lanes::load(simd, z.as_ref(), part),
+        Lanes::load(simd, x.as_ref(), register),
+        Lanes::load(simd, y.as_ref(), register),
+        Lanes::load(simd, z.as_ref(), register),
     ]
 }
 
@@ -45,11 +45,11 @@ pub fn splat3<S: Simd>(simd: S, &[x, y, z]: &[f32; 3]) -> [Lanes<S>; 3] {
     [Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z)]
 }
 
-/// Writes the `part`th registers of three rows.
+/// Writes the `register`th registers of three lines.
 #[inline(always)]
-pub fn store3<S: Simd>(vector: [Lanes<S>; 3], rows: &mut [impl AsMut<[f32]>; 3], part: usize) {
+pub fn store3<S: Simd>(vector: [Lanes<S>; 3], lines: &mut [impl AsMut<[f32]>; 3], register: usize) {
     for c in 0..3 {
-        vector[c].store(rows[c].as_mut(), part);
+        vector[c].store(lines[c].as_mut(), register);
     }
 }
 
@@ -72,15 +72,15 @@ operator!(Div, div, div_f32s);
 
 impl<S: Simd> Number for Lanes<S> {
     #[inline(always)]
-    fn magnitude(self) -> Self {
+    fn abs(self) -> Self {
         Self(self.0, self.0.abs_f32s(self.1))
     }
     #[inline(always)]
-    fn larger(self, other: Self) -> Self {
+    fn max(self, other: Self) -> Self {
         Self(self.0, self.0.max_f32s(self.1, other.1))
     }
     #[inline(always)]
-    fn root(self) -> Self {
+    fn sqrt(self) -> Self {
         Self(self.0, self.0.sqrt_f32s(self.1))
     }
     #[inline(always)]
@@ -89,7 +89,7 @@ impl<S: Simd> Number for Lanes<S> {
     }
     #[inline(always)]
     fn or_smallest_normal(self) -> Self {
-        self.larger(Self::splat(self.0, f32::MIN_POSITIVE))
+        self.max(Self::splat(self.0, f32::MIN_POSITIVE))
     }
     #[inline(always)]
     fn or_one(self) -> Self {
@@ -97,7 +97,7 @@ impl<S: Simd> Number for Lanes<S> {
         Self(self.0, self.0.select_f32s(is_zero, self.0.splat_f32s(1.0), self.1))
     }
     #[inline(always)]
-    fn times_plus(self, y: Self, sum: Self) -> Self {
+    fn mul_add(self, y: Self, sum: Self) -> Self {
         Self(self.0, self.0.mul_add_f32s(self.1, y.1, sum.1))
     }
 }

@@ -1,15 +1,16 @@
 //! The triangles of each block of vertices, and the normals of one frame.
 use crate::blocks::blocks;
 use crate::lanes::{load3, store3};
-use crate::rows::{ROW, Row, RowVectors};
+use crate::lines::{Line, Line3};
 use glam::{Mat4, Vec3A, Vec4};
 use pulp::Simd;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
+use rhytid_kernels::table::TILE;
 use rhytid_kernels::vec3;
 use std::ops::Range;
 
-/// The triangles that touch a block's vertices, ascending, and the vertices' frame neighbours, by the block's own numbers: first its
+/// The triangles that touch a block's vertices, ascending, and the vertices' tangent neighbours, by the block's own numbers: first its
 /// vertices, then the others that it needs.
 #[derive(Debug)]
 pub struct BlockMesh {
@@ -18,7 +19,7 @@ pub struct BlockMesh {
     numbers: Numbers,
 }
 
-/// Pairs of triangles and frame neighbours in as many bytes as the block's numbers need.
+/// Pairs of triangles and tangent neighbours in as many bytes as the block's numbers need.
 #[derive(Debug)]
 enum Numbers {
     U16(Vec<[u16; 4]>, Vec<u16>),
@@ -47,18 +48,18 @@ impl Near {
 }
 
 impl BlockMesh {
-    /// For all blocks of a face.
+    /// For all blocks of a rig.
     pub fn all(
         length: usize,
         vertices: usize,
         triangles: &[[u32; 3]],
         vertex_triangles: &VertexTriangles,
-        frame_neighbors: &[u32],
+        tangent_neighbors: &[u32],
     ) -> Vec<Self> {
         let blocks: Vec<_> = blocks(vertices, length).collect();
         blocks
             .into_par_iter()
-            .map(|own| Self::new(own, triangles, vertex_triangles, frame_neighbors))
+            .map(|own| Self::new(own, triangles, vertex_triangles, tangent_neighbors))
             .collect()
     }
 
@@ -66,13 +67,13 @@ impl BlockMesh {
         own: Range<usize>,
         triangles: &[[u32; 3]],
         vertex_triangles: &VertexTriangles,
-        frame_neighbors: &[u32],
+        tangent_neighbors: &[u32],
     ) -> Self {
         let mut ids: Vec<u32> = own.clone().flat_map(|v| vertex_triangles.at(v)).copied().collect();
         ids.sort_unstable();
         ids.dedup();
         let pairs = pairs(ids.iter().map(|&t| triangles[t as usize]));
-        let neighbors = &frame_neighbors[own.clone()];
+        let neighbors = &tangent_neighbors[own.clone()];
         let all = pairs.iter().flatten().copied().chain(neighbors.iter().copied());
         let mut others: Vec<u32> = all.filter(|&v| !own.contains(&(v as usize))).collect();
         others.sort_unstable();
@@ -102,14 +103,14 @@ impl BlockMesh {
         self.own.clone()
     }
 
-    /// The normals of the block's vertices, [`ROW`] after [`ROW`]; what is behind the last vertex is zero.
+    /// The normals of the block's vertices, tile after tile; what is behind the last vertex is zero.
     #[inline(always)]
     pub fn normals<S: Simd>(
         &self,
         simd: S,
         positions: &[[f32; 3]],
         scratch: &mut MeshScratch,
-        normals: &mut Vec<RowVectors>,
+        normals: &mut Vec<Line3>,
     ) {
         let near = &mut scratch.near;
         near.clear();
@@ -125,19 +126,20 @@ impl BlockMesh {
             Numbers::U32(pairs, _) => sum_areas(pairs, near),
         }
         normals.clear();
-        for near in near[..self.own.len()].chunks(ROW) {
-            let mut row = side_by_side(|lane| near.get(lane).map_or(Vec3A::ZERO, |near| near.areas));
-            for part in 0..ROW / S::F32_LANES {
-                store3(vec3::normalize(load3(simd, &row, part)), &mut row, part);
+        for near in near[..self.own.len()].chunks(TILE) {
+            let mut normal = side_by_side(|lane| near.get(lane).map_or(Vec3A::ZERO, |near| near.areas));
+            for register in 0..TILE / S::F32_LANES {
+                store3(vec3::normalize(load3(simd, &normal, register)), &mut normal, register);
             }
-            normals.push(row);
+            normals.push(normal);
         }
     }
 
-    /// The positions of the block's `row`th [`ROW`] vertices and of their frame neighbours, after [`BlockMesh::normals`] of the same frame.
+    /// The positions of the vertices of the block's `tile`th tile and of their tangent neighbours, after [`BlockMesh::normals`] of the
+    /// same frame.
     #[inline(always)]
-    pub fn with_neighbors(&self, scratch: &MeshScratch, row: usize) -> [RowVectors; 2] {
-        let vertices = row * ROW..self.own.len().min((row + 1) * ROW);
+    pub fn with_neighbors(&self, scratch: &MeshScratch, tile: usize) -> [Line3; 2] {
+        let vertices = tile * TILE..self.own.len().min((tile + 1) * TILE);
         match &self.numbers {
             Numbers::U16(_, neighbors) => {
                 positions(&neighbors[vertices.clone()], &scratch.near[vertices], &scratch.near)
@@ -178,25 +180,25 @@ fn sum_areas<I: Copy + Into<u32>>(pairs: &[[I; 4]], near: &mut [Near]) {
 }
 
 #[inline(always)]
-fn positions<I: Copy + Into<u32>>(neighbors: &[I], own: &[Near], near: &[Near]) -> [RowVectors; 2] {
+fn positions<I: Copy + Into<u32>>(neighbors: &[I], own: &[Near], near: &[Near]) -> [Line3; 2] {
     [
         side_by_side(|lane| own.get(lane).map_or(Vec3A::ZERO, |near| near.position)),
         side_by_side(|lane| neighbors.get(lane).map_or(Vec3A::ZERO, |&v| near[v.into() as usize].position)),
     ]
 }
 
-/// [`ROW`] vectors with their coordinates apart.
+/// A tile's vectors with their coordinates apart.
 #[inline(always)]
-fn side_by_side(vector: impl Fn(usize) -> Vec3A) -> RowVectors {
-    let mut row = [Row::ZERO; 3];
-    for lane in (0..ROW).step_by(4) {
+fn side_by_side(vector: impl Fn(usize) -> Vec3A) -> Line3 {
+    let mut lines = [Line::ZERO; 3];
+    for lane in (0..TILE).step_by(4) {
         let four = [0, 1, 2, 3].map(|i| vector(lane + i).extend(0.0));
         let by_coordinate = Mat4::from_cols(four[0], four[1], four[2], four[3]).transpose();
-        for (row, numbers) in row.iter_mut().zip(by_coordinate.to_cols_array_2d()) {
-            row.0[lane..lane + 4].copy_from_slice(&numbers);
+        for (line, numbers) in lines.iter_mut().zip(by_coordinate.to_cols_array_2d()) {
+            line.0[lane..lane + 4].copy_from_slice(&numbers);
         }
     }
-    row
+    lines
 }
 
 #[cfg(test)]
@@ -215,7 +217,7 @@ mod tests {
             let (mut scratch, mut tiles) = (MeshScratch::default(), Vec::new());
             for mesh in self.0 {
                 mesh.normals(simd, self.1, &mut scratch, &mut tiles);
-                let lanes = tiles.iter().flat_map(|[x, y, z]| (0..ROW).map(|i| [x.0[i], y.0[i], z.0[i]]));
+                let lanes = tiles.iter().flat_map(|[x, y, z]| (0..TILE).map(|i| [x.0[i], y.0[i], z.0[i]]));
                 self.2.extend(lanes.take(mesh.own().len()));
             }
         }

@@ -1,20 +1,21 @@
 //! One frame: registers hold neighbouring vertices.
-use crate::detail::TableRow;
+use crate::detail::Differences;
 use crate::lanes::{load3, store3};
+use crate::lines::{Line, Line3};
 use crate::mesh::{BlockMesh, MeshScratch};
-use crate::resident::Resident;
-use crate::rows::{ROW, Row, RowVectors};
 use crate::times::Times;
+use crate::uploaded::UploadedRig;
 use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Stage;
+use rhytid_kernels::table::TILE;
 use rhytid_kernels::{fine_scale, vec3};
 use std::cell::RefCell;
 use std::time::Instant;
 use thread_local::ThreadLocal;
 
-/// Room for the large scale of one frame, V, and for what threads compute on the way: kept, since new memory is slow when it is first
+/// The large scale of one frame, V, and the threads' scratch: kept, since new memory is slow when it is first
 /// written.
 #[derive(Debug)]
 pub struct OneFrame {
@@ -26,10 +27,10 @@ pub struct OneFrame {
 #[derive(Debug, Default)]
 struct Scratch {
     mesh: MeshScratch,
-    normals: Vec<RowVectors>,
-    details: Vec<RowVectors>,
-    /// Of a row of vertices from all centres.
-    distances: Vec<Row>,
+    normals: Vec<Line3>,
+    details: Vec<Line3>,
+    /// Of a tile's vertices from all centres.
+    distances: Vec<Line>,
 }
 
 impl OneFrame {
@@ -40,19 +41,19 @@ impl OneFrame {
     /// The positions and normals from H displacements and F features.
     pub fn evaluate(
         &mut self,
-        face: &Resident,
+        rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
         times: &Times,
     ) {
-        self.large_scale(face, u, times);
-        self.fine(face, features, Stage::Positions, positions, times);
+        self.large_scale(rig, u, times);
+        self.fine(rig, features, Stage::Positions, positions, times);
         let start = Instant::now();
-        let blocks = face.meshes.par_iter().zip(normals.par_chunks_mut(face.block));
+        let blocks = rig.meshes.par_iter().zip(normals.par_chunks_mut(rig.block));
         blocks.for_each(|(mesh, out)| {
             let scratch = &mut self.scratch.get_or_default().borrow_mut();
-            face.vectors.run(Normals { mesh, positions, scratch, out });
+            rig.vectors.run(Normals { mesh, positions, scratch, out });
         });
         times.add(Stage::Normals, start);
     }
@@ -60,38 +61,38 @@ impl OneFrame {
     /// Another stage of the same.
     pub fn stage(
         &mut self,
-        face: &Resident,
+        rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),
         stage: Stage,
         out: &mut [[f32; 3]],
     ) {
         let times = Times::default();
-        self.large_scale(face, u, &times);
+        self.large_scale(rig, u, &times);
         match stage {
             Stage::LargeScale => out.copy_from_slice(&self.smooth),
-            _ => self.fine(face, features, stage, out, &times),
+            _ => self.fine(rig, features, stage, out, &times),
         }
     }
 
-    fn large_scale(&mut self, face: &Resident, u: &[[f32; 3]], times: &Times) {
+    fn large_scale(&mut self, rig: &UploadedRig, u: &[[f32; 3]], times: &Times) {
         let start = Instant::now();
-        let blocks = self.smooth.par_chunks_mut(face.block).zip(face.rest.par_chunks(face.block));
-        blocks.enumerate().for_each_init(Vec::new, |room, (i, (out, rest))| {
-            face.basis.frame(face.vectors, i * face.block, u, rest, out, room);
+        let blocks = self.smooth.par_chunks_mut(rig.block).zip(rig.rest.par_chunks(rig.block));
+        blocks.enumerate().for_each_init(Vec::new, |scratch, (i, (out, rest))| {
+            rig.basis.frame(rig.vectors, i * rig.block, u, rest, out, scratch);
         });
         times.add(Stage::LargeScale, start);
     }
 
     /// From the large scale to `stage`: its normals, the detail or the positions.
-    fn fine(&self, face: &Resident, features: &[f32], stage: Stage, out: &mut [[f32; 3]], times: &Times) {
-        let table = face.detail.frame_table(features);
-        let blocks = face.meshes.par_iter().zip(out.par_chunks_mut(face.block));
+    fn fine(&self, rig: &UploadedRig, features: &[f32], stage: Stage, out: &mut [[f32; 3]], times: &Times) {
+        let table = rig.detail.frame_table(features);
+        let blocks = rig.meshes.par_iter().zip(out.par_chunks_mut(rig.block));
         times.shared(|times| {
             blocks.for_each(|(mesh, out)| {
                 let scratch = &mut self.scratch.get_or_default().borrow_mut();
-                scratch.distances.resize(face.detail.centers(), Row::ZERO);
-                face.vectors.run(Fine {
-                    face,
+                scratch.distances.resize(rig.detail.centers(), Line::ZERO);
+                rig.vectors.run(Fine {
+                    rig,
                     mesh,
                     smooth: &self.smooth,
                     table: &table,
@@ -107,10 +108,10 @@ impl OneFrame {
 
 /// A block from the large scale on.
 struct Fine<'a> {
-    face: &'a Resident,
+    rig: &'a UploadedRig,
     mesh: &'a BlockMesh,
     smooth: &'a [[f32; 3]],
-    table: &'a [TableRow],
+    table: &'a [Differences],
     scratch: &'a mut Scratch,
     stage: Stage,
     out: &'a mut [[f32; 3]],
@@ -128,17 +129,17 @@ impl WithSimd for Fine<'_> {
         let start = self.times.add(Stage::LargeScaleNormals, start);
         details.clear();
         let own = self.mesh.own();
-        for row in own.start / ROW..own.end.div_ceil(ROW) {
-            details.push(self.face.detail.frame(simd, row, self.table, distances));
+        for tile in own.start / TILE..own.end.div_ceil(TILE) {
+            details.push(self.rig.detail.frame(simd, tile, self.table, distances));
         }
         let start = self.times.add(Stage::Detail, start);
-        for (i, out) in self.out.chunks_mut(ROW).enumerate() {
+        for (i, out) in self.out.chunks_mut(TILE).enumerate() {
             match self.stage {
                 Stage::LargeScaleNormals => interleave(&normals[i], out),
                 Stage::Detail => interleave(&details[i], out),
                 _ => {
                     let [own, neighbors] = self.mesh.with_neighbors(mesh, i);
-                    interleave(&fine_row(simd, &own, &neighbors, &normals[i], &details[i]), out);
+                    interleave(&fine_tile(simd, &own, &neighbors, &normals[i], &details[i]), out);
                 }
             }
         }
@@ -161,38 +162,32 @@ impl WithSimd for Normals<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Scratch { mesh, normals, .. } = self.scratch;
         self.mesh.normals(simd, self.positions, mesh, normals);
-        for (normals, out) in normals.iter().zip(self.out.chunks_mut(ROW)) {
+        for (normals, out) in normals.iter().zip(self.out.chunks_mut(TILE)) {
             interleave(normals, out);
         }
     }
 }
 
-/// x̃ + R d.
+/// x̃ + R d of a tile's vertices.
 #[inline(always)]
-fn fine_row<S: Simd>(
-    simd: S,
-    own: &RowVectors,
-    neighbors: &RowVectors,
-    normals: &RowVectors,
-    details: &RowVectors,
-) -> RowVectors {
-    let mut positions = [Row::ZERO; 3];
-    for part in 0..ROW / S::F32_LANES {
-        let load = |rows| load3(simd, rows, part);
+fn fine_tile<S: Simd>(simd: S, own: &Line3, neighbors: &Line3, normals: &Line3, details: &Line3) -> Line3 {
+    let mut positions = [Line::ZERO; 3];
+    for register in 0..TILE / S::F32_LANES {
+        let load = |lines| load3(simd, lines, register);
         let smooth = load(own);
-        let frame = fine_scale::local_frame(vec3::sub(load(neighbors), smooth), load(normals));
-        store3(fine_scale::add_detail(smooth, frame, load(details)), &mut positions, part);
+        let axes = fine_scale::tangent_frame(vec3::sub(load(neighbors), smooth), load(normals));
+        store3(fine_scale::add_detail(smooth, axes, load(details)), &mut positions, register);
     }
     positions
 }
 
-/// The first vectors of a row, as many as `out` has.
+/// The first vectors of a tile, as many as `out` has.
 #[inline(always)]
-fn interleave(row: &RowVectors, out: &mut [[f32; 3]]) {
-    if let ([out], []) = out.as_chunks_mut::<ROW>() {
+fn interleave(lines: &Line3, out: &mut [[f32; 3]]) {
+    if let ([out], []) = out.as_chunks_mut::<TILE>() {
         let out = out.as_flattened_mut();
-        for lane in (0..ROW).step_by(4) {
-            let [x, y, z] = row.each_ref().map(|numbers| Vec4::from_slice(&numbers.0[lane..]));
+        for lane in (0..TILE).step_by(4) {
+            let [x, y, z] = lines.each_ref().map(|line| Vec4::from_slice(&line.0[lane..]));
             let vectors = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose().to_cols_array_2d();
             // Four numbers at a time, of which the last is in the next vector's place and is overwritten.
             for (i, vector) in vectors.iter().enumerate() {
@@ -203,7 +198,7 @@ fn interleave(row: &RowVectors, out: &mut [[f32; 3]]) {
         }
     } else {
         for (lane, out) in out.iter_mut().enumerate() {
-            *out = row.each_ref().map(|numbers| numbers.0[lane]);
+            *out = lines.each_ref().map(|line| line.0[lane]);
         }
     }
 }

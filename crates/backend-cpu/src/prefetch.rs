@@ -1,4 +1,4 @@
-//! Asking for memory a little before it is needed, where the work's order is not one that the processor foresees.
+//! Requests for memory a little before it is needed, where the work's order is not one that the processor foresees.
 
 /// Bytes of a cache line.
 #[cfg(target_arch = "x86_64")]

@@ -1,8 +1,8 @@
 use crate::group::Group;
+use crate::lines::GROUP;
 use crate::one_frame::OneFrame;
-use crate::resident::Resident;
-use crate::rows::GROUP;
 use crate::times::Times;
+use crate::uploaded::UploadedRig;
 use rhytid_core::{HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use rhytid_kernels::{strain, vec3};
 use std::ops::Range;
@@ -14,7 +14,7 @@ const FEWEST: usize = 8;
 /// A rig in host memory, and the last batch. Positions and normals are kept; the other stages are computed again when they are read.
 #[derive(Debug)]
 pub struct CpuSession {
-    face: Resident,
+    rig: UploadedRig,
     handle_rest: Vec<[f32; 3]>,
     strain_edges: Vec<[u32; 2]>,
     rest_lengths: Vec<f32>,
@@ -36,7 +36,7 @@ impl CpuSession {
     pub(crate) fn new(rig: &Rig, options: UploadOptions) -> Self {
         let (vertices, max_frames) = (rig.vertices(), options.max_frames);
         Self {
-            face: Resident::new(rig, options.basis),
+            rig: UploadedRig::new(rig, options.basis),
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
             strain_edges: rig.strain_edges.clone(),
             rest_lengths: strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
@@ -94,20 +94,20 @@ impl Session for CpuSession {
                 &self.displacements[of(self.handle_rest.len())],
                 &self.features[of(self.strain_edges.len())],
             );
-            let results = of(self.face.rest.len());
+            let results = of(self.rig.rest.len());
             let (positions, normals) = (&mut self.positions[results.clone()], &mut self.normals[results]);
             match &mut self.group {
                 Some(group) if run.len() > 1 => {
-                    group.evaluate(&self.face, inputs, positions, normals, &self.times);
+                    group.evaluate(&self.rig, inputs, positions, normals, &self.times);
                 }
-                _ => self.one_frame.evaluate(&self.face, inputs, positions, normals, &self.times),
+                _ => self.one_frame.evaluate(&self.rig, inputs, positions, normals, &self.times),
             }
         }
         Ok(())
     }
 
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
-        let values = self.frames * self.face.rest.len();
+        let values = self.frames * self.rig.rest.len();
         out.clear();
         match stage {
             Stage::Strain => out.extend_from_slice(&self.features),
@@ -122,10 +122,10 @@ impl Session for CpuSession {
                         &self.displacements[of(self.handle_rest.len())],
                         &self.features[of(self.strain_edges.len())],
                     );
-                    let out = &mut out[of(self.face.rest.len())];
+                    let out = &mut out[of(self.rig.rest.len())];
                     match &mut self.group {
-                        Some(group) if run.len() > 1 => group.stage(&self.face, inputs, stage, out),
-                        _ => self.one_frame.stage(&self.face, inputs, stage, out),
+                        Some(group) if run.len() > 1 => group.stage(&self.rig, inputs, stage, out),
+                        _ => self.one_frame.stage(&self.rig, inputs, stage, out),
                     }
                 }
             }
@@ -154,7 +154,7 @@ mod tests {
         vectors: Vectors,
     ) -> Vec<Vec<u32>> {
         let mut session = CpuSession::new(rig, UploadOptions { max_frames: frames, basis });
-        session.face.vectors = vectors;
+        session.rig.vectors = vectors;
         let positions = &handles[..frames * rig.handles.len() * 3];
         session.evaluate(HandleFrames { positions, frames }).unwrap();
         let read = |stage| {
@@ -215,7 +215,7 @@ mod tests {
 
     /// Handles that go their own ways by 1 bring some vertex near the bound, and none past it.
     #[test]
-    fn halves_move_no_vertex_further_than_said() {
+    fn fp16_moves_no_vertex_further_than_said() {
         let face = rhytid_demo::face(1_500);
         let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
         let bound = BasisStorage::F16.largest_error(&rig) as f32;

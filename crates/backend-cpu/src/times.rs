@@ -1,4 +1,4 @@
-//! How long each stage takes, also where threads go through several stages block by block.
+//! The time that each stage takes, also where threads go through several stages block by block.
 use rhytid_core::Stage;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! Which of the processor's registers the work is done in, found when the program runs.
+//! The processor's registers that the work is done in, found when the program runs.
 use pulp::{Arch, WithSimd};
 
 /// A kind of vectors.

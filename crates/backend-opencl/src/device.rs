@@ -11,8 +11,8 @@ use std::sync::{Mutex, PoisonError};
 /// infinities and take squares of small numbers for zero, and the devices would no longer agree.
 const BUILD_OPTIONS: &str = "-cl-std=CL1.2";
 
-/// A kernel's name, and the frames that a work item computes.
-type Build = (&'static str, u32);
+/// A kernel, and the frames that a work item computes.
+type Build = (Kernel, u32);
 
 /// An OpenCL device, with its kernels built. Sessions may outlive it.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ impl Backend for OpenCl {
     }
 
     fn open(device: &DeviceInfo) -> Result<Self> {
-        Self::open_with(device, |kernel| kernel.opencl.to_owned())
+        Self::open_with(device, |kernel| kernel.entry().opencl.to_owned())
     }
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<OpenClSession> {
@@ -46,7 +46,7 @@ impl Backend for OpenCl {
 
 impl OpenCl {
     /// Opens a device with kernels from this source.
-    pub(crate) fn open_with(info: &DeviceInfo, source: impl Fn(&Kernel) -> String) -> Result<Self> {
+    pub(crate) fn open_with(info: &DeviceInfo, source: impl Fn(Kernel) -> String) -> Result<Self> {
         let name = info.id();
         let error = |kind, message| Error::Device { kind, device: name.clone(), message };
         let devices = usable_devices()?;
@@ -75,45 +75,48 @@ impl OpenCl {
         let context = Context::of(device).map_err(Status::of(&name, "making a context"))?;
         // What is a vector for a GPU's workgroup is one for a processor's work item.
         let vertices = (info.kind == DeviceKind::Cpu).then_some(TILE as u32);
-        let build = |(kernel, frames): (&'static Kernel, u32)| {
+        let build = |(kernel, frames): Build| {
+            let entry = kernel.entry();
             let mut options = BUILD_OPTIONS.to_owned();
-            if kernel.batched {
+            if entry.batched {
                 options += &format!(" -D FRAMES={frames}");
             }
-            if kernel.each == Each::Vertex {
-                options += &format!(" -D VERTICES={}", vertices.unwrap_or(kernel.at_once));
+            if entry.each == Each::Vertex {
+                options += &format!(" -D VERTICES={}", vertices.unwrap_or(entry.at_once));
             }
             let program = Program::build(&context, device, &source(kernel), &options);
             let program = program.map_err(|failure| match failure {
                 BuildError::Log(log) => {
                     let message =
-                        format!("the kernel {} does not build; the compiler says:\n{log}", kernel.name);
+                        format!("the kernel {} does not build; the compiler says:\n{log}", entry.name);
                     error(DeviceErrorKind::Build, message)
                 }
                 BuildError::Status(status) => {
-                    Status::of(&name, &format!("building the kernel {}", kernel.name))(status)
+                    Status::of(&name, &format!("building the kernel {}", entry.name))(status)
                 }
             });
-            Ok(((kernel.name, frames), program?))
+            Ok(((kernel, frames), program?))
         };
         let programs = builds().map(build).collect::<Result<_>>()?;
         Ok(Self { name, device, context, programs, vertices, limits, memory_bytes })
     }
 
     /// Kernel objects of their own for the caller, without arguments: one for each number of frames at once.
-    pub(crate) fn kernels(&self, kernel: &Kernel) -> Result<Vec<(u32, cl::Kernel)>> {
-        let programs = self.programs.iter().filter(|((name, _), _)| *name == kernel.name);
-        let made = programs.map(|((name, frames), program)| {
-            let made = cl::Kernel::of(program, name).map_err(Status::of(&self.name, "making a kernel"))?;
+    pub(crate) fn kernels(&self, kernel: Kernel) -> Result<Vec<(u32, cl::Kernel)>> {
+        let programs = self.programs.iter().filter(|((of, _), _)| *of == kernel);
+        let made = programs.map(|((_, frames), program)| {
+            let made =
+                cl::Kernel::of(program, kernel.name()).map_err(Status::of(&self.name, "making a kernel"))?;
             Ok((*frames, made))
         });
         made.collect()
     }
 
     /// Work items of a workgroup.
-    pub(crate) fn workgroup_size(&self, kernel: &Kernel) -> usize {
-        let vertices = self.vertices.filter(|_| kernel.each == Each::Vertex).unwrap_or(kernel.at_once);
-        (WORKGROUP_SIZE * kernel.at_once / vertices) as usize
+    pub(crate) fn workgroup_size(&self, kernel: Kernel) -> usize {
+        let entry = kernel.entry();
+        let vertices = self.vertices.filter(|_| entry.each == Each::Vertex).unwrap_or(entry.at_once);
+        (WORKGROUP_SIZE * entry.at_once / vertices) as usize
     }
 }
 

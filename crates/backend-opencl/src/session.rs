@@ -40,7 +40,7 @@ impl Bound {
         let mut builds = self.builds.iter_mut();
         let found = builds.find(|(frames, _)| *frames == dispatch.frames_at_once);
         found.map(|(_, kernel)| kernel).ok_or_else(|| {
-            let (name, frames) = (dispatch.kernel.name, dispatch.frames_at_once);
+            let (name, frames) = (dispatch.kernel.name(), dispatch.frames_at_once);
             Error::Internal(format!(
                 "there is no OpenCL program of the kernel {name} for {frames} frames at once"
             ))
@@ -55,8 +55,8 @@ impl OpenClSession {
         // With drivers that allocate on first use, the operating system would otherwise stop the program.
         if plan.bytes() > on.memory_bytes {
             let message = format!(
-                "the rig with room for {} frames needs {} bytes, and the device has {}; make batches smaller, or store the \
-                 basis in halves",
+                "the rig with batches of {} frames needs {} bytes, and the device has {}; make batches smaller, or store the \
+                 basis as fp16",
                 options.max_frames,
                 plan.bytes(),
                 on.memory_bytes
@@ -71,12 +71,13 @@ impl OpenClSession {
             } else {
                 CL_MEM_READ_ONLY
             };
-            let doing = format!("making the buffer {} of {} bytes", planned.name, planned.bytes);
+            let doing = format!("making the buffer {} of {} bytes", planned.buffer.name(), planned.bytes);
             let buffer = Buffer::with_bytes(&on.context, flags, planned.bytes as usize)
                 .map_err(Status::of(&device, &doing))?;
             let contents = plan.contents(rig, index);
             if !contents.is_empty() {
-                let doing = format!("filling the buffer {} with {} bytes", planned.name, contents.len());
+                let doing =
+                    format!("filling the buffer {} with {} bytes", planned.buffer.name(), contents.len());
                 queue.write(&buffer, &contents).map_err(Status::of(&device, &doing))?;
             }
             buffers.push(buffer);
@@ -85,7 +86,8 @@ impl OpenClSession {
         for dispatch in plan.dispatches(options.max_frames) {
             let mut builds = on.kernels(dispatch.kernel)?;
             for (argument, &buffer) in dispatch.buffers.iter().enumerate() {
-                let doing = format!("binding {} to {}", plan.buffers()[buffer].name, dispatch.kernel.name);
+                let doing =
+                    format!("binding {} to {}", plan.buffers()[buffer].buffer.name(), dispatch.kernel.name());
                 for (_, kernel) in &mut builds {
                     kernel.set_buffer(argument, &buffers[buffer]).map_err(Status::of(&device, &doing))?;
                 }
@@ -114,7 +116,7 @@ impl OpenClSession {
         self.frames = 0;
         self.dispatches = self.plan.dispatches(frames);
         for (dispatch, bound) in self.dispatches.iter().zip(&mut self.kernels) {
-            let doing = format!("setting the parameters of {}", dispatch.kernel.name);
+            let doing = format!("setting the parameters of {}", dispatch.kernel.name());
             bound
                 .build(dispatch)?
                 .set_words(dispatch.buffers.len(), &dispatch.params)
@@ -153,7 +155,7 @@ impl Session for OpenClSession {
             let kernel = bound.build(dispatch)?;
             // SAFETY: buffers and parameters are the plan's for this rig, whose indices were checked.
             let event = unsafe { self.queue.run(kernel, dispatch.workgroups, workgroup_size) };
-            let doing = || format!("starting the kernel {}", dispatch.kernel.name);
+            let doing = || format!("starting the kernel {}", dispatch.kernel.name());
             self.runs.push(event.map_err(|status| Status::of(&self.device, &doing())(status))?);
         }
         self.queue.flush().map_err(Status::of(&self.device, "starting the kernels"))

@@ -22,7 +22,7 @@ impl Status {
             let kind = status.kind();
             let advice = match kind {
                 DeviceErrorKind::OutOfMemory => {
-                    ": the device's memory does not suffice; make batches smaller, store the basis in halves, or close \
+                    ": the device's memory does not suffice; make batches smaller, store the basis as fp16, or close \
                      other programs that use the device"
                 }
                 DeviceErrorKind::Lost => ": the device was reset or taken away; open it again",

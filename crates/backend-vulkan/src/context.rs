@@ -8,14 +8,14 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{DeviceErrorKind, DeviceInfo, Result};
-use rhytid_kernels::table::{KERNELS, Kernel, builds};
+use rhytid_kernels::table::{Kernel, builds};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Small sessions share blocks of this size; larger ones follow as more is needed.
-const FIRST_BLOCK: u64 = 16 << 20;
-/// The largest block that buffers share; what is larger has memory of its own.
-const LARGEST_BLOCK: u64 = 256 << 20;
+/// Small sessions share a piece of memory of this size; larger ones follow as more is needed.
+const FIRST_PIECE: u64 = 16 << 20;
+/// The largest piece that buffers share; what is larger has memory of its own.
+const LARGEST_PIECE: u64 = 256 << 20;
 
 pub(crate) struct Context {
     pub(crate) info: DeviceInfo,
@@ -108,7 +108,7 @@ impl Context {
             allocator: Mutex::new(None),
             instance,
         };
-        let most_bindings = KERNELS.iter().map(|kernel| kernel.bindings.len()).max().unwrap_or(0);
+        let most_bindings = Kernel::ALL.iter().map(|kernel| kernel.entry().bindings.len()).max().unwrap_or(0);
         if (physical.max_storage_buffers as usize) < most_bindings {
             let found = physical.max_storage_buffers;
             let message = format!("a kernel needs {most_bindings} storage buffers, this device has {found}");
@@ -135,9 +135,9 @@ impl Context {
             physical_device,
             debug_settings: AllocatorDebugSettings::default(),
             buffer_device_address: false,
-            allocation_sizes: AllocationSizes::new(FIRST_BLOCK, FIRST_BLOCK)
-                .with_max_device_memblock_size(LARGEST_BLOCK)
-                .with_max_host_memblock_size(LARGEST_BLOCK),
+            allocation_sizes: AllocationSizes::new(FIRST_PIECE, FIRST_PIECE)
+                .with_max_device_memblock_size(LARGEST_PIECE)
+                .with_max_host_memblock_size(LARGEST_PIECE),
         });
         let allocator = allocator.map_err(|cause| {
             let message = format!("making an allocator failed: {cause}");
@@ -158,7 +158,7 @@ impl Context {
         use_it(allocator.as_mut().expect("the allocator lives as long as the context"))
     }
 
-    /// Fails if the device's memory does not have room for this many bytes more. Some drivers would promise them all
+    /// Fails if the device's memory has fewer than this many bytes left. Some drivers would promise them all
     /// the same, and break down when they are used.
     pub(crate) fn require_memory(&self, bytes: u64) -> Result<()> {
         let Some(memory) = self.info.memory_bytes else { return Ok(()) };
@@ -170,10 +170,9 @@ impl Context {
         Err(too_large(&self.id, &what))
     }
 
-    pub(crate) fn pipeline(&self, kernel: &Kernel, frames_at_once: u32) -> &Pipeline {
-        let is = |pipeline: &&Pipeline| {
-            (pipeline.kernel.name, pipeline.frames_at_once) == (kernel.name, frames_at_once)
-        };
+    pub(crate) fn pipeline(&self, kernel: Kernel, frames_at_once: u32) -> &Pipeline {
+        let is =
+            |pipeline: &&Pipeline| (pipeline.kernel, pipeline.frames_at_once) == (kernel, frames_at_once);
         let found = self.pipelines.iter().find(is);
         found.expect("every kernel has a pipeline")
     }

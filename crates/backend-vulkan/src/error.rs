@@ -1,10 +1,10 @@
-//! From the driver's errors to ours.
+//! The driver's errors as ours.
 use ash::vk;
 use gpu_allocator::AllocationError;
 use rhytid_core::{DeviceErrorKind, Error};
 
 /// What to do where memory does not suffice.
-const LESS_MEMORY: &str = "evaluate fewer frames in a batch, or store the basis in halves";
+const LESS_MEMORY: &str = "evaluate fewer frames in a batch, or store the basis as fp16";
 
 /// For `map_err`: `doing` says what was tried, as a noun phrase.
 pub(crate) fn failed(device: &str, doing: &str) -> impl FnOnce(vk::Result) -> Error {

@@ -1,4 +1,4 @@
-//! Which devices there are, and what they can do.
+//! The devices that there are, and what they can do.
 use crate::error::failed;
 use ash::{khr, vk};
 use rhytid_core::plan::PlanLimits;

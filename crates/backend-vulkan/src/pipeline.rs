@@ -8,7 +8,7 @@ use std::io::Cursor;
 
 /// Null where it could not be made; destroying it is sound all the same.
 pub(crate) struct Pipeline {
-    pub(crate) kernel: &'static Kernel,
+    pub(crate) kernel: Kernel,
     /// The kernel's constant `FRAMES`.
     pub(crate) frames_at_once: u32,
     pub(crate) set_layout: vk::DescriptorSetLayout,
@@ -17,7 +17,7 @@ pub(crate) struct Pipeline {
 }
 
 impl Pipeline {
-    pub(crate) fn new(kernel: &'static Kernel, frames_at_once: u32) -> Self {
+    pub(crate) fn new(kernel: Kernel, frames_at_once: u32) -> Self {
         Self {
             kernel,
             frames_at_once,
@@ -29,11 +29,12 @@ impl Pipeline {
 
     /// Makes what `new` left out.
     pub(crate) fn build(&mut self, device: &ash::Device, id: &str, cache: vk::PipelineCache) -> Result<()> {
-        let name = self.kernel.name;
+        let entry = self.kernel.entry();
+        let name = entry.name;
         let failed = |what: &'static str| {
             move |result| failed(id, &format!("making the {what} of the kernel {name}"))(result)
         };
-        let bindings: Vec<_> = (0..self.kernel.bindings.len() as u32)
+        let bindings: Vec<_> = (0..entry.bindings.len() as u32)
             .map(|binding| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(binding)
@@ -49,7 +50,7 @@ impl Pipeline {
 
         let params = [vk::PushConstantRange::default()
             .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            .size(4 * self.kernel.params.len() as u32)];
+            .size(4 * entry.params.len() as u32)];
         let set_layouts = [self.set_layout];
         let create =
             vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts).push_constant_ranges(&params);
@@ -60,7 +61,7 @@ impl Pipeline {
         let broken = |cause: String| {
             error(DeviceErrorKind::Build, id, format!("the kernel {name} is not a SPIR-V module: {cause}"))
         };
-        let words = ash::util::read_spv(&mut Cursor::new(self.kernel.spirv));
+        let words = ash::util::read_spv(&mut Cursor::new(entry.spirv));
         let words = words.map_err(|cause| broken(cause.to_string()))?;
         let entry_point = CString::new(name).map_err(|cause| broken(cause.to_string()))?;
         let create = vk::ShaderModuleCreateInfo::default().code(&words);

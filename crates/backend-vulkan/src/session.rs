@@ -70,7 +70,7 @@ impl VulkanSession {
                 Role::Result { .. } => Usage::STORAGE_BUFFER | Usage::TRANSFER_SRC | Usage::VERTEX_BUFFER,
             };
             let location = MemoryLocation::GpuOnly;
-            buffers.push(Buffer::new(context, planned.name, planned.bytes, usage, location)?);
+            buffers.push(Buffer::new(context, planned.buffer.name(), planned.bytes, usage, location)?);
         }
         let host_buffer = |name, bytes: usize, usage, location| {
             Buffer::new(context, name, (bytes as u64).max(4), usage, location)

@@ -1,4 +1,4 @@
-//! From what wgpu reports, when and wherever it does, to [`Error::Device`].
+//! Faults that wgpu reports, when and wherever it does, as [`Error::Device`].
 use rhytid_core::{DeviceErrorKind, Error};
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -15,7 +15,7 @@ pub(crate) fn error_of(fault: &wgpu::Error, device: &str, doing: &str) -> Error 
     match fault {
         wgpu::Error::OutOfMemory { source } => {
             let message = format!(
-                "out of memory while {doing} ({}); use smaller batches, a basis in halves or another device",
+                "out of memory while {doing} ({}); use smaller batches, a basis stored as fp16 or another device",
                 sentence(&source.to_string())
             );
             error(OutOfMemory, device, message)

@@ -2,7 +2,7 @@
 use crate::faults::{Faults, Pending, error, error_of, scoped};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{DeviceErrorKind, Error, Result};
-use rhytid_kernels::table::{Access, KERNELS, Kernel, WORKGROUP_SIZE, builds};
+use rhytid_kernels::table::{Access, Kernel, WORKGROUP_SIZE, builds};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The device, its queue and its pipelines.
@@ -53,9 +53,9 @@ impl Gpu {
         Ok(gpu)
     }
 
-    pub fn pipeline(&self, kernel: &Kernel, frames_at_once: u32) -> &wgpu::ComputePipeline {
-        let index = builds().position(|(k, frames)| (k.name, frames) == (kernel.name, frames_at_once));
-        &self.pipelines[index.unwrap_or_else(|| unreachable!("{} is one of the kernels", kernel.name))]
+    pub fn pipeline(&self, kernel: Kernel, frames_at_once: u32) -> &wgpu::ComputePipeline {
+        let index = builds().position(|build| build == (kernel, frames_at_once));
+        &self.pipelines[index.unwrap_or_else(|| unreachable!("{} is one of the kernels", kernel.name()))]
     }
 
     /// Held while wgpu is called, and for [`Gpu::check`] and [`Gpu::wait`]. On GL all threads share a context, and wgpu
@@ -127,7 +127,8 @@ impl Gpu {
 
 /// What `limits` lack for the kernels to run.
 pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
-    let storage_buffers = KERNELS.iter().map(|kernel| kernel.bindings.len()).max().unwrap_or(0) as u32;
+    let storage_buffers =
+        Kernel::ALL.iter().map(|kernel| kernel.entry().bindings.len()).max().unwrap_or(0) as u32;
     let bindings = storage_buffers + 1;
     [
         ("max_bind_groups", limits.max_bind_groups, 1),
@@ -145,8 +146,9 @@ pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
     })
 }
 
-fn pipeline(device: &wgpu::Device, kernel: &Kernel, frames_at_once: u32) -> wgpu::ComputePipeline {
-    let storage = kernel
+fn pipeline(device: &wgpu::Device, kernel: Kernel, frames_at_once: u32) -> wgpu::ComputePipeline {
+    let entry = kernel.entry();
+    let storage = entry
         .bindings
         .iter()
         .map(|binding| wgpu::BufferBindingType::Storage { read_only: binding.access == Access::Read });
@@ -160,24 +162,24 @@ fn pipeline(device: &wgpu::Device, kernel: &Kernel, frames_at_once: u32) -> wgpu
             count: None,
         })
         .collect();
-    let label = Some(kernel.name);
-    let group =
+    let label = Some(entry.name);
+    let bind_group_layout =
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label,
-        bind_group_layouts: &[Some(&group)],
+        bind_group_layouts: &[Some(&bind_group_layout)],
         immediate_size: 0,
     });
-    let source = wgpu::ShaderSource::Wgsl(kernel.wgsl.into());
+    let source = wgpu::ShaderSource::Wgsl(entry.wgsl.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
     let constants = [("FRAMES", f64::from(frames_at_once))];
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label,
         layout: Some(&layout),
         module: &module,
-        entry_point: Some(kernel.name),
+        entry_point: Some(entry.name),
         compilation_options: wgpu::PipelineCompilationOptions {
-            constants: if kernel.batched { &constants } else { &[] },
+            constants: if entry.batched { &constants } else { &[] },
             ..Default::default()
         },
         cache: None,

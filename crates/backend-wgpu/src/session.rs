@@ -59,10 +59,10 @@ impl WgpuSession {
                 Role::Result { .. } => BufferUsages::STORAGE | BufferUsages::COPY_SRC,
                 Role::Scratch { .. } => BufferUsages::STORAGE,
             };
-            let doing = format!("uploading {}", planned.name);
+            let doing = format!("uploading {}", planned.buffer.name());
             let submission = scoped(&gpu.device, &mut pending, || {
                 let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some(planned.name),
+                    label: Some(planned.buffer.name()),
                     size: planned.bytes,
                     usage,
                     mapped_at_creation: false,
@@ -251,12 +251,12 @@ impl Session for WgpuSession {
         }
         scoped(&self.gpu.device, &mut pending, || {
             if !same {
-                let mut blocks = vec![0; self.dispatches.len() * self.params_stride];
-                for (block, dispatch) in blocks.chunks_exact_mut(self.params_stride).zip(&self.dispatches) {
+                let mut params = vec![0; self.dispatches.len() * self.params_stride];
+                for (params, dispatch) in params.chunks_exact_mut(self.params_stride).zip(&self.dispatches) {
                     let words: &[u8] = bytemuck::cast_slice(&dispatch.params);
-                    block[..words.len()].copy_from_slice(words);
+                    params[..words.len()].copy_from_slice(words);
                 }
-                self.gpu.queue.write_buffer(&self.params, 0, &blocks);
+                self.gpu.queue.write_buffer(&self.params, 0, &params);
             }
             for input in self.plan.inputs(frames) {
                 let bytes = bytemuck::cast_slice(&input.numbers);
@@ -290,7 +290,7 @@ impl Drop for WgpuSession {
 }
 
 impl Timer {
-    /// Room for the times of `passes` passes; `None` if the device cannot measure them.
+    /// For the times of `passes` passes; `None` if the device cannot measure them.
     fn new(device: &wgpu::Device, passes: u32) -> Option<Self> {
         let count = passes * 2;
         let can = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
@@ -339,7 +339,7 @@ fn bind_group(
         .map(|(binding, resource)| wgpu::BindGroupEntry { binding: binding as u32, resource })
         .collect();
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(dispatch.kernel.name),
+        label: Some(dispatch.kernel.name()),
         layout: &gpu.pipeline(dispatch.kernel, dispatch.frames_at_once).get_bind_group_layout(0),
         entries: &entries,
     })

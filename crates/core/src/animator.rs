@@ -1,8 +1,9 @@
+//! The animator: a [`Session`] behind checks of what it is given.
 use crate::{Backend, BasisStorage, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use std::time::Duration;
 
-/// The largest f16.
-const LARGEST_HALF: f32 = 65504.0;
+/// The largest fp16 number.
+const LARGEST_FP16: f32 = 65504.0;
 
 /// Drives a [`Session`] with validated input: the one place where handle positions are checked.
 #[derive(Debug)]
@@ -26,11 +27,11 @@ impl<S: Session> Animator<S> {
         }
         rig.check()?;
         if options.basis == BasisStorage::F16
-            && let Some(i) = rig.basis.iter().position(|b| b.abs() > LARGEST_HALF)
+            && let Some(i) = rig.basis.iter().position(|b| b.abs() > LARGEST_FP16)
         {
             return Err(Error::input(format!(
-                "the basis of vertex {} has the number {}, expected at most {LARGEST_HALF} in size to be stored in \
-                 halves; store it in f32",
+                "the basis of vertex {} has the number {}, expected at most {LARGEST_FP16} in size to be stored as \
+                 fp16; store it as f32",
                 i / rig.handles.len(),
                 rig.basis[i]
             )));
@@ -53,8 +54,8 @@ impl<S: Session> Animator<S> {
     /// [`Rig::labels`]. The results replace those of the last batch.
     ///
     /// # Errors
-    /// [`Error::Input`] if the length is not a multiple of 3 H, the batch is empty or above the room made for
-    /// it, or a number is not finite (the results of the last batch are kept then); [`Error::Device`].
+    /// [`Error::Input`] if the length is not a multiple of 3 H, the batch is empty or larger than
+    /// [`Animator::max_frames`], or a number is not finite (the results of the last batch are kept then); [`Error::Device`].
     pub fn evaluate(&mut self, positions: &[f32]) -> Result<()> {
         let per_frame = self.handles * 3;
         let frames = positions.len() / per_frame;

@@ -1,3 +1,4 @@
+//! The traits by which any device evaluates a rig, and what is said of devices.
 use crate::{Animator, Result, Rig};
 use half::f16;
 use rayon::prelude::*;
@@ -12,7 +13,7 @@ pub enum Stage {
     LargeScale,
     /// Normals of x̃: frames × V × 3, of length 1, or 0 at a vertex without area.
     LargeScaleNormals,
-    /// d in the local frames: frames × V × 3, mesh units.
+    /// d in the tangent frames: frames × V × 3, mesh units.
     Detail,
     /// x: frames × V × 3, mesh units.
     Positions,
@@ -49,7 +50,7 @@ pub struct HandleFrames<'a> {
     pub frames: usize,
 }
 
-/// What to make room for when a rig is made resident.
+/// How a rig is made resident.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UploadOptions {
     /// The largest batch, at least 1.
@@ -59,7 +60,7 @@ pub struct UploadOptions {
 }
 
 impl UploadOptions {
-    /// Room for batches of up to `max_frames` frames, everything in `f32`.
+    /// For batches of up to `max_frames` frames, everything in `f32`.
     pub const fn frames(max_frames: usize) -> Self {
         Self { max_frames, basis: BasisStorage::F32 }
     }
@@ -68,10 +69,10 @@ impl UploadOptions {
 /// How a device keeps the basis, by far the largest part of a rig.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BasisStorage {
-    /// As the rig has it.
+    /// As the rig has it, fp32.
     #[default]
     F32,
-    /// Rounded to the nearest `f16`: half the memory and half the traffic. The rows of handles stay exact, so markers
+    /// Rounded to the nearest fp16 number: half the memory and half the traffic. What handles have stays exact, so markers
     /// are still met; [`BasisStorage::largest_error`] says what it does to the other vertices.
     F16,
 }

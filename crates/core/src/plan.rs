@@ -1,12 +1,9 @@
-//! What every GPU backend does with a rig: which buffers it makes, what is in them, and which kernels it runs on them.
+//! The plan of what every GPU backend does with a rig: which buffers it makes, what is in them, and which kernels it runs on them.
 //! A backend adds how its API makes a buffer and runs a kernel, and nothing else.
 mod contents;
 
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
-use rhytid_kernels::table::{
-    DETAIL, DIFFERENCES, Each, FINE_SCALE, FRAMES_AT_ONCE, Kernel, LARGE_SCALE, NORMALS, STRAIN, TILE,
-    WORKGROUP_SIZE,
-};
+use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -14,8 +11,8 @@ use std::ops::Range;
 /// The smallest buffer: some APIs refuse empty ones, and a rig may have no strain edges.
 const SMALLEST_BUFFER: u64 = 16;
 
-/// The bytes of a row of a tile: a number for each of its vertices.
-const ROW: usize = TILE * 4;
+/// The bytes of a row: a number for each vertex of a tile.
+const ROW_BYTES: usize = TILE * 4;
 
 /// Kernels count in 32 bits, so no array is larger than this whatever the device could do.
 const LARGEST_BINDING: u64 = 1 << 31;
@@ -36,7 +33,7 @@ pub struct PlanLimits {
 #[derive(Debug, Clone)]
 pub struct Plan {
     sizes: Sizes,
-    half_basis: bool,
+    fp16_basis: bool,
     /// H×3.
     handle_rest: Vec<[f32; 3]>,
     parts: Vec<Range<usize>>,
@@ -60,8 +57,8 @@ struct Sizes {
 /// A buffer to make.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlannedBuffer {
-    /// Its name in the kernels, or, of a result, its stage's.
-    pub name: &'static str,
+    /// Which of the kernels' buffers.
+    pub buffer: Buffer,
     /// Its size: a multiple of 4, at least 16.
     pub bytes: u64,
     /// What it is for.
@@ -117,7 +114,7 @@ pub struct Input<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dispatch {
     /// Which kernel.
-    pub kernel: &'static Kernel,
+    pub kernel: Kernel,
     /// Frames of an invocation, the kernel's constant `FRAMES`: 1 where it has none.
     pub frames_at_once: u32,
     /// The stage that it computes, or a part of it. It needs the stages before it finished, and of its own stage the
@@ -134,7 +131,7 @@ pub struct Dispatch {
 impl Dispatch {
     /// Whether this needs `before`, the dispatch before it, finished.
     pub fn follows(&self, before: &Self) -> bool {
-        (self.stage, self.kernel.name) != (before.stage, before.kernel.name)
+        (self.stage, self.kernel) != (before.stage, before.kernel)
     }
 }
 
@@ -150,7 +147,7 @@ impl Plan {
             edges: rig.strain_edges.len(),
             centers: rig.centers(),
         };
-        let half_basis = options.basis == BasisStorage::F16;
+        let fp16_basis = options.basis == BasisStorage::F16;
         let limit = limits.max_binding_bytes.min(LARGEST_BINDING) as usize;
         let unsupported = |what: &str, needs: usize, has: usize| Error::Device {
             kind: DeviceErrorKind::Unsupported,
@@ -163,7 +160,7 @@ impl Plan {
             return Err(unsupported("the number of strain edges", sizes.edges, most_vertices));
         }
 
-        let basis_bytes = sizes.handles * if half_basis { 2 } else { 4 };
+        let basis_bytes = sizes.handles * if fp16_basis { 2 } else { 4 };
         let tile_bytes = TILE * basis_bytes.max(sizes.centers * 12);
         if tile_bytes > limit {
             return Err(unsupported("a binding of 16 vertices, in bytes,", tile_bytes, limit));
@@ -171,14 +168,14 @@ impl Plan {
         let (fan_offsets, influence_offsets) = (contents::fan_offsets(rig), contents::influence_offsets(rig));
         let most_tiles = (limit / tile_bytes).min(most_vertices / TILE).max(1);
         let bytes_of_rows = |part: &Range<usize>| {
-            [&fan_offsets, &influence_offsets].map(|offsets| rows(offsets, part).len() * ROW)
+            [&fan_offsets, &influence_offsets].map(|offsets| rows(offsets, part).len() * ROW_BYTES)
         };
         let parts = parts(sizes.vertices, |part| {
             part.len() <= most_tiles * TILE && bytes_of_rows(part).iter().all(|&bytes| bytes <= limit)
         });
         let frame_bytes = (sizes.vertices * 12).max(sizes.handles * 16).max(sizes.table_len() * 4);
-        let row_bytes = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
-        let whole = frame_bytes.max(row_bytes).max(sizes.edges * 8);
+        let bytes_of_rows = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
+        let whole = frame_bytes.max(bytes_of_rows).max(sizes.edges * 8);
         if whole > limit {
             return Err(unsupported("a binding, in bytes,", whole, limit));
         }
@@ -187,7 +184,7 @@ impl Plan {
 
         let mut plan = Self {
             sizes,
-            half_basis,
+            fp16_basis,
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
             parts,
             fan_offsets,
@@ -201,49 +198,63 @@ impl Plan {
     }
 
     fn plan_buffers(&mut self) {
-        let Sizes { vertices, handles, edges, centers } = self.sizes;
-        let table_len = self.sizes.table_len();
-        let mut add = |name: &'static str, bytes: usize, role: Role| {
+        let mut planned = Vec::new();
+        let mut add = |buffer, role: Role, bytes: usize| {
             let bytes = (bytes as u64).max(SMALLEST_BUFFER);
-            self.buffers.push(PlannedBuffer { name, bytes, role });
+            planned.push(PlannedBuffer { buffer, bytes, role });
         };
-        for (name, bytes) in [
-            ("rest", vertices * 12),
-            ("handle_rest", handles * 12),
-            ("strain_edges", edges * 8),
-            ("rest_lengths", edges * 4),
-            ("pose_features", centers * edges * 4),
-            ("frame_neighbors", vertices * 4),
-        ] {
-            add(name, bytes, Role::Constant { part: None });
+        let of = |all: Extent| Buffer::ALL.into_iter().filter(move |&buffer| extent(buffer) == all);
+        for buffer in of(Extent::Rig) {
+            add(buffer, Role::Constant { part: None }, self.bytes_of(buffer, &(0..self.sizes.vertices), 0));
         }
-        let basis_bytes = if self.half_basis { 2 } else { 4 };
         for part in &self.parts {
-            let tiled = part.len().next_multiple_of(TILE);
-            let offsets = part.len().div_ceil(TILE) + 1;
-            let influences = rows(&self.influence_offsets, part).len();
-            for (name, bytes) in [
-                ("basis", tiled * handles * basis_bytes),
-                ("influence_offsets", offsets * 4),
-                ("influence_edges", influences * 4),
-                ("influence_weights", influences * ROW),
-                ("rbf_weights", tiled * centers * 12),
-                ("pivots", tiled * 4),
-                ("fan_offsets", offsets * 4),
-                ("fans", rows(&self.fan_offsets, part).len() * ROW),
-            ] {
-                add(name, bytes, Role::Constant { part: Some(part.clone()) });
+            for buffer in of(Extent::Part) {
+                add(buffer, Role::Constant { part: Some(part.clone()) }, self.bytes_of(buffer, part, 0));
             }
         }
         for slice in 0..self.max_frames.div_ceil(self.frames_per_slice) {
             let frames = self.frames_per_slice.min(self.max_frames - slice * self.frames_per_slice);
-            add("handle_positions", frames * handles * 12, Role::Input { slice });
-            add("displacements", frames * handles * 16, Role::Input { slice });
-            add("squared_differences", frames * table_len * 4, Role::Scratch { slice });
-            for stage in Stage::ALL {
-                let values = if stage == Stage::Strain { edges } else { vertices * 3 };
-                add(result_name(stage), frames * values * 4, Role::Result { slice, stage });
+            for buffer in Buffer::ALL {
+                let role = match extent(buffer) {
+                    Extent::Rig | Extent::Part => continue,
+                    Extent::Input => Role::Input { slice },
+                    Extent::Scratch => Role::Scratch { slice },
+                    Extent::Result(stage) => Role::Result { slice, stage },
+                };
+                add(buffer, role, self.bytes_of(buffer, &(0..self.sizes.vertices), frames));
             }
+        }
+        self.buffers = planned;
+    }
+
+    /// The bytes of a buffer for the vertices of a part and this many frames.
+    fn bytes_of(&self, buffer: Buffer, part: &Range<usize>, frames: usize) -> usize {
+        let Sizes { vertices, handles, edges, centers } = self.sizes;
+        let (tiles, tiled) = (part.len().div_ceil(TILE), part.len().next_multiple_of(TILE));
+        let basis_bytes = if self.fp16_basis { 2 } else { 4 };
+        match buffer {
+            Buffer::Rest => vertices * 12,
+            Buffer::HandleRest => handles * 12,
+            Buffer::StrainEdges => edges * 8,
+            Buffer::RestLengths => edges * 4,
+            Buffer::PoseFeatures => centers * edges * 4,
+            Buffer::TangentNeighbors => vertices * 4,
+            Buffer::Basis => tiled * handles * basis_bytes,
+            Buffer::InfluenceOffsets | Buffer::FanOffsets => (tiles + 1) * 4,
+            Buffer::InfluenceEdges => rows(&self.influence_offsets, part).len() * 4,
+            Buffer::InfluenceWeights => rows(&self.influence_offsets, part).len() * ROW_BYTES,
+            Buffer::RbfWeights => tiled * centers * 12,
+            Buffer::Pivots => tiled * 4,
+            Buffer::Fans => rows(&self.fan_offsets, part).len() * ROW_BYTES,
+            Buffer::HandlePositions => frames * handles * 12,
+            Buffer::Displacements => frames * handles * 16,
+            Buffer::SquaredDifferences => frames * self.sizes.table_len() * 4,
+            Buffer::Features => frames * edges * 4,
+            Buffer::LargeScalePositions
+            | Buffer::LargeScaleNormals
+            | Buffer::LocalDetail
+            | Buffer::Positions
+            | Buffer::VertexNormals => frames * vertices * 12,
         }
     }
 
@@ -257,13 +268,14 @@ impl Plan {
         self.buffers.iter().map(|buffer| buffer.bytes).sum()
     }
 
-    /// The slices of a batch of `frames` frames, at most as many as there is room for.
+    /// The slices of a batch of `frames` frames, at most [`UploadOptions::max_frames`].
     pub fn slices(&self, frames: usize) -> impl Iterator<Item = Slice> {
         (0..frames.div_ceil(self.frames_per_slice)).map(move |slice| {
             let first = slice * self.frames_per_slice;
             Slice {
                 frames: first..(first + self.frames_per_slice).min(frames),
-                results: Stage::ALL.map(|stage| self.find(result_name(stage), None, slice)),
+                results: Stage::ALL
+                    .map(|stage| self.find(|planned| planned.role == Role::Result { slice, stage })),
             }
         })
     }
@@ -289,19 +301,19 @@ impl Plan {
         let mut dispatches = Vec::new();
         for (slice, Slice { frames, .. }) in self.slices(frames).enumerate() {
             let frames = frames.len() as u32;
-            let frames_of = |kernel: &Kernel| if kernel.batched && frames > 1 { FRAMES_AT_ONCE } else { 1 };
             for (stage, kernel) in STEPS {
+                let entry = kernel.entry();
                 // These are never split.
                 let edges = 0..self.sizes.edges;
-                let parts = match kernel.each {
+                let parts = match entry.each {
                     Each::StrainEdge => std::slice::from_ref(&edges),
                     Each::Vertex => &self.parts[..],
                 };
-                let frames_at_once = frames_of(kernel);
+                let frames_at_once = if entry.batched && frames > 1 { FRAMES_AT_ONCE } else { 1 };
                 for part in parts.iter().filter(|part| !part.is_empty()) {
-                    let buffers = kernel.bindings.iter();
-                    let buffers = buffers.map(|b| self.find(bound_name(stage, b.name), Some(part), slice));
-                    let in_workgroup = WORKGROUP_SIZE * kernel.at_once;
+                    let buffers = entry.bindings.iter();
+                    let buffers = buffers.map(|b| self.bound(bound(stage, b.buffer), part, slice));
+                    let in_workgroup = WORKGROUP_SIZE * entry.at_once;
                     dispatches.push(Dispatch {
                         kernel,
                         frames_at_once,
@@ -320,24 +332,24 @@ impl Plan {
     }
 
     /// The parameters of `kernel` for `part`.
-    fn params(&self, kernel: &Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
+    fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
         let Sizes { vertices, handles, edges, centers } = self.sizes;
         let [vertices, handles, strain_edges, centers] =
             [vertices, handles, edges, centers].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
-        match kernel.name {
-            "strain" => words(&strain::Params { frames, handles, strain_edges }),
-            "large_scale" => words(&large_scale::Params {
+        match kernel {
+            Kernel::Strain => words(&strain::Params { frames, handles, strain_edges }),
+            Kernel::LargeScale => words(&large_scale::Params {
                 frames,
                 vertices,
                 first_vertex,
                 part_vertices,
                 handles,
-                half_basis: u32::from(self.half_basis),
+                fp16_basis: u32::from(self.fp16_basis),
             }),
-            "normals" => words(&normals::Params { frames, vertices, first_vertex, part_vertices }),
-            "differences" => words(&differences::Params { frames, strain_edges, centers }),
-            "detail" => words(&detail::Params {
+            Kernel::Normals => words(&normals::Params { frames, vertices, first_vertex, part_vertices }),
+            Kernel::Differences => words(&differences::Params { frames, strain_edges, centers }),
+            Kernel::Detail => words(&detail::Params {
                 frames,
                 vertices,
                 first_vertex,
@@ -345,24 +357,26 @@ impl Plan {
                 strain_edges,
                 centers,
             }),
-            "fine_scale" => words(&fine_scale::Params { frames, vertices, first_vertex, part_vertices }),
-            name => unreachable!("no kernel is called {name}"),
+            Kernel::FineScale => words(&fine_scale::Params { frames, vertices, first_vertex, part_vertices }),
         }
     }
 
-    /// The buffer of this name; `part` and `slice` are heeded where there is one for each.
-    fn find(&self, name: &str, part: Option<&Range<usize>>, slice: usize) -> usize {
-        let found = self.buffers.iter().position(|buffer| {
-            buffer.name == name
-                && match &buffer.role {
-                    Role::Constant { part: None } => true,
-                    Role::Constant { part: of } => of.as_ref() == part,
+    /// The planned one of `buffer`; `part` and `slice` are heeded where there is one for each.
+    fn bound(&self, buffer: Buffer, part: &Range<usize>, slice: usize) -> usize {
+        self.find(|planned| {
+            planned.buffer == buffer
+                && match &planned.role {
+                    Role::Constant { part: of } => of.as_ref().is_none_or(|of| of == part),
                     Role::Input { slice: of }
                     | Role::Scratch { slice: of }
                     | Role::Result { slice: of, .. } => *of == slice,
                 }
-        });
-        found.unwrap_or_else(|| unreachable!("every buffer of a kernel is planned, {name} too"))
+        })
+    }
+
+    fn find(&self, is: impl Fn(&PlannedBuffer) -> bool) -> usize {
+        let found = self.buffers.iter().position(is);
+        found.unwrap_or_else(|| unreachable!("every buffer of a kernel is planned"))
     }
 }
 
@@ -374,14 +388,14 @@ impl Sizes {
 }
 
 /// What runs, one after the other.
-const STEPS: [(Stage, &Kernel); 7] = [
-    (Stage::Strain, &STRAIN),
-    (Stage::LargeScale, &LARGE_SCALE),
-    (Stage::LargeScaleNormals, &NORMALS),
-    (Stage::Detail, &DIFFERENCES),
-    (Stage::Detail, &DETAIL),
-    (Stage::Positions, &FINE_SCALE),
-    (Stage::Normals, &NORMALS),
+const STEPS: [(Stage, Kernel); 7] = [
+    (Stage::Strain, Kernel::Strain),
+    (Stage::LargeScale, Kernel::LargeScale),
+    (Stage::LargeScaleNormals, Kernel::Normals),
+    (Stage::Detail, Kernel::Differences),
+    (Stage::Detail, Kernel::Detail),
+    (Stage::Positions, Kernel::FineScale),
+    (Stage::Normals, Kernel::Normals),
 ];
 
 /// Cuts the vertices into parts of whole tiles, as long as they fit.
@@ -402,24 +416,54 @@ fn rows(offsets: &[u32], part: &Range<usize>) -> Range<usize> {
     offsets[part.start / TILE] as usize..offsets[part.end.div_ceil(TILE)] as usize
 }
 
-/// The name of the buffer that a stage's result is in.
-fn result_name(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Strain => "features",
-        Stage::LargeScale => "large_scale_positions",
-        Stage::LargeScaleNormals => "large_scale_normals",
-        Stage::Detail => "local_detail",
-        Stage::Positions => "positions",
-        Stage::Normals => "normals",
+/// What there is one of a buffer for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Extent {
+    /// The rig.
+    Rig,
+    /// Each part.
+    Part,
+    /// Each slice, to be filled by the host.
+    Input,
+    /// Each slice, written by one kernel for another.
+    Scratch,
+    /// Each slice, of this stage.
+    Result(Stage),
+}
+
+fn extent(buffer: Buffer) -> Extent {
+    match buffer {
+        Buffer::Rest
+        | Buffer::HandleRest
+        | Buffer::StrainEdges
+        | Buffer::RestLengths
+        | Buffer::PoseFeatures
+        | Buffer::TangentNeighbors => Extent::Rig,
+        Buffer::Basis
+        | Buffer::InfluenceOffsets
+        | Buffer::InfluenceEdges
+        | Buffer::InfluenceWeights
+        | Buffer::RbfWeights
+        | Buffer::Pivots
+        | Buffer::FanOffsets
+        | Buffer::Fans => Extent::Part,
+        Buffer::HandlePositions | Buffer::Displacements => Extent::Input,
+        Buffer::SquaredDifferences => Extent::Scratch,
+        Buffer::Features => Extent::Result(Stage::Strain),
+        Buffer::LargeScalePositions => Extent::Result(Stage::LargeScale),
+        Buffer::LargeScaleNormals => Extent::Result(Stage::LargeScaleNormals),
+        Buffer::LocalDetail => Extent::Result(Stage::Detail),
+        Buffer::Positions => Extent::Result(Stage::Positions),
+        Buffer::VertexNormals => Extent::Result(Stage::Normals),
     }
 }
 
-/// The name of the buffer that is bound as `binding` for `stage`: the kernel `normals` runs on two.
-fn bound_name(stage: Stage, binding: &'static str) -> &'static str {
-    match (stage, binding) {
-        (Stage::LargeScaleNormals, "positions") => result_name(Stage::LargeScale),
-        (Stage::LargeScaleNormals | Stage::Normals, "vertex_normals") => result_name(stage),
-        _ => binding,
+/// The buffer that is bound in the place of `buffer` for `stage`: the kernel `normals` runs on two pairs.
+fn bound(stage: Stage, buffer: Buffer) -> Buffer {
+    match (stage, buffer) {
+        (Stage::LargeScaleNormals, Buffer::Positions) => Buffer::LargeScalePositions,
+        (Stage::LargeScaleNormals, Buffer::VertexNormals) => Buffer::LargeScaleNormals,
+        _ => buffer,
     }
 }
 

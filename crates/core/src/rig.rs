@@ -1,3 +1,4 @@
+//! The rig: a solved face as plain data.
 use crate::{Error, Faces, Materials, Result, UpAxis, Uvs};
 use rayon::prelude::*;
 use rhytid_kernels::{Real, strain};
@@ -44,8 +45,8 @@ pub struct Rig<T: Real = f32> {
     pub influence_edges: Vec<u32>,
     /// α, V×K in [0, 1] (section 4).
     pub influence_weights: Vec<T>,
-    /// V one-ring neighbours that orient the local frames (section 5); a vertex without any names itself.
-    pub frame_neighbors: Vec<u32>,
+    /// V one-ring neighbours that orient the tangent frames (section 5); a vertex without any names itself.
+    pub tangent_neighbors: Vec<u32>,
     /// f_j, N×F strains of the centres (section 6); row 0 is zero.
     pub pose_features: Vec<T>,
     /// w, V×N×3 (section 7), in mesh units.
@@ -79,7 +80,7 @@ impl<T: Real> Rig<T> {
             handles: self.handles.len() as u32,
             strain_edges: self.strain_edges.len() as u32,
         };
-        let mut features = vec![T::zero(); frames * self.strain_edges.len()];
+        let mut features = vec![T::ZERO; frames * self.strain_edges.len()];
         strain::strain(
             params,
             handle_positions,
@@ -128,7 +129,7 @@ impl<T: Real> Rig<T> {
             strain_edges: self.strain_edges.clone(),
             influence_edges: self.influence_edges.clone(),
             influence_weights: self.influence_weights.iter().map(number).collect(),
-            frame_neighbors: self.frame_neighbors.clone(),
+            tangent_neighbors: self.tangent_neighbors.clone(),
             pose_features: self.pose_features.iter().map(number).collect(),
             rbf_weights: self.rbf_weights.iter().map(vector).collect(),
             example_handles: self.example_handles.iter().map(vector).collect(),

@@ -30,12 +30,13 @@ impl Rig {
             return fail(format!("beta is {}, expected 0 or more", self.beta));
         }
         let k = self.influences();
+        // The names are those of the rig file's tensors: there, the tangent neighbours are called by an older one.
         for (name, found, expected) in [
             ("labels", self.labels.len(), h),
             ("basis", self.basis.len(), v.saturating_mul(h)),
             ("influence_edges", self.influence_edges.len(), v * k),
             ("influence_weights", self.influence_weights.len(), v * k),
-            ("frame_neighbors", self.frame_neighbors.len(), v),
+            ("frame_neighbors", self.tangent_neighbors.len(), v),
             ("pose_features", self.pose_features.len(), n.saturating_mul(f)),
             ("rbf_weights", self.rbf_weights.len(), v.saturating_mul(n)),
             ("example_handles", self.example_handles.len(), (n - 1).saturating_mul(h)),
@@ -56,7 +57,7 @@ impl Rig {
                 ));
             }
         }
-        below("frame_neighbors", &self.frame_neighbors, v)?;
+        below("frame_neighbors", &self.tangent_neighbors, v)?;
         finite("rest", self.rest.as_flattened())?;
         finite("basis", &self.basis)?;
         finite("influence_weights", &self.influence_weights)?;

@@ -101,7 +101,8 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
         ("strain_edges", u32s(rig.strain_edges.as_flattened()), vec![f, 2]),
         ("influence_edges", u32s(&rig.influence_edges), vec![v, k]),
         ("influence_weights", f32s(&rig.influence_weights), vec![v, k]),
-        ("frame_neighbors", u32s(&rig.frame_neighbors), vec![v]),
+        // The tangent neighbours' key is older than their name: files keep it.
+        ("frame_neighbors", u32s(&rig.tangent_neighbors), vec![v]),
         ("pose_features", f32s(&rig.pose_features), vec![n, f]),
         ("rbf_weights", f32s(rig.rbf_weights.as_flattened()), vec![v, n, 3]),
         ("example_handles", f32s(rig.example_handles.as_flattened()), vec![n - 1, h, 3]),
@@ -203,7 +204,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         basis: arrays.f32s("basis", &[v, h])?,
         influence_edges: arrays.u32s("influence_edges", &[v, None])?,
         influence_weights: arrays.f32s("influence_weights", &[v, None])?,
-        frame_neighbors: arrays.u32s("frame_neighbors", &[v])?,
+        tangent_neighbors: arrays.u32s("frame_neighbors", &[v])?,
         pose_features: arrays.f32s("pose_features", &[n, Some(strain_edges.len())])?,
         rbf_weights: vectors::<3>(arrays.f32s("rbf_weights", &[v, n, Some(3)])?),
         example_handles: vectors::<3>(arrays.f32s("example_handles", &[n.map(|n| n - 1), h, Some(3)])?),

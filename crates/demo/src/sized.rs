@@ -24,7 +24,7 @@ impl Size {
 /// K, as in a solve with the usual settings.
 const INFLUENCES: usize = 16;
 
-/// A rig of this size, in centimetres. Its surface is a bulged sheet; strain edges, influences and frame neighbours are those of a solve, so that
+/// A rig of this size, in centimetres. Its surface is a bulged sheet; strain edges, influences and tangent neighbours are those of a solve, so that
 /// what lies near in the face lies near in memory; basis and weights are smooth functions of about the right magnitude, which devices take
 /// as long for as for solved ones.
 pub fn sized_rig(size: Size) -> Rig {
@@ -77,7 +77,7 @@ pub fn sized_rig(size: Size) -> Rig {
         materials: None,
         bending_length: spacing,
         beta: influences.beta,
-        frame_neighbors: tangent_frames::frame_neighbors(&rest, &triangles, &topology),
+        tangent_neighbors: tangent_frames::tangent_neighbors(&rest, &triangles, &topology),
         pose_features: (0..centers * strain_edges.len())
             .map(|i| if i < strain_edges.len() { 0.0 } else { 0.2 * wave(i) })
             .collect(),

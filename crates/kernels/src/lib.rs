@@ -5,6 +5,23 @@
 //!
 //! The twins are generic over [`Real`]: in `f64` they are the reference that conformance compares devices
 //! with; in `f32` they say in which order a device adds up.
+//!
+//! ```
+//! use rhytid_kernels::strain::{Params, strain};
+//! use rhytid_kernels::table::Kernel;
+//!
+//! // Two handles, 2 apart at rest and 3 apart in a frame: the edge between them is stretched by a half.
+//! let rest = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+//! let moved = [[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
+//! let mut features = [0.0];
+//! let params = Params { frames: 1, handles: 2, strain_edges: 1 };
+//! strain(params, &moved, &rest, &[[0, 1]], &[2.0], &mut features);
+//! assert_eq!(features, [0.5]);
+//!
+//! // The same kernel for a GPU: its buffers, in the order in which they are bound.
+//! let buffers = Kernel::Strain.entry().bindings.iter().map(|binding| binding.buffer.name());
+//! assert_eq!(buffers.last(), Some("features"));
+//! ```
 
 pub mod detail;
 pub mod differences;

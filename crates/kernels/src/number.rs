@@ -7,11 +7,11 @@ pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// |x|.
-    fn magnitude(self) -> Self;
+    fn abs(self) -> Self;
     /// The larger of two numbers.
-    fn larger(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
     /// √x.
-    fn root(self) -> Self;
+    fn sqrt(self) -> Self;
     /// 1 / x.
     fn reciprocal(self) -> Self;
     /// x, or the smallest normal number where x is smaller.
@@ -19,22 +19,22 @@ pub trait Number:
     /// x, or 1 where x is 0.
     fn or_one(self) -> Self;
     /// x y + sum, rounded once.
-    fn times_plus(self, y: Self, sum: Self) -> Self;
+    fn mul_add(self, y: Self, sum: Self) -> Self;
 }
 
 macro_rules! number {
     ($type:ty) => {
         impl Number for $type {
             #[inline(always)]
-            fn magnitude(self) -> Self {
+            fn abs(self) -> Self {
                 self.abs()
             }
             #[inline(always)]
-            fn larger(self, other: Self) -> Self {
+            fn max(self, other: Self) -> Self {
                 self.max(other)
             }
             #[inline(always)]
-            fn root(self) -> Self {
+            fn sqrt(self) -> Self {
                 self.sqrt()
             }
             #[inline(always)]
@@ -50,7 +50,7 @@ macro_rules! number {
                 if self == 0.0 { 1.0 } else { self }
             }
             #[inline(always)]
-            fn times_plus(self, y: Self, sum: Self) -> Self {
+            fn mul_add(self, y: Self, sum: Self) -> Self {
                 self.mul_add(y, sum)
             }
         }

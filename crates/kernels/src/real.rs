@@ -3,8 +3,8 @@ use std::fmt::{Debug, Display};
 
 /// A floating-point type that the twins can be evaluated in: `f32` or `f64`.
 pub trait Real:
-    num_traits::Float
-    + Number
+    Number
+    + PartialOrd
     + bytemuck::Pod
     + std::ops::AddAssign
     + std::iter::Sum
@@ -15,6 +15,9 @@ pub trait Real:
     + Sync
     + 'static
 {
+    /// 0.
+    const ZERO: Self;
+
     /// Rounds to the nearest value of this type.
     fn round_from(value: f64) -> Self;
     /// Exact for both types.
@@ -22,6 +25,8 @@ pub trait Real:
 }
 
 impl Real for f32 {
+    const ZERO: Self = 0.0;
+
     fn round_from(value: f64) -> Self {
         value as f32
     }
@@ -31,6 +36,8 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    const ZERO: Self = 0.0;
+
     fn round_from(value: f64) -> Self {
         value
     }

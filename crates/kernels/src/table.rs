@@ -4,18 +4,19 @@ use crate::{detail, differences, fine_scale, large_scale, normals, strain};
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
 
-/// Vertices in a tile on a GPU. An array of n numbers per vertex that is *tiled* is stored as `[⌈V/16⌉][n][16]`, the
-/// numbers past V being zero: neighbouring invocations read neighbouring words, at least 32 bytes of them, and a processor
-/// behind a GPU's API, which computes one tile after the other, reads memory from its start to its end.
+/// Vertices in a *tile*: neighbouring ones, from a multiple of 16 on. A *row* is a number for each of them. An array of n numbers per
+/// vertex that is *tiled* is stored as `[⌈V/16⌉][n][16]`, n rows for each tile, the numbers past V being zero: neighbouring invocations
+/// read neighbouring words, at least 32 bytes of them, and a processor behind a GPU's API, which computes one tile after the other,
+/// reads memory from its start to its end.
 pub const TILE: usize = 16;
 
-/// Frames that one invocation computes in a batch, where [`Kernel::batched`] says so: what it reads of the rig is read once
+/// Frames that one invocation computes in a batch, where [`Entry::batched`] says so: what it reads of the rig is read once
 /// for all of them. Of a batch of one frame it computes one.
 pub const FRAMES_AT_ONCE: u32 = 4;
 
-/// A kernel in every language.
+/// What the table says of a kernel: the same in every language.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Kernel {
+pub struct Entry {
     /// The entry point, and the stem of its files.
     pub name: &'static str,
     /// The fields of its parameter block, each a `u32`.
@@ -53,13 +54,13 @@ pub enum Each {
 /// A buffer of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Binding {
-    /// Its name in every language.
-    pub name: &'static str,
+    /// Which. The kernel [`Kernel::Normals`] runs on two pairs; it is bound as the last stage has it.
+    pub buffer: Buffer,
     /// What it is an array of.
     pub element: Element,
     /// What the kernel does with it.
     pub access: Access,
-    /// Whether GPUs keep it tiled, and the vertices of one part alone (see [`Kernel`]'s `first_vertex`).
+    /// Whether GPUs keep it tiled, and the vertices of one part alone (see the parameter `first_vertex`).
     pub tiled: bool,
 }
 
@@ -70,7 +71,7 @@ pub enum Element {
     F32,
     /// `uint`, `u32`.
     U32,
-    /// Two `u32`, to be read together: the basis, whose words are an `f32` or two halves. OpenCL has `uint`.
+    /// Two `u32`, to be read together: the basis, whose words are an `f32` or two fp16 numbers. OpenCL has `uint`.
     U32x2,
     /// Four `f32`, to be read together. OpenCL has `float`.
     F32x4,
@@ -85,120 +86,225 @@ pub enum Access {
     Write,
 }
 
-const fn read(name: &'static str, element: Element) -> Binding {
-    Binding { name, element, access: Access::Read, tiled: false }
+const fn read(buffer: Buffer, element: Element) -> Binding {
+    Binding { buffer, element, access: Access::Read, tiled: false }
 }
 
-const fn tiled(name: &'static str, element: Element) -> Binding {
-    Binding { name, element, access: Access::Read, tiled: true }
+const fn tiled(buffer: Buffer, element: Element) -> Binding {
+    Binding { buffer, element, access: Access::Read, tiled: true }
 }
 
-const fn write(name: &'static str) -> Binding {
-    Binding { name, element: F32, access: Access::Write, tiled: false }
+const fn write(buffer: Buffer) -> Binding {
+    Binding { buffer, element: F32, access: Access::Write, tiled: false }
 }
 
-macro_rules! kernel {
-    ($name:ident, each: $each:expr, at_once: $at_once:expr, batched: $batched:expr, $($binding:expr),* $(,)?) => {
-        Kernel {
-            name: stringify!($name),
-            params: $name::Params::FIELDS,
-            bindings: &[$($binding),*],
-            each: $each,
-            at_once: $at_once,
-            batched: $batched,
-            glsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".comp")),
-            spirv: include_bytes!(concat!(stringify!($name), "/", stringify!($name), ".spv")),
-            opencl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".cl")),
-            wgsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".wgsl")),
+/// Makes [`Buffer`]: each variant with its name in every language.
+macro_rules! buffers {
+    ($($(#[$doc:meta])* $variant:ident = $name:ident),* $(,)?) => {
+        /// What the kernels read and write. Shapes and units are in the kernels' READMEs.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Buffer {
+            $($(#[$doc])* $variant),*
+        }
+
+        impl Buffer {
+            /// Every buffer.
+            pub const ALL: [Self; [$(Self::$variant),*].len()] = [$(Self::$variant),*];
+
+            /// Its name in every language.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => stringify!($name)),*
+                }
+            }
         }
     };
 }
 
+/// Makes [`Kernel`]: each variant with the folder of its sources and what the sources do not say themselves.
+macro_rules! kernels {
+    ($(
+        $(#[$doc:meta])*
+        $variant:ident = $name:ident {
+            each: $each:expr, at_once: $at_once:expr, batched: $batched:expr, bindings: [$($binding:expr),* $(,)?] $(,)?
+        }
+    )*) => {
+        /// The kernels, in the order in which they first run.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Kernel {
+            $($(#[$doc])* $variant),*
+        }
+
+        impl Kernel {
+            /// Every kernel.
+            pub const ALL: [Self; [$(Self::$variant),*].len()] = [$(Self::$variant),*];
+
+            /// Its entry in the table.
+            pub const fn entry(self) -> &'static Entry {
+                match self {
+                    $(Self::$variant => {
+                        const ENTRY: Entry = Entry {
+                            name: stringify!($name),
+                            params: $name::Params::FIELDS,
+                            bindings: &[$($binding),*],
+                            each: $each,
+                            at_once: $at_once,
+                            batched: $batched,
+                            glsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".comp")),
+                            spirv: include_bytes!(concat!(stringify!($name), "/", stringify!($name), ".spv")),
+                            opencl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".cl")),
+                            wgsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".wgsl")),
+                        };
+                        &ENTRY
+                    })*
+                }
+            }
+        }
+    };
+}
+
+impl Kernel {
+    /// Its name in every language: [`Entry::name`].
+    pub const fn name(self) -> &'static str {
+        self.entry().name
+    }
+}
+
+use Buffer::*;
 use Each::{StrainEdge, Vertex};
 use Element::{F32, F32x4, U32, U32x2};
 
-/// Handle positions to features.
-pub static STRAIN: Kernel = kernel!(
-    strain,
-    each: StrainEdge,
-    at_once: 1,
-    batched: false,
-    read("handle_positions", F32),
-    read("handle_rest", F32),
-    read("strain_edges", U32),
-    read("rest_lengths", F32),
-    write("features"),
-);
-
-/// Displacements of the handles to smooth positions.
-pub static LARGE_SCALE: Kernel = kernel!(
-    large_scale,
-    each: Vertex,
-    at_once: 4,
-    batched: true,
-    read("rest", F32),
-    tiled("basis", U32x2),
-    read("displacements", F32x4),
-    write("large_scale_positions"),
-);
-
-/// Positions to normals, large scale or final.
-pub static NORMALS: Kernel = kernel!(
-    normals,
-    each: Vertex,
-    at_once: 1,
-    batched: false,
-    read("positions", F32),
-    read("fan_offsets", U32),
-    read("fans", U32),
-    write("vertex_normals"),
-);
-
-/// Features to what tells them from those of the centres.
-pub static DIFFERENCES: Kernel = kernel!(
-    differences,
-    each: StrainEdge,
-    at_once: 1,
-    batched: false,
-    read("features", F32),
-    read("pose_features", F32),
-    write("squared_differences"),
-);
-
-/// Differences of features to details in the local frames.
-pub static DETAIL: Kernel = kernel!(
-    detail,
-    each: Vertex,
-    at_once: 1,
-    batched: true,
-    read("squared_differences", F32x4),
-    read("influence_offsets", U32),
-    read("influence_edges", U32),
-    read("influence_weights", F32),
-    tiled("rbf_weights", F32),
-    tiled("pivots", U32),
-    write("local_detail"),
-);
-
-/// Smooth positions and details to positions.
-pub static FINE_SCALE: Kernel = kernel!(
-    fine_scale,
-    each: Vertex,
-    at_once: 1,
-    batched: false,
-    read("large_scale_positions", F32),
-    read("large_scale_normals", F32),
-    read("local_detail", F32),
-    read("frame_neighbors", U32),
-    write("positions"),
-);
-
-/// What a device builds: each kernel with each of its numbers of frames.
-pub fn builds() -> impl Iterator<Item = (&'static Kernel, u32)> {
-    let both =
-        |kernel: &'static Kernel| [Some((kernel, 1)), kernel.batched.then_some((kernel, FRAMES_AT_ONCE))];
-    KERNELS.into_iter().flat_map(both).flatten()
+buffers! {
+    /// Where the vertices are at rest.
+    Rest = rest,
+    /// Where the handles are at rest.
+    HandleRest = handle_rest,
+    /// The two handles of each strain edge.
+    StrainEdges = strain_edges,
+    /// The strain edges' lengths at rest.
+    RestLengths = rest_lengths,
+    /// The centres' features.
+    PoseFeatures = pose_features,
+    /// The neighbour that orients each vertex's tangent frame.
+    TangentNeighbors = tangent_neighbors,
+    /// B, in f32 or fp16.
+    Basis = basis,
+    /// Where each tile's influences begin.
+    InfluenceOffsets = influence_offsets,
+    /// The strain edges that drive any of a tile's vertices.
+    InfluenceEdges = influence_edges,
+    /// How much each of them drives each of the tile's vertices.
+    InfluenceWeights = influence_weights,
+    /// The weights of the centres' distances.
+    RbfWeights = rbf_weights,
+    /// The centre that each vertex's distances are differences to.
+    Pivots = pivots,
+    /// Where each tile's fans begin.
+    FanOffsets = fan_offsets,
+    /// The vertices around each of a tile's vertices.
+    Fans = fans,
+    /// Where the handles are in each frame.
+    HandlePositions = handle_positions,
+    /// How far they are from rest.
+    Displacements = displacements,
+    /// How far each frame's features are from the centres', squared.
+    SquaredDifferences = squared_differences,
+    /// The strains.
+    Features = features,
+    /// The smooth positions.
+    LargeScalePositions = large_scale_positions,
+    /// Their normals.
+    LargeScaleNormals = large_scale_normals,
+    /// The detail in the tangent frames.
+    LocalDetail = local_detail,
+    /// The positions.
+    Positions = positions,
+    /// Their normals.
+    VertexNormals = vertex_normals,
 }
 
-/// All kernels, in the order in which they first run.
-pub static KERNELS: [&Kernel; 6] = [&STRAIN, &LARGE_SCALE, &NORMALS, &DIFFERENCES, &DETAIL, &FINE_SCALE];
+kernels! {
+    /// Handle positions to features.
+    Strain = strain {
+        each: StrainEdge,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(HandlePositions, F32),
+            read(HandleRest, F32),
+            read(StrainEdges, U32),
+            read(RestLengths, F32),
+            write(Features),
+        ],
+    }
+    /// Displacements of the handles to smooth positions.
+    LargeScale = large_scale {
+        each: Vertex,
+        at_once: 4,
+        batched: true,
+        bindings: [
+            read(Rest, F32),
+            tiled(Basis, U32x2),
+            read(Displacements, F32x4),
+            write(LargeScalePositions),
+        ],
+    }
+    /// Positions to normals, large scale or final.
+    Normals = normals {
+        each: Vertex,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(Positions, F32),
+            read(FanOffsets, U32),
+            read(Fans, U32),
+            write(VertexNormals),
+        ],
+    }
+    /// Features to what tells them from those of the centres.
+    Differences = differences {
+        each: StrainEdge,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(Features, F32),
+            read(PoseFeatures, F32),
+            write(SquaredDifferences),
+        ],
+    }
+    /// Differences of features to details in the tangent frames.
+    Detail = detail {
+        each: Vertex,
+        at_once: 1,
+        batched: true,
+        bindings: [
+            read(SquaredDifferences, F32x4),
+            read(InfluenceOffsets, U32),
+            read(InfluenceEdges, U32),
+            read(InfluenceWeights, F32),
+            tiled(RbfWeights, F32),
+            tiled(Pivots, U32),
+            write(LocalDetail),
+        ],
+    }
+    /// Smooth positions and details to positions.
+    FineScale = fine_scale {
+        each: Vertex,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(LargeScalePositions, F32),
+            read(LargeScaleNormals, F32),
+            read(LocalDetail, F32),
+            read(TangentNeighbors, U32),
+            write(Positions),
+        ],
+    }
+}
+
+/// What a device builds: each kernel with each of its numbers of frames.
+pub fn builds() -> impl Iterator<Item = (Kernel, u32)> {
+    let both =
+        |kernel: Kernel| [Some((kernel, 1)), kernel.entry().batched.then_some((kernel, FRAMES_AT_ONCE))];
+    Kernel::ALL.into_iter().flat_map(both).flatten()
+}

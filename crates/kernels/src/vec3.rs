@@ -28,14 +28,14 @@ pub fn cross<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 /// ‖a‖.
 #[inline(always)]
 pub fn length<T: Number>(a: [T; 3]) -> T {
-    dot(a, a).root()
+    dot(a, a).sqrt()
 }
 
 /// a / ‖a‖, or zero where a is zero. Scales by the largest component first, so that the squares of very
 /// small and very large vectors neither vanish nor overflow; how that scale is rounded does not matter.
 #[inline(always)]
 pub fn normalize<T: Number>(a: [T; 3]) -> [T; 3] {
-    let largest = a[0].magnitude().larger(a[1].magnitude()).larger(a[2].magnitude());
+    let largest = a[0].abs().max(a[1].abs()).max(a[2].abs());
     let scale = largest.or_smallest_normal().reciprocal();
     let scaled = a.map(|c| c * scale);
     let scale = length(scaled).or_one().reciprocal();

@@ -1,6 +1,6 @@
 //! What every kernel must keep to, so that it runs on every device. That the sources agree with the table is checked
 //! by `cargo xtask kernels --check`.
-use rhytid_kernels::table::{Access, KERNELS, TILE, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Access, Buffer, Kernel, TILE, WORKGROUP_SIZE};
 use std::collections::HashSet;
 
 /// What WebGPU promises without asking for more: maxStorageBuffersPerShaderStage.
@@ -13,7 +13,7 @@ const INVOCATIONS: u32 = 128;
 #[test]
 fn kernels_fit_the_limits_that_every_device_has() {
     const { assert!(WORKGROUP_SIZE <= INVOCATIONS) };
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         assert!(kernel.bindings.len() <= STORAGE_BUFFERS, "{}", kernel.name);
         assert!(4 * kernel.params.len() <= PUSH_CONSTANTS, "{}", kernel.name);
     }
@@ -21,7 +21,7 @@ fn kernels_fit_the_limits_that_every_device_has() {
 
 #[test]
 fn a_workgroup_reads_whole_tiles() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         assert_eq!((WORKGROUP_SIZE * kernel.at_once) as usize % TILE, 0, "{}", kernel.name);
         // What an invocation reads together is of one tile.
         assert_eq!(TILE % kernel.at_once as usize, 0, "{}", kernel.name);
@@ -30,7 +30,7 @@ fn a_workgroup_reads_whole_tiles() {
 
 #[test]
 fn each_kernel_writes_its_last_buffer_alone() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         let written: Vec<_> = kernel.bindings.iter().map(|b| b.access == Access::Write).collect();
         let last = kernel.bindings.len() - 1;
         assert_eq!(written, (0..=last).map(|i| i == last).collect::<Vec<_>>(), "{}", kernel.name);
@@ -39,10 +39,12 @@ fn each_kernel_writes_its_last_buffer_alone() {
 
 #[test]
 fn names_are_used_once() {
-    let kernels: HashSet<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
-    assert_eq!(kernels.len(), KERNELS.len());
-    for kernel in KERNELS {
-        let buffers: HashSet<&str> = kernel.bindings.iter().map(|b| b.name).collect();
+    let kernels: HashSet<&str> = Kernel::ALL.into_iter().map(Kernel::name).collect();
+    assert_eq!(kernels.len(), Kernel::ALL.len());
+    let buffers: HashSet<&str> = Buffer::ALL.into_iter().map(Buffer::name).collect();
+    assert_eq!(buffers.len(), Buffer::ALL.len());
+    for kernel in Kernel::ALL.map(Kernel::entry) {
+        let buffers: HashSet<Buffer> = kernel.bindings.iter().map(|b| b.buffer).collect();
         let params: HashSet<&str> = kernel.params.iter().copied().collect();
         assert_eq!((buffers.len(), params.len()), (kernel.bindings.len(), kernel.params.len()));
     }
@@ -51,8 +53,15 @@ fn names_are_used_once() {
 #[test]
 fn the_spirv_has_been_made() {
     // The magic number, and version 1.3.
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         assert_eq!(kernel.spirv.get(..8), Some(&[3, 2, 0x23, 7, 0, 3, 1, 0][..]), "{}", kernel.name);
         assert_eq!(kernel.spirv.len() % 4, 0, "{}", kernel.name);
     }
+}
+
+#[test]
+fn every_buffer_is_bound() {
+    let bound: HashSet<Buffer> =
+        Kernel::ALL.iter().flat_map(|kernel| kernel.entry().bindings).map(|b| b.buffer).collect();
+    assert_eq!(bound.len(), Buffer::ALL.len());
 }

@@ -18,7 +18,7 @@ pub fn rig_bytes(rig: &Rig) -> usize {
         + rig.strain_edges.len() * 2
         + rig.influence_edges.len()
         + rig.influence_weights.len()
-        + rig.frame_neighbors.len()
+        + rig.tangent_neighbors.len()
         + rig.pose_features.len()
         + rig.rbf_weights.len() * 3;
     words * 4

@@ -45,8 +45,8 @@ pub fn features_and_detail(
         detail[j * vertices..][..vertices].par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(
             |(v, d)| {
                 let n = normals::vertex_normal(&smooth, &rig.triangles, topology.vertex_triangles.at(v));
-                let to_neighbor = vec3::sub(smooth[rig.frame_neighbors[v] as usize], smooth[v]);
-                let frame = fine_scale::local_frame(to_neighbor, n);
+                let to_neighbor = vec3::sub(smooth[rig.tangent_neighbors[v] as usize], smooth[v]);
+                let frame = fine_scale::tangent_frame(to_neighbor, n);
                 let left = DVec3::from_array(vec3::sub(example.positions[v], smooth[v]));
                 *d = frame.map(|axis| DVec3::from_array(axis).dot(left));
             },

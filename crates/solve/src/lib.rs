@@ -125,7 +125,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
     progress.step("influences", 1, 1)?;
 
     progress.step("frames", 0, 1)?;
-    let frame_neighbors = tangent_frames::frame_neighbors(rest, &triangles, &topology);
+    let tangent_neighbors = tangent_frames::tangent_neighbors(rest, &triangles, &topology);
     progress.step("frames", 1, 1)?;
     let mut rig = Rig {
         name: face.name.clone(),
@@ -139,7 +139,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         bending_length,
         beta: influences.beta,
         handles: handles.clone(),
-        frame_neighbors,
+        tangent_neighbors,
         triangles,
         rest: rest.clone(),
         basis,

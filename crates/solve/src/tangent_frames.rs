@@ -1,4 +1,4 @@
-//! Section 5: the neighbour that orients each vertex's local frame.
+//! Section 5: the neighbour that orients each vertex's tangent frame.
 use crate::Topology;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,7 +6,7 @@ use rhytid_kernels::normals;
 
 /// For each vertex the one-ring neighbour whose edge has the longest part tangential to the rest normal (ties:
 /// the lowest index); the vertex itself where it has no neighbour.
-pub fn frame_neighbors(rest: &[[f64; 3]], triangles: &[[u32; 3]], topology: &Topology) -> Vec<u32> {
+pub fn tangent_neighbors(rest: &[[f64; 3]], triangles: &[[u32; 3]], topology: &Topology) -> Vec<u32> {
     (0..rest.len())
         .into_par_iter()
         .map(|v| {
@@ -34,7 +34,7 @@ mod tests {
         // The first and the third edge are the longest, but along the normal.
         let rest = [[0.0; 3], [1.0, 0.0, 5.0], [0.0, 2.0, 0.0], [-1.0, 0.0, 5.0], [0.0, -2.0, 0.0], [9.0; 3]];
         let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
-        let got = frame_neighbors(&rest, &triangles, &Topology::new(6, &triangles));
+        let got = tangent_neighbors(&rest, &triangles, &Topology::new(6, &triangles));
         assert_eq!((got[0], got[5]), (2, 5));
     }
 }

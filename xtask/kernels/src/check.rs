@@ -1,7 +1,7 @@
 //! Everything that must be so: each list has one sentence for each thing that is not.
 use crate::reflected::{Language, Reflected, compare, differences, parameters};
 use crate::{compile, folder, reflect_naga, reflect_opencl, reflect_rust};
-use rhytid_kernels::table::{KERNELS, Kernel};
+use rhytid_kernels::table::{Entry, Kernel};
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 pub fn all(root: &Path) -> Result<Vec<String>, String> {
     let opencl = reflect_opencl::Compiler::first()?;
     let mut all = folder::files(root);
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         let readme = fs::read_to_string(root.join(kernel.name).join("README.md")).unwrap_or_default();
         let mut add = |file: String, found: Vec<String>| {
             all.extend(found.into_iter().map(|sentence| format!("{}/{file}: {sentence}", kernel.name)));
@@ -33,7 +33,7 @@ pub fn all(root: &Path) -> Result<Vec<String>, String> {
 }
 
 /// A source that no compiler takes is a difference too.
-pub fn agrees(kernel: &Kernel, language: Language, reflected: Result<Reflected, String>) -> Vec<String> {
+pub fn agrees(kernel: &Entry, language: Language, reflected: Result<Reflected, String>) -> Vec<String> {
     match reflected {
         Ok(reflected) => differences(kernel, language, &reflected),
         Err(error) => vec![error],
@@ -71,7 +71,7 @@ pub fn valid(spirv: &[u8]) -> Result<Vec<String>, String> {
 }
 
 /// The parameter block that the host fills in.
-fn rust(kernel: &Kernel) -> Vec<String> {
+fn rust(kernel: &Entry) -> Vec<String> {
     match reflect_rust::fields(kernel.name) {
         Some(fields) => compare("parameter", &fields, &parameters(kernel)),
         None => {

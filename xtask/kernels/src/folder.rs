@@ -1,6 +1,6 @@
 //! The kernels' folders: which files are there, and what their READMEs say of the buffers.
 use crate::reflected::compare;
-use rhytid_kernels::table::{Access, KERNELS, Kernel};
+use rhytid_kernels::table::{Access, Entry, Kernel};
 use std::fs;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn expected_files(name: &str) -> Vec<String> {
 /// One sentence for each file that is missing, and for each that nobody reads; `root` holds a folder per kernel.
 pub fn files(root: &Path) -> Vec<String> {
     let mut all = Vec::new();
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         for name in expected_files(kernel.name) {
             if !root.join(kernel.name).join(&name).is_file() {
                 all.push(format!("{}/{name}: missing", kernel.name));
@@ -33,12 +33,13 @@ fn unread(root: &Path, folder: &Path, all: &mut Vec<String>) {
     paths.sort();
     for path in paths {
         let shown = path.strip_prefix(root).unwrap_or(&path).display().to_string();
-        let of_a_kernel = |kernel: &&Kernel| {
-            expected_files(kernel.name).iter().any(|file| path == root.join(kernel.name).join(file))
+        let of_a_kernel = |kernel: &Kernel| {
+            let name = kernel.name();
+            expected_files(name).iter().any(|file| path == root.join(name).join(file))
         };
         if path.is_dir() {
             unread(root, &path, all);
-        } else if !shown.ends_with(".rs") && !KERNELS.iter().any(of_a_kernel) {
+        } else if !shown.ends_with(".rs") && !Kernel::ALL.iter().any(of_a_kernel) {
             all.push(format!("{shown}: nobody reads this file; remove it, or add its kernel to table.rs"));
         }
     }
@@ -46,9 +47,9 @@ fn unread(root: &Path, folder: &Path, all: &mut Vec<String>) {
 
 /// One sentence for each row of the README's table of buffers that is not the kernel's: names in order, in or out,
 /// tiled or not.
-pub fn readme(kernel: &Kernel, text: &str) -> Vec<String> {
+pub fn readme(kernel: &Entry, text: &str) -> Vec<String> {
     let expected = kernel.bindings.iter().map(|binding| {
-        show(binding.name, if binding.access == Access::Read { "in" } else { "out" }, binding.tiled)
+        show(binding.buffer.name(), if binding.access == Access::Read { "in" } else { "out" }, binding.tiled)
     });
     let found = text.lines().filter_map(row);
     compare("row", &found.collect::<Vec<_>>(), &expected.collect::<Vec<_>>())

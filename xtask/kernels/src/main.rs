@@ -15,7 +15,7 @@ mod reflected;
 #[cfg(test)]
 mod tests;
 
-use rhytid_kernels::table::KERNELS;
+use rhytid_kernels::table::Kernel;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -50,7 +50,7 @@ fn main() -> ExitCode {
 /// Compiles every kernel; returns a sentence for each that does not compile.
 fn write() -> Result<Vec<String>, String> {
     let mut errors = Vec::new();
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         let path = root().join(kernel.name).join(format!("{}.spv", kernel.name));
         match compile::compile(kernel.name, kernel.glsl) {
             // Where nothing is new, nothing is built again.

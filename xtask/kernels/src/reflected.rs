@@ -1,5 +1,5 @@
 //! What a kernel says of itself, in words that all languages share, and how it differs from the table.
-use rhytid_kernels::table::{Access, Binding, Element, Kernel, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Access, Binding, Element, Entry, WORKGROUP_SIZE};
 use std::fmt::{self, Display, Formatter};
 
 /// A language of the kernels that can be reflected.
@@ -106,10 +106,10 @@ impl Display for Field {
 }
 
 /// One sentence for each thing that is not as the table has it.
-pub fn differences(kernel: &Kernel, language: Language, found: &Reflected) -> Vec<String> {
+pub fn differences(kernel: &Entry, language: Language, found: &Reflected) -> Vec<String> {
     let buffer = |(index, binding): (usize, &Binding)| Buffer {
         slot: language.slot(index),
-        name: binding.name.into(),
+        name: binding.buffer.name().into(),
         element: language.element(binding.element).into(),
         access: access(binding.access),
     };
@@ -138,7 +138,7 @@ pub fn compare<F: Display, E: Display>(what: &str, found: &[F], expected: &[E]) 
 }
 
 /// The parameter block that the table describes: each field a `u32`, without gaps.
-pub fn parameters(kernel: &Kernel) -> Vec<Field> {
+pub fn parameters(kernel: &Entry) -> Vec<Field> {
     let field = |(index, name): (usize, &&str)| Field {
         name: (*name).into(),
         offset: 4 * index,

@@ -1,9 +1,11 @@
 //! The checker finds each kind of difference, planted in a copy of a source.
 use crate::reflected::Language;
 use crate::{check, compile, folder, reflect_naga, reflect_opencl};
-use rhytid_kernels::table::{Binding, KERNELS, Kernel, STRAIN};
+use rhytid_kernels::table::{Binding, Entry, Kernel};
 use rspirv::binary::Disassemble;
 use std::fs;
+
+const STRAIN: &Entry = Kernel::Strain.entry();
 
 /// `text` with `from` replaced by `to`; the plant must be there.
 fn plant(text: &str, from: &str, to: &str) -> String {
@@ -17,18 +19,18 @@ fn swap(text: &str, a: &str, b: &str) -> String {
 }
 
 fn wgsl(source: &str) -> Vec<String> {
-    check::agrees(&STRAIN, Language::Wgsl, reflect_naga::wgsl(source))
+    check::agrees(STRAIN, Language::Wgsl, reflect_naga::wgsl(source))
 }
 
 fn glsl(source: &str) -> Vec<String> {
     let spirv = compile::compile("strain", source).unwrap();
     assert_eq!(check::valid(&spirv), Ok(Vec::new()));
-    check::agrees(&STRAIN, Language::Spirv, reflect_naga::spirv(&spirv))
+    check::agrees(STRAIN, Language::Spirv, reflect_naga::spirv(&spirv))
 }
 
 fn opencl(source: &str) -> Vec<String> {
     let compiler = reflect_opencl::Compiler::first().unwrap();
-    check::agrees(&STRAIN, Language::OpenCl, compiler.reflect(source))
+    check::agrees(STRAIN, Language::OpenCl, compiler.reflect(source))
 }
 
 /// The sentences are as many as `expected`, and each has all of its words.
@@ -49,14 +51,14 @@ fn the_kernels_have_no_fault() {
 
 #[test]
 fn compiling_twice_gives_the_same_bytes() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         assert_eq!(compile::compile(kernel.name, kernel.glsl), compile::compile(kernel.name, kernel.glsl));
     }
 }
 
 #[test]
 fn spirv_names_no_file_and_no_version_of_a_tool() {
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         let module = rspirv::dr::load_bytes(kernel.spirv).unwrap();
         let sources: Vec<String> = module.debug_string_source.iter().map(Disassemble::disassemble).collect();
         assert_eq!(sources, ["OpSource GLSL 450"]);
@@ -160,7 +162,7 @@ fn a_renamed_entry_point_is_found() {
     assert_found(&wgsl(&plant(STRAIN.wgsl, "fn strain(", "fn strains(")), expected);
     assert_found(&opencl(&plant(STRAIN.opencl, "void strain(", "void strains(")), expected);
     let spirv = compile::compile("strains", STRAIN.glsl).unwrap();
-    assert_found(&check::agrees(&STRAIN, Language::Spirv, reflect_naga::spirv(&spirv)), expected);
+    assert_found(&check::agrees(STRAIN, Language::Spirv, reflect_naga::spirv(&spirv)), expected);
 }
 
 #[test]
@@ -243,23 +245,23 @@ fn stale_spirv_is_found() {
 fn invalid_spirv_is_found() {
     let half = &STRAIN.spirv[..STRAIN.spirv.len() / 8 * 4];
     assert_found(&check::valid(half).unwrap(), &[&["spirv-val: "]]);
-    assert!(!check::agrees(&STRAIN, Language::Spirv, reflect_naga::spirv(half)).is_empty());
+    assert!(!check::agrees(STRAIN, Language::Spirv, reflect_naga::spirv(half)).is_empty());
 }
 
 #[test]
 fn a_readme_that_disagrees_is_found() {
     let text = fs::read_to_string(crate::root().join("strain/README.md")).unwrap();
-    assert_eq!(folder::readme(&STRAIN, &text), Vec::<String>::new());
+    assert_eq!(folder::readme(STRAIN, &text), Vec::<String>::new());
     for (from, to) in [
         ("| `rest_lengths` |", "| `lengths` |"),
         ("| in, indices of handles |", "| out, indices of handles |"),
         ("| in, indices of handles |", "| in, indices of handles; tiled |"),
         ("| `features` | frames × F | out, a ratio: 0 at rest, 0.1 where stretched by a tenth |\n", ""),
     ] {
-        assert_found(&folder::readme(&STRAIN, &plant(&text, from, to)), &[&["row "]]);
+        assert_found(&folder::readme(STRAIN, &plant(&text, from, to)), &[&["row "]]);
     }
     static TILED: [Binding; 1] = [Binding { tiled: true, ..STRAIN.bindings[0] }];
-    let tiled = Kernel { bindings: &TILED, ..STRAIN };
+    let tiled = Entry { bindings: &TILED, ..*STRAIN };
     let row = "| `handle_positions` | frames × H × 3 | in, mesh units |\n";
     assert_found(&folder::readme(&tiled, row), &[&["(in)", "(in, tiled)"]]);
 }
@@ -267,7 +269,7 @@ fn a_readme_that_disagrees_is_found() {
 #[test]
 fn files_that_are_missing_or_unread_are_found() {
     let root = tempfile::tempdir().unwrap();
-    for kernel in KERNELS {
+    for kernel in Kernel::ALL.map(Kernel::entry) {
         fs::create_dir(root.path().join(kernel.name)).unwrap();
         fs::write(root.path().join(kernel.name).join("README.md"), "").unwrap();
         for extension in ["cl", "comp", "spv", "wgsl"] {

@@ -24,7 +24,7 @@ fn quick(name: &str) -> Case {
     cases(Suite::Quick).into_iter().find(|case| case.name == name).unwrap()
 }
 
-/// A batch of 31 frames where there is room for 32.
+/// A batch of 31 frames after an upload for 32.
 fn batch() -> Case {
     quick("v129-h89-f243-p6-k16-b31-of-32")
 }
@@ -48,14 +48,14 @@ fn dispatch(change: impl Fn(&mut Vec<Dispatch>) + Send + Sync + 'static) -> Faul
 }
 
 /// A stage, and a kernel that runs for it.
-type Step = (Stage, &'static Kernel);
+type Step = (Stage, Kernel);
 
 fn of_step(step: Step, change: impl Fn(&mut Dispatch) + Send + Sync + 'static) -> Fault {
     dispatch(move |dispatches| dispatches.iter_mut().filter(|d| is_of(d, step)).for_each(&change))
 }
 
 fn is_of(dispatch: &Dispatch, (stage, kernel): Step) -> bool {
-    (dispatch.stage, dispatch.kernel.name) == (stage, kernel.name)
+    (dispatch.stage, dispatch.kernel) == (stage, kernel)
 }
 
 #[test]
@@ -75,11 +75,12 @@ fn steps() -> Vec<Step> {
 fn any_two_bindings_swapped_fail() {
     let mut swaps = 0;
     for (stage, kernel) in steps() {
-        let bindings = kernel.bindings;
+        let bindings = kernel.entry().bindings;
         for j in 0..bindings.len() {
             for i in 0..j {
                 swaps += 1;
-                let what = format!("{}: {} for {}", kernel.name, bindings[i].name, bindings[j].name);
+                let [of_i, of_j] = [i, j].map(|b| bindings[b].buffer.name());
+                let what = format!("{}: {of_i} for {of_j}", kernel.name());
                 let noticed = noticed(&of_step((stage, kernel), move |d| d.buffers.swap(i, j)));
                 println!("{what}: {noticed:?}");
                 let (_, failed) = noticed.unwrap_or_else(|| panic!("{what} passes"));

@@ -1,13 +1,13 @@
 //! Runs a dispatch with the f32 twins. A backend for a GPU has the kernels' sources instead of this file.
 use half::f16;
 use rhytid_core::plan::Dispatch;
-use rhytid_kernels::table::{TILE, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Kernel, TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
 
 /// Runs one dispatch: buffers are bound in the order of the kernel's table, the last is the one that it writes.
 pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
     let [x, y] = dispatch.workgroups;
-    let invocations = x * WORKGROUP_SIZE * dispatch.kernel.at_once;
+    let invocations = x * WORKGROUP_SIZE * dispatch.kernel.entry().at_once;
     let frames = y * dispatch.frames_at_once;
     let (written, read) = dispatch.buffers.split_last().expect("every kernel writes");
     let mut out = std::mem::take(&mut buffers[*written]);
@@ -15,8 +15,8 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
     let numbers = |i: usize| bytemuck::cast_slice::<u32, f32>(words(i));
     let vectors = |i: usize| numbers(i).as_chunks::<3>().0;
     let results: &mut [f32] = bytemuck::cast_slice_mut(&mut out);
-    match dispatch.kernel.name {
-        "strain" => {
+    match dispatch.kernel {
+        Kernel::Strain => {
             let mut params: strain::Params = parameters(dispatch);
             params.frames = params.frames.min(frames);
             let edges = params.strain_edges as usize;
@@ -27,15 +27,15 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 results[frame * edges..][..computed].copy_from_slice(&f[..computed]);
             }
         }
-        "large_scale" => {
+        Kernel::LargeScale => {
             let mut params: large_scale::Params = parameters(dispatch);
             let (vertices, handles) = (params.part_vertices as usize, params.handles as usize);
-            let basis = match params.half_basis {
+            let basis = match params.fp16_basis {
                 0 => untiled(numbers(1), handles, vertices),
                 _ => {
-                    let halves: &[u16] = bytemuck::cast_slice(words(1));
-                    let halves = untiled(halves, handles, vertices);
-                    halves.into_iter().map(|bits| f16::from_bits(bits).to_f32()).collect()
+                    let fp16: &[u16] = bytemuck::cast_slice(words(1));
+                    let fp16 = untiled(fp16, handles, vertices);
+                    fp16.into_iter().map(|bits| f16::from_bits(bits).to_f32()).collect()
                 }
             };
             params.frames = params.frames.min(frames);
@@ -47,7 +47,7 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let at_origin = vec![[0.0; 3]; handles];
             large_scale::large_scale(params, vectors(0), &basis, &at_origin, &displacements, positions);
         }
-        "normals" => {
+        Kernel::Normals => {
             let mut params: normals::Params = parameters(dispatch);
             params.frames = params.frames.min(frames);
             params.part_vertices = params.part_vertices.min(invocations);
@@ -67,13 +67,13 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 }
             }
         }
-        "differences" => {
+        Kernel::Differences => {
             let mut params: differences::Params = parameters(dispatch);
             params.frames = params.frames.min(frames);
             params.strain_edges = params.strain_edges.min(invocations);
             differences::differences(params, numbers(0), numbers(1), results);
         }
-        "detail" => {
+        Kernel::Detail => {
             let mut params: detail::Params = parameters(dispatch);
             let (vertices, n) = (params.part_vertices as usize, params.centers as usize);
             let weights = untiled(numbers(4), 3 * n, vertices);
@@ -99,14 +99,13 @@ pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 }
             }
         }
-        "fine_scale" => {
+        Kernel::FineScale => {
             let mut params: fine_scale::Params = parameters(dispatch);
             params.frames = params.frames.min(frames);
             params.part_vertices = params.part_vertices.min(invocations);
             let positions = results.as_chunks_mut().0;
             fine_scale::fine_scale(params, vectors(0), vectors(1), vectors(2), words(3), positions);
         }
-        name => unreachable!("there is no kernel {name}"),
     }
     buffers[*written] = out;
 }
@@ -115,7 +114,7 @@ fn parameters<T: bytemuck::AnyBitPattern>(dispatch: &Dispatch) -> T {
     bytemuck::pod_read_unaligned(bytemuck::cast_slice(&dispatch.params))
 }
 
-/// From `[⌈V/64⌉][n][64]` to n numbers for each vertex, as the twins have them.
+/// From `[⌈V/16⌉][n][16]` to n numbers for each vertex, as the twins have them.
 fn untiled<T: Copy>(tiled: &[T], n: usize, vertices: usize) -> Vec<T> {
     let at = |v: usize, i: usize| tiled[(v / TILE * n + i) * TILE + v % TILE];
     (0..vertices).flat_map(|v| (0..n).map(move |i| at(v, i))).collect()

@@ -83,7 +83,7 @@ fn no_buffer_is_bound_twice_at_once() {
         let mut buffers = dispatch.buffers.clone();
         buffers.sort_unstable();
         buffers.dedup();
-        assert_eq!(buffers.len(), dispatch.buffers.len(), "{}", dispatch.kernel.name);
+        assert_eq!(buffers.len(), dispatch.buffers.len(), "{}", dispatch.kernel.name());
     }
 }
 

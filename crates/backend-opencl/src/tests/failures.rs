@@ -1,6 +1,7 @@
 use super::support::{devices, frames, is_child_for, output_of_success, rig, run_child};
 use crate::OpenCl;
 use rhytid_core::{Animator, Backend, DeviceErrorKind, Error, UploadOptions};
+use rhytid_kernels::table::Kernel;
 
 fn kind_and_message<T>(result: rhytid_core::Result<T>) -> (DeviceErrorKind, String) {
     match result {
@@ -13,9 +14,9 @@ fn kind_and_message<T>(result: rhytid_core::Result<T>) -> (DeviceErrorKind, Stri
 #[test]
 fn a_kernel_that_does_not_build_gives_the_compilers_log() {
     for info in devices() {
-        let broken = |kernel: &rhytid_kernels::table::Kernel| match kernel.name {
-            "detail" => kernel.opencl.replace("params.centers", "params.no_such_field"),
-            _ => kernel.opencl.to_owned(),
+        let broken = |kernel: Kernel| match kernel {
+            Kernel::Detail => kernel.entry().opencl.replace("params.centers", "params.no_such_field"),
+            _ => kernel.entry().opencl.to_owned(),
         };
         let (kind, message) = kind_and_message(OpenCl::open_with(&info, broken));
         assert_eq!(kind, DeviceErrorKind::Build);

@@ -6,7 +6,7 @@ use super::support::{
 };
 use crate::OpenCl;
 use rhytid_core::{Animator, BasisStorage, UploadOptions};
-use rhytid_kernels::table::{Kernel, STRAIN};
+use rhytid_kernels::table::Kernel;
 use std::process::Command;
 
 const CASE: &str = "tests::oclgrind::small_case";
@@ -27,21 +27,22 @@ const UNINITIALIZED: [&str; 4] = ["oclgrind", "--uninitialized", "--build-option
 const SIZES: [[usize; 5]; 4] = [[1, 1, 0, 0, 0], [64, 3, 4, 1, 2], [65, 4, 65, 2, 3], [130, 3, 17, 2, 16]];
 
 /// The kernel, or what the child's planted fault makes of it.
-fn source(kernel: &Kernel) -> String {
+fn source(kernel: Kernel) -> String {
+    let source = kernel.entry().opencl;
     let (of, from, to) = match std::env::var(PLANT).as_deref() {
         // Tiles write to one place.
-        Ok("race") => ("normals", "v + lane, vertex_normals)", "first + lane, vertex_normals)"),
+        Ok("race") => (Kernel::Normals, "v + lane, vertex_normals)", "first + lane, vertex_normals)"),
         // The last frame is written behind the end.
-        Ok("overrun") => ("strain", "features[frame *", "features[(frame + 1) *"),
+        Ok("overrun") => (Kernel::Strain, "features[frame *", "features[(frame + 1) *"),
         // One component is left out.
-        Ok("unwritten") => ("detail", "local_detail[result + 1] = sum[g][1].of[lane];", ""),
-        _ => return kernel.opencl.to_owned(),
+        Ok("unwritten") => (Kernel::Detail, "local_detail[result + 1] = sum[g][1].of[lane];", ""),
+        _ => return source.to_owned(),
     };
-    if kernel.name != of {
-        return kernel.opencl.to_owned();
+    if kernel != of {
+        return source.to_owned();
     }
-    assert!(kernel.opencl.contains(from), "{of} has no longer {from}");
-    kernel.opencl.replace(from, to)
+    assert!(source.contains(from), "{} has no longer {from}", of.name());
+    source.replace(from, to)
 }
 
 /// What runs in the children: one rig each. After a rig of another size in the same process, Oclgrind 21.10 takes numbers
@@ -72,7 +73,7 @@ fn small_case() {
         }
     }
     if fault.as_deref() == Some("call") {
-        assert!(device.kernels(&STRAIN).unwrap()[0].1.set_words(99, &[0]).is_err());
+        assert!(device.kernels(Kernel::Strain).unwrap()[0].1.set_words(99, &[0]).is_err());
     }
     println!("evaluated {sizes:?}");
 }

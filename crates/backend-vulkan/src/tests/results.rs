@@ -26,7 +26,7 @@ fn batches_of_any_size() {
 }
 
 #[test]
-fn basis_in_halves() {
+fn basis_as_fp16() {
     let rig = rig(SMALL);
     let options = UploadOptions { max_frames: 2, basis: BasisStorage::F16 };
     let positions = take(&rig, 2, 5);

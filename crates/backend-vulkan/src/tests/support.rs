@@ -109,7 +109,7 @@ pub(crate) fn rig(size: Size) -> Rig {
             })
             .collect(),
         influence_weights: random.numbers(vertices * influences).iter().map(|a| a.abs()).collect(),
-        frame_neighbors: (0..vertices)
+        tangent_neighbors: (0..vertices)
             .map(|v| if (v + 1) % columns == 0 { v - 1 } else { v + 1 } as u32)
             .collect(),
         triangles,

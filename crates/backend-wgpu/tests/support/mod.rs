@@ -81,7 +81,9 @@ pub fn rig(seed: u64, sizes: Sizes) -> Rig {
             })
             .collect(),
         influence_weights: (0..vertices * influences).map(|_| (numbers.next() + 1.0) / 2.0).collect(),
-        frame_neighbors: (0..vertices).map(|v| if v + 1 < vertices { v + 1 } else { v - 1 } as u32).collect(),
+        tangent_neighbors: (0..vertices)
+            .map(|v| if v + 1 < vertices { v + 1 } else { v - 1 } as u32)
+            .collect(),
         pose_features: (0..centers * edges).map(|_| 0.3 * numbers.next()).collect(),
         example_handles: vec![[0.0; 3]; examples * handles],
         rbf_weights: (0..vertices * centers)

@@ -46,17 +46,17 @@ fn sizes_around_a_workgroup_and_empty_parts_agree_with_the_cpu() {
 }
 
 #[test]
-fn a_basis_in_halves_agrees_with_the_cpus() {
+fn an_fp16_basis_agrees_with_the_cpus() {
     let rig = rig(2, SIZES);
     let positions = frames(3, &rig, 5);
     let options = UploadOptions { max_frames: 5, basis: BasisStorage::F16 };
-    let halves = expected(&rig, &positions, BasisStorage::F16);
+    let fp16 = expected(&rig, &positions, BasisStorage::F16);
     let singles = expected(&rig, &positions, BasisStorage::F32);
-    assert!(halves[1] != singles[1], "halves are to be told from singles");
+    assert!(fp16[1] != singles[1], "fp16 is to be told from f32");
     for (info, wgpu) in devices() {
         let mut animator = Animator::new(&wgpu, &rig, options).unwrap();
         animator.evaluate(&positions).unwrap();
-        agree(&all_stages(&mut animator), &halves, &info.id());
+        agree(&all_stages(&mut animator), &fp16, &info.id());
     }
 }
 

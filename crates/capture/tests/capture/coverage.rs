@@ -23,7 +23,7 @@ fn rig() -> Rig<f64> {
         strain_edges: vec![[0, 1], [1, 2], [2, 3], [3, 4]],
         influence_edges: Vec::new(),
         influence_weights: Vec::new(),
-        frame_neighbors: Vec::new(),
+        tangent_neighbors: Vec::new(),
         pose_features: [REST, FIRST, LAST].as_flattened().to_vec(),
         rbf_weights: Vec::new(),
         example_handles: Vec::new(),

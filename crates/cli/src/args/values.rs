@@ -19,7 +19,7 @@ pub enum StageChoice {
 pub enum StorageChoice {
     /// As the rig has it.
     F32,
-    /// Rounded to halves.
+    /// Rounded to fp16.
     F16,
 }
 

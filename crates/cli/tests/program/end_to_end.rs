@@ -287,7 +287,7 @@ fn info_counts() {
     let take = json(&f, "info take.csv --json");
     assert_eq!((&take["frames"], &take["rate"], &take["markers"]), (&20.into(), &30.0.into(), &5.into()));
     let text = f.done("info face.safetensors");
-    for word in ["441", "left, right, top, bottom, middle", "pinch", "cm, Y up", "basis in halves"] {
+    for word in ["441", "left, right, top, bottom, middle", "pinch", "cm, Y up", "basis as fp16"] {
         assert!(text.contains(word), "{word}: {text}");
     }
 }

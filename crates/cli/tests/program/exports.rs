@@ -134,7 +134,7 @@ fn verify_refuses_what_cannot_be_compared() {
         ("double fps = 0\n", "double fps = -1\n", "the rate “-1”"),
     ] {
         assert!(made.contains(known), "{known}");
-        f.write("later.usda", &made.replace(known, unknown));
+        f.write("later.usda", made.replace(known, unknown));
         let sentence = format!("{what}, which this program does not know; export it again");
         f.refused("verify later.usda --rig face.safetensors --take take.csv", &["later.usda", &sentence]);
     }

@@ -1,5 +1,5 @@
-//! What is in the planned buffers: of a rig once, of a batch each time.
-use super::{Input, Plan, Role, Sizes, Slice, TILE};
+//! The contents of the planned buffers: of a rig once, of a batch each time.
+use super::{Buffer, Input, Plan, Role, Sizes, Slice, TILE};
 use crate::{HandleFrames, Rig};
 use half::f16;
 use rayon::prelude::*;
@@ -13,41 +13,54 @@ impl Plan {
     ///
     /// `rig` is the one that the plan was made for.
     pub fn contents<'a>(&self, rig: &'a Rig, buffer: usize) -> Cow<'a, [u8]> {
-        let Role::Constant { part } = &self.buffers[buffer].role else { return Cow::Borrowed(&[]) };
-        let part = part.clone().unwrap_or_default();
+        let planned = &self.buffers[buffer];
+        let part = match &planned.role {
+            Role::Constant { part: Some(part) } => part.clone(),
+            _ => 0..self.sizes.vertices,
+        };
         let Sizes { handles, centers, .. } = self.sizes;
         let of_part = |per_vertex: usize| part.start * per_vertex..part.end * per_vertex;
-        match self.buffers[buffer].name {
-            "rest" => Cow::Borrowed(bytemuck::cast_slice(&rig.rest)),
-            "handle_rest" => owned(&self.handle_rest),
-            "strain_edges" => Cow::Borrowed(bytemuck::cast_slice(&rig.strain_edges)),
-            "rest_lengths" => owned(&strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges)),
-            "pose_features" => Cow::Borrowed(bytemuck::cast_slice(&rig.pose_features)),
-            "frame_neighbors" => Cow::Borrowed(bytemuck::cast_slice(&rig.frame_neighbors)),
-            "basis" if self.half_basis => {
-                let halves: Vec<u16> =
+        match planned.buffer {
+            Buffer::Rest => Cow::Borrowed(bytemuck::cast_slice(&rig.rest)),
+            Buffer::HandleRest => owned(&self.handle_rest),
+            Buffer::StrainEdges => Cow::Borrowed(bytemuck::cast_slice(&rig.strain_edges)),
+            Buffer::RestLengths => owned(&strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges)),
+            Buffer::PoseFeatures => Cow::Borrowed(bytemuck::cast_slice(&rig.pose_features)),
+            Buffer::TangentNeighbors => Cow::Borrowed(bytemuck::cast_slice(&rig.tangent_neighbors)),
+            Buffer::Basis if self.fp16_basis => {
+                let fp16: Vec<u16> =
                     rig.basis[of_part(handles)].iter().map(|&b| f16::from_f32(b).to_bits()).collect();
-                owned(&tiled(&halves, handles))
+                owned(&tiled(&fp16, handles))
             }
-            "basis" => owned(&tiled(&rig.basis[of_part(handles)], handles)),
-            "influence_offsets" => owned(&of_tiles(&self.influence_offsets, &part)),
-            "influence_edges" => {
+            Buffer::Basis => owned(&tiled(&rig.basis[of_part(handles)], handles)),
+            Buffer::InfluenceOffsets => owned(&of_tiles(&self.influence_offsets, &part)),
+            Buffer::InfluenceEdges => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).0).collect::<Vec<_>>())
             }
-            "influence_weights" => {
+            Buffer::InfluenceWeights => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1).collect::<Vec<_>>())
             }
-            "rbf_weights" => {
+            Buffer::RbfWeights => {
                 let (weights, _) = detail::pivoted(&rig.rbf_weights[of_part(centers)], centers);
                 owned(&tiled(weights.as_flattened(), centers * 3))
             }
-            "pivots" => owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1)),
-            "fan_offsets" => owned(&of_tiles(&self.fan_offsets, &part)),
-            "fans" => {
+            Buffer::Pivots => {
+                owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1))
+            }
+            Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part)),
+            Buffer::Fans => {
                 let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
                 owned(&tiles(&part).flat_map_iter(|tile| fans_of(rig, &triangles, tile)).collect::<Vec<_>>())
             }
-            name => unreachable!("no constant is called {name}"),
+            Buffer::HandlePositions
+            | Buffer::Displacements
+            | Buffer::SquaredDifferences
+            | Buffer::Features
+            | Buffer::LargeScalePositions
+            | Buffer::LargeScaleNormals
+            | Buffer::LocalDetail
+            | Buffer::Positions
+            | Buffer::VertexNormals => Cow::Borrowed(&[]),
         }
     }
 
@@ -64,10 +77,10 @@ impl Plan {
                 .zip(rest)
                 .flat_map(|(p, rest)| [p[0] - rest[0], p[1] - rest[1], p[2] - rest[2], 0.0]);
             let displacements = displacements.collect::<Vec<f32>>();
-            let buffer = |name| self.find(name, None, slice);
+            let of_slice = |buffer| self.bound(buffer, &(0..self.sizes.vertices), slice);
             [
-                Input { buffer: buffer("handle_positions"), numbers: Cow::Borrowed(positions) },
-                Input { buffer: buffer("displacements"), numbers: Cow::Owned(displacements) },
+                Input { buffer: of_slice(Buffer::HandlePositions), numbers: Cow::Borrowed(positions) },
+                Input { buffer: of_slice(Buffer::Displacements), numbers: Cow::Owned(displacements) },
             ]
         })
     }

@@ -77,7 +77,7 @@ fn rig() -> Rig {
     solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().cast()
 }
 
-/// An animator of five handles with room for three frames, and the record of its device.
+/// An animator of five handles for batches of three frames, and the record of its device.
 fn animator() -> (Animator<RecorderSession>, Arc<Mutex<Record>>) {
     let recorder = Recorder::default();
     (Animator::new(&recorder, &rig(), UploadOptions::frames(3)).unwrap(), recorder.record)
@@ -174,7 +174,7 @@ fn rigs_that_are_not_sound_are_not_uploaded() {
     refused_rig("basis has 124 elements, expected 125", &|r| r.basis.truncate(r.basis.len() - 1));
     refused_rig("influence_edges", &|r| r.influence_edges.truncate(r.influence_edges.len() - 1));
     refused_rig("influence_weights", &|r| r.influence_weights.truncate(r.influence_weights.len() - 1));
-    refused_rig("frame_neighbors", &|r| r.frame_neighbors.truncate(r.frame_neighbors.len() - 1));
+    refused_rig("frame_neighbors", &|r| r.tangent_neighbors.truncate(r.tangent_neighbors.len() - 1));
     refused_rig("pose_features", &|r| r.pose_features.truncate(r.pose_features.len() - 1));
     refused_rig("rbf_weights has 49 elements, expected 50", &|r| {
         r.rbf_weights.truncate(r.rbf_weights.len() - 1);
@@ -216,13 +216,13 @@ fn sessions_of_every_backend_fit_behind_one_type() {
 }
 
 #[test]
-fn a_basis_that_halves_cannot_hold_is_refused_in_halves_only() {
+fn a_basis_that_fp16_cannot_hold_is_refused_as_fp16_only() {
     let recorder = Recorder::default();
     let mut rig = rig();
     let h = rig.handles.len();
     rig.basis[2 * h + 1] = 70_000.0;
-    let halves = UploadOptions { max_frames: 1, basis: BasisStorage::F16 };
-    refused(Animator::new(&recorder, &rig, halves), &["vertex 2", "70000", "65504", "f32"]);
+    let fp16 = UploadOptions { max_frames: 1, basis: BasisStorage::F16 };
+    refused(Animator::new(&recorder, &rig, fp16), &["vertex 2", "70000", "65504", "f32"]);
     assert!(recorder.record.lock().unwrap().uploads.is_empty());
     Animator::new(&recorder, &rig, UploadOptions::frames(1)).unwrap();
 }

@@ -5,6 +5,7 @@ use rhytid_core::plan::{Plan, PlanLimits, Role};
 use rhytid_core::{
     BasisStorage, DeviceErrorKind, Error, HandleFrames, NoProgress, Rig, Stage, UploadOptions,
 };
+use rhytid_kernels::table::{Buffer, Kernel};
 use rhytid_solve::solve;
 
 fn rig() -> Rig {
@@ -25,7 +26,7 @@ fn large_rig(vertices: usize) -> Rig {
         rig.influence_edges.extend_from_slice(&one.influence_edges);
         rig.influence_weights.extend_from_slice(&one.influence_weights);
         rig.rbf_weights.extend_from_slice(&one.rbf_weights);
-        rig.frame_neighbors.extend(one.frame_neighbors.iter().map(|v| v + first));
+        rig.tangent_neighbors.extend(one.tangent_neighbors.iter().map(|v| v + first));
         rig.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
     }
     rig
@@ -35,13 +36,17 @@ fn large_rig(vertices: usize) -> Rig {
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let rig = rig();
     let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
-    assert_eq!(plan.buffers().len(), 6 + 8 + 9);
     assert_eq!(plan.slices(31).count(), 1);
     let mut stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
     assert_eq!(stages.len(), 7);
     // Two kernels for the detail.
     stages.dedup();
     assert_eq!(stages, Stage::ALL);
+    // Each kernel runs, and each buffer is planned once.
+    let dispatches = plan.dispatches(31);
+    assert!(Kernel::ALL.iter().all(|kernel| dispatches.iter().any(|d| d.kernel == *kernel)));
+    let planned = |buffer| plan.buffers().iter().filter(|planned| planned.buffer == buffer).count();
+    assert_eq!(Buffer::ALL.map(planned), [1; 6 + 8 + 9]);
     let bytes: u64 = plan.buffers().iter().map(|b| b.bytes).sum();
     assert_eq!(plan.bytes(), bytes);
 }
@@ -80,7 +85,8 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                 for input in plan.inputs(HandleFrames { positions: &positions, frames }) {
                     let buffer = &plan.buffers()[input.buffer];
                     assert!(buffer.bytes >= 4 * input.numbers.len() as u64);
-                    written[usize::from(buffer.name == "displacements")].extend_from_slice(&input.numbers);
+                    written[usize::from(buffer.buffer == Buffer::Displacements)]
+                        .extend_from_slice(&input.numbers);
                 }
                 assert_eq!(written[0], positions);
                 for (i, u) in written[1].chunks_exact(4).enumerate() {
@@ -98,14 +104,14 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                     for dispatch in plan
                         .dispatches(frames)
                         .iter()
-                        .filter(|d| d.stage == *stage && d.kernel.name != "differences")
+                        .filter(|d| d.stage == *stage && d.kernel != Kernel::Differences)
                     {
                         let [of_slice, v, first, part] = dispatch.params[..4].try_into().unwrap();
                         assert_eq!(v as usize, vertices);
-                        let in_workgroup = 64 * dispatch.kernel.at_once;
-                        let groups =
+                        let in_workgroup = 64 * dispatch.kernel.entry().at_once;
+                        let workgroups =
                             [part.div_ceil(in_workgroup), of_slice.div_ceil(dispatch.frames_at_once)];
-                        assert_eq!(dispatch.workgroups, groups);
+                        assert_eq!(dispatch.workgroups, workgroups);
                         assert!(dispatch.workgroups.iter().all(|&n| n <= max_workgroups));
                         for frame in first_frame..first_frame + of_slice as usize {
                             let all = frame * vertices + first as usize..;
@@ -132,7 +138,7 @@ fn a_smaller_batch_runs_the_first_dispatches_of_a_larger_one() {
         let fewer = plan.dispatches(frames);
         assert!(fewer.len() <= all.len());
         for (a, b) in fewer.iter().zip(&all) {
-            assert_eq!((a.kernel.name, a.stage, &a.buffers), (b.kernel.name, b.stage, &b.buffers));
+            assert_eq!((a.kernel, a.stage, &a.buffers), (b.kernel, b.stage, &b.buffers));
         }
     }
 }
@@ -154,10 +160,10 @@ fn what_a_device_cannot_do_is_said() {
 }
 
 /// The words of a constant buffer, of a rig that is one part.
-fn words(rig: &Rig, name: &str) -> Vec<u32> {
+fn words(rig: &Rig, buffer: Buffer) -> Vec<u32> {
     let plan = Plan::new(rig, UploadOptions::frames(1), NO_LIMITS, "test:0").unwrap();
-    let buffer = plan.buffers().iter().position(|buffer| buffer.name == name).unwrap();
-    let contents = plan.contents(rig, buffer);
+    let index = plan.buffers().iter().position(|planned| planned.buffer == buffer).unwrap();
+    let contents = plan.contents(rig, index);
     contents.as_chunks().0.iter().map(|&bytes| u32::from_ne_bytes(bytes)).collect()
 }
 
@@ -168,7 +174,7 @@ fn a_tiles_influences_are_those_of_its_vertices() {
     rig.influence_weights[..k].fill(0.0);
     rig.influence_weights[3 * k + 1] = f32::from_bits(7);
     let [offsets, edges, weights] =
-        ["influence_offsets", "influence_edges", "influence_weights"].map(|name| words(&rig, name));
+        [Buffer::InfluenceOffsets, Buffer::InfluenceEdges, Buffer::InfluenceWeights].map(|b| words(&rig, b));
     assert_eq!(offsets.len(), vertices.div_ceil(16) + 1);
     assert_eq!((edges.len() as u32, weights.len()), (offsets[vertices.div_ceil(16)], 16 * edges.len()));
     for (tile, rows) in offsets.array_windows().map(|&[a, b]| a as usize..b as usize).enumerate() {
@@ -192,7 +198,7 @@ fn a_tiles_influences_are_those_of_its_vertices() {
 fn fans_have_every_triangle_at_each_of_its_vertices() {
     let rig = rig();
     let vertices = rig.vertices() as u32;
-    let (offsets, fans) = (words(&rig, "fan_offsets"), words(&rig, "fans"));
+    let (offsets, fans) = (words(&rig, Buffer::FanOffsets), words(&rig, Buffer::Fans));
     assert_eq!(fans.len(), 16 * offsets[rig.vertices().div_ceil(16)] as usize);
     assert!(fans.iter().all(|&v| v < vertices));
     let mut found: Vec<[u32; 3]> = Vec::new();

@@ -74,10 +74,10 @@ pub fn pivoted<T: Real>(rbf_weights: &[[T; 3]], centers: usize) -> (Vec<[T; 3]>,
 
 /// ‖f − f_j‖_v: the distance of two features as a vertex with these influences sees it.
 pub fn feature_distance<T: Real>(edges: &[u32], weights: &[T], f: &[T], f_j: &[T]) -> T {
-    let mut sum = T::zero();
+    let mut sum = T::ZERO;
     for (&e, &alpha) in edges.iter().zip(weights) {
         let difference = f[e as usize] - f_j[e as usize];
-        sum = alpha.times_plus(difference * difference, sum);
+        sum = alpha.mul_add(difference * difference, sum);
     }
     sum.sqrt()
 }
@@ -88,20 +88,20 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &
     let influence_edges = &buffers.influence_edges[i * k..][..k];
     let influence_weights = &buffers.influence_weights[i * k..][..k];
     let distance = |j: usize| {
-        let mut sum = T::zero();
+        let mut sum = T::ZERO;
         for (&e, &alpha) in influence_edges.iter().zip(influence_weights) {
-            sum = alpha.times_plus(table[table_index(edges, e as usize, j)], sum);
+            sum = alpha.mul_add(table[table_index(edges, e as usize, j)], sum);
         }
         sum.sqrt()
     };
     let w = &buffers.rbf_weights[i * n..][..n];
     let pivot = buffers.pivots[i] as usize;
     let r_pivot = distance(pivot);
-    let mut d = [T::zero(); 3];
+    let mut d = [T::ZERO; 3];
     for (j, w) in w.iter().enumerate() {
         let r = if j == pivot { r_pivot } else { distance(j) - r_pivot };
         for c in 0..3 {
-            d[c] = w[c].times_plus(r, d[c]);
+            d[c] = w[c].mul_add(r, d[c]);
         }
     }
     d

@@ -41,7 +41,7 @@ pub fn differences<T: Real>(
                     let difference = features[frame * edges + e] - pose_features[j * edges + e];
                     difference * difference
                 } else {
-                    T::zero()
+                    T::ZERO
                 };
             }
         }

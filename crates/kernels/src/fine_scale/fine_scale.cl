@@ -92,7 +92,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void fine_sc
     __global const float *restrict large_scale_positions,
     __global const float *restrict large_scale_normals,
     __global const float *restrict local_detail,
-    __global const uint *restrict frame_neighbors,
+    __global const uint *restrict tangent_neighbors,
     __global float *restrict positions,
     const Params params)
 {
@@ -112,7 +112,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void fine_sc
     load_all(large_scale_normals, first + v, lanes, n);
     load_all(local_detail, first + v, lanes, d);
     for (uint lane = 0; lane < VERTICES; lane++) {
-        put(vload3(first + frame_neighbors[v + min(lane, lanes - 1)], large_scale_positions), lane, e);
+        put(vload3(first + tangent_neighbors[v + min(lane, lanes - 1)], large_scale_positions), lane, e);
     }
     for (uint c = 0; c < 3; c++) {
         e[c].all -= x[c].all;

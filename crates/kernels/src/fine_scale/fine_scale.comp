@@ -11,7 +11,7 @@ layout(push_constant, std430) uniform Params {
 layout(std430, binding = 0) readonly buffer LargeScalePositions { float large_scale_positions[]; };
 layout(std430, binding = 1) readonly buffer LargeScaleNormals { float large_scale_normals[]; };
 layout(std430, binding = 2) readonly buffer LocalDetail { float local_detail[]; };
-layout(std430, binding = 3) readonly buffer FrameNeighbors { uint frame_neighbors[]; };
+layout(std430, binding = 3) readonly buffer TangentNeighbors { uint tangent_neighbors[]; };
 layout(std430, binding = 4) writeonly buffer Positions { float positions[]; };
 
 vec3 smooth_position(uint i) {
@@ -39,7 +39,7 @@ void main() {
     uint at = 3 * (first + v);
     vec3 x = smooth_position(first + v);
     vec3 n = vec3(large_scale_normals[at], large_scale_normals[at + 1], large_scale_normals[at + 2]);
-    vec3 e = smooth_position(first + frame_neighbors[v]) - x;
+    vec3 e = smooth_position(first + tangent_neighbors[v]) - x;
     vec3 t = unit(e - (e.x * n.x + e.y * n.y + e.z * n.z) * n);
     vec3 b = vec3(n.y * t.z - n.z * t.y, n.z * t.x - n.x * t.z, n.x * t.y - n.y * t.x);
     vec3 moved = x + (t * local_detail[at] + b * local_detail[at + 1] + n * local_detail[at + 2]);

@@ -9,7 +9,7 @@ struct Params {
 @group(0) @binding(0) var<storage, read> large_scale_positions: array<f32>;
 @group(0) @binding(1) var<storage, read> large_scale_normals: array<f32>;
 @group(0) @binding(2) var<storage, read> local_detail: array<f32>;
-@group(0) @binding(3) var<storage, read> frame_neighbors: array<u32>;
+@group(0) @binding(3) var<storage, read> tangent_neighbors: array<u32>;
 @group(0) @binding(4) var<storage, read_write> positions: array<f32>;
 @group(0) @binding(5) var<uniform> params: Params;
 
@@ -39,7 +39,7 @@ fn fine_scale(@builtin(global_invocation_id) id: vec3u) {
     let at = 3 * (first + v);
     let x = smooth_position(first + v);
     let n = vec3f(large_scale_normals[at], large_scale_normals[at + 1], large_scale_normals[at + 2]);
-    let e = smooth_position(first + frame_neighbors[v]) - x;
+    let e = smooth_position(first + tangent_neighbors[v]) - x;
     let t = unit(e - (e.x * n.x + e.y * n.y + e.z * n.z) * n);
     let b = vec3f(n.y * t.z - n.z * t.y, n.z * t.x - n.x * t.z, n.x * t.y - n.y * t.x);
     let moved = x + (t * local_detail[at] + b * local_detail[at + 1] + n * local_detail[at + 2]);

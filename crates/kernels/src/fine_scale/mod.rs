@@ -21,9 +21,9 @@ impl Params {
     }
 }
 
-/// The columns t, b, n of a local frame (method, section 5), from the way to the frame neighbour.
+/// The columns t, b, n of a tangent frame (method, section 5), from the way to the neighbour that orients it.
 #[inline(always)]
-pub fn local_frame<T: Number>(to_neighbor: [T; 3], n: [T; 3]) -> [[T; 3]; 3] {
+pub fn tangent_frame<T: Number>(to_neighbor: [T; 3], n: [T; 3]) -> [[T; 3]; 3] {
     let along = vec3::dot(to_neighbor, n);
     let t = vec3::normalize(std::array::from_fn(|c| to_neighbor[c] - along * n[c]));
     [t, vec3::cross(n, t), n]
@@ -41,7 +41,7 @@ pub fn fine_scale<T: Real>(
     large_scale_positions: &[[T; 3]],
     large_scale_normals: &[[T; 3]],
     local_detail: &[[T; 3]],
-    frame_neighbors: &[u32],
+    tangent_neighbors: &[u32],
     positions: &mut [[T; 3]],
 ) {
     let vertices = params.vertices as usize;
@@ -49,10 +49,10 @@ pub fn fine_scale<T: Real>(
         let first = frame * vertices;
         for i in 0..params.part_vertices as usize {
             let v = params.first_vertex as usize + i;
-            let neighbor = large_scale_positions[first + frame_neighbors[v] as usize];
+            let neighbor = large_scale_positions[first + tangent_neighbors[v] as usize];
             let smooth = large_scale_positions[first + v];
-            let frame = local_frame(vec3::sub(neighbor, smooth), large_scale_normals[first + v]);
-            positions[first + v] = add_detail(smooth, frame, local_detail[first + v]);
+            let axes = tangent_frame(vec3::sub(neighbor, smooth), large_scale_normals[first + v]);
+            positions[first + v] = add_detail(smooth, axes, local_detail[first + v]);
         }
     }
 }

@@ -21,13 +21,13 @@ typedef struct {
     uint first_vertex;
     uint part_vertices;
     uint handles;
-    uint half_basis;
+    uint fp16_basis;
 } Params;
 
-// Row h of the tile of 16 vertices, for those from vertex i on; halves where params.half_basis is 1.
+// Row h of the tile of 16 vertices, for those from vertex i on; fp16 where params.fp16_basis is 1.
 static Floats basis_at(__global const uint *basis, const Params params, uint i, uint h) {
     uint at = ((i / 16 * params.handles + h) * 16 + i % 16) / VERTICES;
-    return params.half_basis != 0 ? JOIN(vloada_half, VERTICES)(at, (__global const half *)basis)
+    return params.fp16_basis != 0 ? JOIN(vloada_half, VERTICES)(at, (__global const half *)basis)
                                   : JOIN(as_float, VERTICES)(((__global const Uints *)basis)[at]);
 }
 

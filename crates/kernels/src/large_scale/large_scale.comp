@@ -9,19 +9,19 @@ layout(push_constant, std430) uniform Params {
     uint first_vertex;
     uint part_vertices;
     uint handles;
-    uint half_basis;
+    uint fp16_basis;
 } params;
 layout(std430, binding = 0) readonly buffer Rest { float rest[]; };
 layout(std430, binding = 1) readonly buffer Basis { uvec2 basis[]; };
 layout(std430, binding = 2) readonly buffer Displacements { vec4 displacements[]; };
 layout(std430, binding = 3) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
 
-// Row h of the tile of 16 vertices, for the four vertices from i on; halves where params.half_basis is 1.
+// Row h of the tile of 16 vertices, for the four vertices from i on; fp16 where params.fp16_basis is 1.
 vec4 basis_at(uint i, uint h) {
     uint at = (i / 16 * params.handles + h) * 16 + i % 16;
-    if (params.half_basis != 0) {
-        uvec2 halves = basis[at / 4];
-        return vec4(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y));
+    if (params.fp16_basis != 0) {
+        uvec2 pairs = basis[at / 4];
+        return vec4(unpackHalf2x16(pairs.x), unpackHalf2x16(pairs.y));
     }
     return vec4(uintBitsToFloat(basis[at / 2]), uintBitsToFloat(basis[at / 2 + 1]));
 }

@@ -7,7 +7,7 @@ struct Params {
     first_vertex: u32,
     part_vertices: u32,
     handles: u32,
-    half_basis: u32,
+    fp16_basis: u32,
 }
 
 @group(0) @binding(0) var<storage, read> rest: array<f32>;
@@ -16,12 +16,12 @@ struct Params {
 @group(0) @binding(3) var<storage, read_write> large_scale_positions: array<f32>;
 @group(0) @binding(4) var<uniform> params: Params;
 
-// Row h of the tile of 16 vertices, for the four vertices from i on; halves where params.half_basis is 1.
+// Row h of the tile of 16 vertices, for the four vertices from i on; fp16 where params.fp16_basis is 1.
 fn basis_at(i: u32, h: u32) -> vec4f {
     let at = (i / 16 * params.handles + h) * 16 + i % 16;
-    if params.half_basis != 0 {
-        let halves = basis[at / 4];
-        return vec4f(unpack2x16float(halves.x), unpack2x16float(halves.y));
+    if params.fp16_basis != 0 {
+        let pairs = basis[at / 4];
+        return vec4f(unpack2x16float(pairs.x), unpack2x16float(pairs.y));
     }
     return vec4f(bitcast<vec2f>(basis[at / 2]), bitcast<vec2f>(basis[at / 2 + 1]));
 }

@@ -13,8 +13,8 @@ parameter_block!(
     part_vertices,
     /// H.
     handles,
-    /// 1 where `basis` is stored in halves, 0 where it is not. The twin has its own type for it and does not look.
-    half_basis,
+    /// 1 where `basis` is stored as fp16, 0 where it is not. The twin has its own type for it and does not look.
+    fp16_basis,
 );
 
 impl Params {
@@ -27,7 +27,7 @@ impl Params {
             first_vertex: 0,
             part_vertices: vertices,
             handles: handles as u32,
-            half_basis: 0,
+            fp16_basis: 0,
         }
     }
 }
@@ -47,11 +47,11 @@ pub fn large_scale<T: Real>(
         for i in 0..params.part_vertices as usize {
             let v = params.first_vertex as usize + i;
             let row = &basis[i * handles..][..handles];
-            let mut sum = [T::zero(); 3];
+            let mut sum = [T::ZERO; 3];
             for h in 0..handles {
                 let u = vec3::sub(p[h], handle_rest[h]);
                 for c in 0..3 {
-                    sum[c] = row[h].times_plus(u[c], sum[c]);
+                    sum[c] = row[h].mul_add(u[c], sum[c]);
                 }
             }
             large_scale_positions[frame * vertices + v] = std::array::from_fn(|c| rest[v][c] + sum[c]);

@@ -106,7 +106,7 @@ pub fn fan(v: u32, triangles: &[[u32; 3]], incident: &[u32]) -> Vec<u32> {
 
 /// The normal of one vertex, given the triangles at it.
 pub fn vertex_normal<T: Real>(positions: &[[T; 3]], triangles: &[[u32; 3]], incident: &[u32]) -> [T; 3] {
-    let mut sum = [T::zero(); 3];
+    let mut sum = [T::ZERO; 3];
     for &t in incident {
         let [a, b, c] = triangles[t as usize].map(|v| positions[v as usize]);
         let area = vec3::cross(vec3::sub(b, a), vec3::sub(c, a));

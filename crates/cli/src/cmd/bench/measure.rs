@@ -159,7 +159,7 @@ mod tests {
     use rhytid_demo::{Size, sized_rig};
 
     #[test]
-    fn the_chapters_frame_moves_584_bytes_a_vertex_and_half_of_the_basis_less_in_halves() {
+    fn the_chapters_frame_moves_584_bytes_a_vertex_and_half_of_the_basis_less_as_fp16() {
         let rig = sized_rig(Size { vertices: 10_000, ..Size::CHAPTER });
         let strain = (4 * rig.strain_edges.len()) as f64;
         let per_vertex = |basis, max_frames| {

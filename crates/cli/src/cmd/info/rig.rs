@@ -73,7 +73,7 @@ impl RigInfo {
             row("bending length", format!("{} {unit}", human::number(self.bending_length))),
             row("beta", format!("{} per {unit}", human::number(self.beta))),
             row(
-                "basis in halves",
+                "basis as fp16",
                 format!(
                     "moves a vertex by at most {} % of the largest displacement",
                     human::number(100.0 * self.f16_error)

@@ -1,4 +1,4 @@
-//! A rig in host memory, laid out for the processor.
+//! A rig as it is uploaded: in host memory, laid out for the processor.
 use crate::blocks::block_length;
 use crate::detail::Detail;
 use crate::large_scale::Basis;
@@ -9,7 +9,7 @@ use rhytid_kernels::normals::VertexTriangles;
 
 /// What every frame reads.
 #[derive(Debug)]
-pub struct Resident {
+pub struct UploadedRig {
     pub vectors: Vectors,
     /// V rest positions.
     pub rest: Vec<[f32; 3]>,
@@ -18,10 +18,10 @@ pub struct Resident {
     /// Vertices of a block.
     pub block: usize,
     pub meshes: Vec<BlockMesh>,
-    pub frame_neighbors: Vec<u32>,
+    pub tangent_neighbors: Vec<u32>,
 }
 
-impl Resident {
+impl UploadedRig {
     pub fn new(rig: &Rig, storage: BasisStorage) -> Self {
         let vertices = rig.vertices();
         let block = block_length(vertices);
@@ -32,8 +32,14 @@ impl Resident {
             basis: Basis::new(rig, storage),
             detail: Detail::new(rig),
             block,
-            meshes: BlockMesh::all(block, vertices, &rig.triangles, &vertex_triangles, &rig.frame_neighbors),
-            frame_neighbors: rig.frame_neighbors.clone(),
+            meshes: BlockMesh::all(
+                block,
+                vertices,
+                &rig.triangles,
+                &vertex_triangles,
+                &rig.tangent_neighbors,
+            ),
+            tangent_neighbors: rig.tangent_neighbors.clone(),
         }
     }
 }
