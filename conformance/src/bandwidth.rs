@@ -1,3 +1,4 @@
+//! The speed of the processor's memory, which times are compared with.
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! Which cases there are.
+//! The cases: which there are, and in which suite.
 use crate::recipe::{Motion, Recipe, Sizes, Surface};
 use rhytid_core::{BasisStorage, Rig, UploadOptions};
 use serde::Serialize;

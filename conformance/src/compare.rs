@@ -1,3 +1,4 @@
+//! Comparisons of what was computed with what was expected.
 use crate::outcome::{Measured, stage_name};
 use crate::reference::Expected;
 use rhytid_core::Stage;

@@ -1,3 +1,4 @@
+//! Random numbers from a seed.
 use std::collections::BTreeSet;
 
 /// Random numbers that are the same on every machine (splitmix64).

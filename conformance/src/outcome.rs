@@ -1,4 +1,4 @@
-//! How a case went on a device, in one of five different words.
+//! The outcome of a case on a device, in one of five different words.
 use rhytid_core::{DeviceInfo, Stage};
 use serde::Serialize;
 use std::fmt;

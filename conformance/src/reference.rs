@@ -1,4 +1,4 @@
-//! What each kernel must give for the inputs it had, in float64, and how far rounding may take it from there.
+//! The reference: what each kernel must give for the inputs it had, in float64, and how far rounding may take it from there.
 //!
 //! The inputs are the device's own, so that an error upstream is not blamed on a kernel downstream. The numbers of
 //! roundings are those of [`mod@tolerance`]; here are the sums they are multiplied with.

@@ -1,4 +1,4 @@
-//! What a run found, in four forms: a table for the terminal, JUnit XML, JSON, and a page in Markdown.
+//! The report of a run, in four forms: a table for the terminal, JUnit XML, JSON, and a page in Markdown.
 mod junit;
 mod markdown;
 mod terminal;

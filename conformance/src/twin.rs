@@ -1,3 +1,4 @@
+//! The twins of all kernels, run one after the other.
 use rhytid_core::{Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{Real, detail, differences, fine_scale, large_scale, normals, strain};

@@ -1,4 +1,4 @@
-//! What `setup` installs by Debian's names.
+//! Debian's packages that the chores need.
 use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Whether a peer computed the same.
+//! The comparison of a peer's results with ours.
 //!
 //! Positions are compared with Rhytid's. Where two examples look nearly the same to a vertex, its RBF weights are large and
 //! of opposite sign, and the method's sum cancels: there, rounding in float32 is allowed for. Normals are compared with the

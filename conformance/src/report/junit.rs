@@ -1,3 +1,4 @@
+//! The report as JUnit XML.
 use super::Report;
 use crate::outcome::{Outcome, Verdict};
 use quick_junit::{NonSuccessKind, SerializeError, TestCase, TestCaseStatus, TestSuite};

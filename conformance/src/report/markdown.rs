@@ -1,3 +1,4 @@
+//! The report as a page in Markdown.
 use super::{Report, number, small};
 use crate::outcome::Outcome;
 use crate::{DeviceReport, Suite, tolerance};

@@ -1,3 +1,4 @@
+//! The report as a table for the terminal.
 use super::{Report, number, small};
 use std::fmt::Write;
 

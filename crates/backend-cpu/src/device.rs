@@ -1,3 +1,4 @@
+//! The processor as a device.
 use crate::CpuSession;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};

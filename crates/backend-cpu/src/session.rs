@@ -1,3 +1,4 @@
+//! A rig in host memory, and the choice between one frame and a group of them.
 use crate::group::Group;
 use crate::lines::GROUP;
 use crate::one_frame::OneFrame;

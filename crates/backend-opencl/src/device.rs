@@ -1,3 +1,4 @@
+//! OpenCL devices, found and opened.
 use crate::OpenClSession;
 use crate::cl::{self, BuildError, Context, DeviceId, Platform, Program};
 use crate::status::Status;

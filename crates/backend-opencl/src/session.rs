@@ -1,3 +1,4 @@
+//! A rig on an OpenCL device.
 use crate::OpenCl;
 use crate::cl::{self, Buffer, Event, Queue};
 use crate::status::Status;

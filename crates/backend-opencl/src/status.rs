@@ -1,3 +1,4 @@
+//! OpenCL's status codes as errors.
 use opencl_sys::*;
 use rhytid_core::{DeviceErrorKind, Error};
 

@@ -1,3 +1,4 @@
+//! Vulkan devices, opened here or lent by a host application.
 use crate::VulkanSession;
 use crate::context::Context;
 use crate::error::error;

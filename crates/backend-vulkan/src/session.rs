@@ -1,3 +1,4 @@
+//! A rig on a Vulkan device.
 use crate::barrier::Access;
 use crate::buffer::Buffer;
 use crate::commands::Commands;

@@ -1,3 +1,4 @@
+//! wgpu's devices, opened here or lent by a host application.
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;

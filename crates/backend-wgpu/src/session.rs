@@ -1,3 +1,4 @@
+//! A rig on a device of wgpu's.
 use crate::device::blocking;
 use crate::faults::{Pending, scoped};
 use crate::gpu::Gpu;

@@ -1,3 +1,4 @@
+//! The axes of a file.
 use glam::{DMat3, DQuat, DVec3};
 use std::fmt;
 use std::str::FromStr;

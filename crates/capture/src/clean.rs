@@ -1,4 +1,4 @@
-//! All steps in their order.
+//! The clean-up: all steps in their order.
 use crate::events::{confidence, event, filled_before, runs};
 use crate::fit::Similarity;
 use crate::gaps::Filled;

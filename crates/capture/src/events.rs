@@ -1,4 +1,4 @@
-//! What the steps found, as a report's events and a take's confidence.
+//! Events: what the steps found, for the report and for the take's confidence.
 use crate::{Event, Kind};
 use rhytid_core::Take;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! Which marker of a file is which handle's.
+//! Labels: which marker of a file is which handle's.
 use rhytid_core::{Error, Result};
 use std::collections::BTreeMap;
 

@@ -1,3 +1,4 @@
+//! Neighbours of a point, by distance.
 use glam::DVec3;
 
 /// For each point the indices of the `count` nearest others, the nearest first.

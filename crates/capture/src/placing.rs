@@ -1,4 +1,4 @@
-//! Where the actor stands: the neutral frames, the unit, the axes and the size, and how far markers are from their handles.
+//! The actor's place: the neutral frames, the unit, the axes and the size, and how far markers are from their handles.
 use crate::fit::{Similarity, fit_robustly};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};

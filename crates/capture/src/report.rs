@@ -1,3 +1,4 @@
+//! The report of a clean-up, as data.
 use serde::Serialize;
 use std::ops::Range;
 

@@ -1,3 +1,4 @@
+//! The settings of a clean-up.
 use crate::Axes;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

@@ -1,3 +1,4 @@
+//! Marker tracks as the steps have them.
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::Take;

@@ -1,4 +1,4 @@
-//! How the program ends: exit codes, and errors as one sentence on stderr.
+//! The end of the program: exit codes, and errors as one sentence on stderr.
 
 use crate::progress::Ui;
 use rhytid::{DeviceErrorKind, Error, Result};

@@ -1,4 +1,4 @@
-//! What several commands are given: a device, and a take with its setup.
+//! Inputs of several commands: a device, and a take with its setup.
 
 use crate::args::{MissingChoice, Setup};
 use crate::progress::Ui;

@@ -1,4 +1,4 @@
-//! How much memory this process had.
+//! The memory that this process needed.
 
 /// The most memory that this process held at any time, in bytes; `None` on systems that do not say.
 pub fn peak() -> Option<u64> {

@@ -1,4 +1,4 @@
-//! What is told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
+//! Progress, told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
 use crate::interrupt;

@@ -1,3 +1,4 @@
+//! Errors, by who can do something about them.
 use std::path::{Path, PathBuf};
 
 /// What every fallible function of Rhytid returns.

@@ -1,3 +1,4 @@
+//! The face: what the solve makes a rig of.
 use crate::{Mesh, UpAxis};
 
 /// The vertices that markers hold: H labels and vertex indices of the neutral mesh.

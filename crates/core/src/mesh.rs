@@ -1,3 +1,4 @@
+//! The mesh: polygons, texture coordinates and materials, as the input has them.
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 

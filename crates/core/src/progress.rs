@@ -1,3 +1,4 @@
+//! Progress of long work, and the wish to stop it.
 use crate::{Error, Result};
 
 /// How long work reports to its caller, and how the caller stops it.

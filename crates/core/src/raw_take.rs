@@ -1,3 +1,4 @@
+//! The raw take: marker tracks before the clean-up.
 use crate::Take;
 
 /// Marker tracks as a file gives them, before the clean-up that makes a [`Take`] for a rig of them.

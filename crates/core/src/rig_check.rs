@@ -1,3 +1,4 @@
+//! The check of a rig, which everything passes that is uploaded.
 use crate::{Error, Result, Rig};
 use std::collections::HashSet;
 

@@ -1,3 +1,4 @@
+//! Rigid motions.
 /// How a rigid body stands: turned, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidMotion {

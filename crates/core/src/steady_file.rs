@@ -1,3 +1,4 @@
+//! Files that reach the disk while they are written.
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use tempfile::NamedTempFile;

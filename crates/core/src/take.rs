@@ -1,3 +1,4 @@
+//! The take: marker tracks in head space, with the head's motion and how far each position is to be trusted.
 use crate::{Error, Result, RigidMotion};
 
 /// Marker tracks: positions of labelled markers over time, in mesh units and head space.

@@ -1,3 +1,4 @@
+//! Files that appear whole.
 use crate::steady_file::SteadyFile;
 use crate::{Error, Result};
 use std::fs::File;

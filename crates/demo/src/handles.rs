@@ -1,4 +1,4 @@
-//! Where the markers sit.
+//! The handles: where the markers sit.
 use crate::grid::Grid;
 use rhytid_core::Handles;
 

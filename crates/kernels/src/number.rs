@@ -1,3 +1,4 @@
+//! Numbers that vectors are made of.
 use std::ops::{Add, Div, Mul, Sub};
 
 /// What vectors are made of: a floating-point number, or several of them side by side in a processor's register.

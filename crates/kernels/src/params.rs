@@ -1,3 +1,4 @@
+//! Parameter blocks.
 /// Defines a kernel's parameter block: `u32` fields in one order for every backend, and their names.
 macro_rules! parameter_block {
     ($($(#[$meta:meta])* $field:ident),* $(,)?) => {

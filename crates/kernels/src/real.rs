@@ -1,3 +1,4 @@
+//! Numbers that the twins are evaluated in.
 use crate::Number;
 use std::fmt::{Debug, Display};
 

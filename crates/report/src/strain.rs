@@ -1,4 +1,4 @@
-//! How far the clean take stretches the rig's strain edges (section 3 of the method).
+//! Strains: how far the clean take stretches the rig's strain edges (section 3 of the method).
 
 use rhytid_core::{Error, Result, Rig, Take};
 use serde::Serialize;

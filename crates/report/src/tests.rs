@@ -1,4 +1,4 @@
-//! The page is read with an independent parser, the numbers are compared with ones counted another way.
+//! Tests of the page, read with an independent parser, and of its numbers, counted another way.
 
 use super::*;
 use rhytid_capture::{Event, Found, Kind};

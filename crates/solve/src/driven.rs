@@ -1,4 +1,4 @@
-//! Which connected components the handles drive (section 2).
+//! The connected components that the handles drive (section 2).
 use crate::topology::components;
 use crate::triangulate::is_degenerate;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Section 4: which strain edges each vertex listens to, and how much.
+//! Section 4: the influences, which strain edges each vertex listens to, and how much.
 use glam::DVec3;
 use rayon::prelude::*;
 

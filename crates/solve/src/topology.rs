@@ -1,3 +1,4 @@
+//! The topology of a mesh: which triangles and vertices meet at each vertex.
 use rhytid_kernels::normals::VertexTriangles;
 
 /// Which triangles and vertices meet at each vertex.

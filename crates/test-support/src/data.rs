@@ -1,3 +1,4 @@
+//! The data beside the project, and what `cargo xtask setup` installs.
 use crate::skip;
 use std::path::{Path, PathBuf};
 

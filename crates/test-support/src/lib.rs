@@ -1,4 +1,4 @@
-//! What the tests of several crates share: how one says that it does nothing here, the data beside the project, a small face, the programs that
+//! Help that the tests of several crates share: how one says that it does nothing here, the data beside the project, a small face, the programs that
 //! `cargo xtask setup` installs, readings of `/proc`, and what was logged.
 #![forbid(unsafe_code)]
 

@@ -1,3 +1,4 @@
+//! The log, as a test reads it.
 use std::sync::{Mutex, PoisonError};
 use std::thread::ThreadId;
 

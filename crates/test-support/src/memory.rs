@@ -1,4 +1,4 @@
-//! What Linux tells in `/proc` of a process's memory.
+//! Memory of a process, as Linux tells it in `/proc`.
 
 /// Bytes of this process that are in memory now.
 ///

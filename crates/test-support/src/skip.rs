@@ -1,3 +1,4 @@
+//! Tests that do nothing here, and how they say so.
 use std::io::Write;
 use std::panic::Location;
 

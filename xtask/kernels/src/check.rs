@@ -1,4 +1,4 @@
-//! Everything that must be so: each list has one sentence for each thing that is not.
+//! The checks: a list each, with one sentence for each thing that is not as it must be.
 use crate::reflected::{Language, Reflected, compare, differences, parameters};
 use crate::{compile, folder, reflect_naga, reflect_opencl, reflect_rust};
 use rhytid_kernels::table::{Entry, Kernel};

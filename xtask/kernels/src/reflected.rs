@@ -1,4 +1,4 @@
-//! What a kernel says of itself, in words that all languages share, and how it differs from the table.
+//! A kernel's account of itself, in words that all languages share, and how it differs from the table.
 use rhytid_kernels::table::{Access, Binding, Element, Entry, WORKGROUP_SIZE};
 use std::fmt::{self, Display, Formatter};
 

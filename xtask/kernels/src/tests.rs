@@ -1,4 +1,4 @@
-//! The checker finds each kind of difference, planted in a copy of a source.
+//! Tests of the checker: it finds each kind of difference, planted in a copy of a source.
 use crate::reflected::Language;
 use crate::{check, compile, folder, reflect_naga, reflect_opencl};
 use rhytid_kernels::table::{Binding, Entry, Kernel};

@@ -1,3 +1,4 @@
+//! Agreement of every device with the CPU backend.
 use super::support::{assert_agreement, devices, frames, on_cpu, rig};
 use crate::OpenCl;
 use rhytid_core::plan::{Plan, PlanLimits};

@@ -1,3 +1,4 @@
+//! Failures of builds, of memory and of drivers, each an error.
 use super::support::{devices, frames, is_child_for, output_of_success, rig, run_child};
 use crate::OpenCl;
 use rhytid_core::{Animator, Backend, DeviceErrorKind, Error, UploadOptions};

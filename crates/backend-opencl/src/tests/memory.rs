@@ -1,3 +1,4 @@
+//! Memory of the process, which uploads leave as it was.
 use super::support::{devices, frames, is_child_for, output_of_success, rig, run_child};
 use crate::OpenCl;
 use rhytid_core::{Animator, Backend, Stage, UploadOptions};

@@ -1,4 +1,4 @@
-//! What is told of a device is true, whatever is evaluated agrees with the CPU backend, and failures are errors.
+//! Tests on the devices of this machine: what is told of one is true, its results agree with the CPU backend's, and failures are errors.
 mod agreement;
 mod failures;
 mod memory;

@@ -1,3 +1,4 @@
+//! Tests on the Vulkan devices of this machine.
 mod host_application;
 mod memory;
 mod results;

@@ -1,4 +1,4 @@
-//! What the device computes is what the CPU computes.
+//! Results of the device, which are those of the CPU.
 use super::support::{SMALL, Size, assert_close, devices, evaluate, on_cpu, rig, take, validated};
 use crate::Vulkan;
 use crate::context::Clock;

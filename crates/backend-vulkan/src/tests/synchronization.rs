@@ -1,4 +1,4 @@
-//! The validation layer is silent, and would not be if a barrier were missing.
+//! Synchronisation: the validation layer is silent, and would not be if a barrier were missing.
 use super::support::{SMALL, devices, evaluate, rig, take, validated};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{BasisStorage, DeviceErrorKind, Error, HandleFrames, Session, Stage, UploadOptions};

@@ -1,4 +1,4 @@
-//! What is known of an actor and a capture session: options of `prepare`, and the keys of TAKE.toml.
+//! The setup: what is known of an actor and a capture session, as options of `prepare` and as the keys of TAKE.toml.
 
 use super::values::{StepChoice, UnitChoice, parse_pair, parse_rate, parse_seconds, rate, seconds};
 use rhytid::capture::{Axes, Settings};

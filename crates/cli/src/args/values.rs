@@ -1,4 +1,4 @@
-//! What flags can be given, where it is more than a number or a path.
+//! The values of flags, where they are more than a number or a path.
 
 use clap::ValueEnum;
 use rhytid::BasisStorage;

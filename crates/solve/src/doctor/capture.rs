@@ -1,4 +1,4 @@
-//! What looks wrong between the mesh, its handles, its examples and its unit.
+//! Findings between the mesh, its handles, its examples and its unit.
 use super::{Report, Severity, count, first_few, length};
 use crate::driven::DrivenComponents;
 use crate::triangulate::triangulate;

@@ -1,4 +1,4 @@
-//! What makes a solve impossible.
+//! Findings that make a solve impossible.
 use super::{Report, Severity, count, first_few};
 use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! What is wrong with the neutral mesh as a surface.
+//! Findings of the neutral mesh as a surface.
 use super::{Report, Severity, count, first_few};
 use crate::driven::DrivenComponents;
 use crate::triangulate::{is_degenerate, triangulate};

@@ -1,4 +1,4 @@
-//! How the time of a frame grows with a rig's sizes and with the batch.
+//! The growth of a frame's time with a rig's sizes and with the batch.
 
 use super::measure;
 use crate::progress::Ui;

@@ -1,4 +1,4 @@
-//! How long a device takes for a rig, and what the least is that it has to move for it.
+//! The time that a device takes for a rig, and the least that it has to move for it.
 
 use rhytid::conformance::{Memory, stage_name};
 use rhytid::{BasisStorage, DeviceInfo, Result, Rig, Stage, UploadOptions};

@@ -1,4 +1,4 @@
-//! What meshes, rigs and projects have in common, and how rows of text are made.
+//! The common part of meshes, rigs and projects, and rows of text.
 
 use rhytid::human;
 use rhytid::{Mesh, UpAxis, Uvs};
