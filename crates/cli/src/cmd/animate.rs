@@ -8,7 +8,7 @@ use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
 use rhytid::formats::take::Missing;
 use rhytid::human;
 use rhytid::playback::{Playback, PlaybackOptions, Selection};
-use rhytid::{DeviceInfo, Error, Result, Take, WriteBeside, rig_file};
+use rhytid::{AtomicFile, DeviceInfo, Error, Result, Take, rig_file};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -73,7 +73,7 @@ fn morphs(written: &Written, metres_per_unit: f64) -> String {
 pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
     check_options(args, Format::of(&args.output)?)?;
-    drop(WriteBeside::create(&args.output)?);
+    drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let hash = rig_file::hash(&args.rig)?;

@@ -5,7 +5,7 @@ use crate::progress::{Ui, timed};
 use crate::{args, memory, output};
 use rhytid::human;
 use rhytid::solve::{Report, Severity};
-use rhytid::{Error, Progress, Result, Rig, WriteBeside, rig_file};
+use rhytid::{AtomicFile, Error, Progress, Result, Rig, rig_file};
 use std::path::Path;
 use std::time::Duration;
 
@@ -88,7 +88,7 @@ fn check_output(output: &Path) -> Result<()> {
             output.display()
         )));
     }
-    WriteBeside::create(output).map(drop)
+    AtomicFile::create(output).map(drop)
 }
 
 /// Prints what the doctor saw; its errors stop.

@@ -21,7 +21,7 @@ pub struct Animation {
     pub positions: Vec<f32>,
     /// frames × 3V.
     pub normals: Vec<f32>,
-    /// How the head stands in each frame; `None` where the take does not say.
+    /// The head pose in each frame; `None` where the take does not say.
     pub head: Option<Vec<RigidMotion>>,
     dir: PathBuf,
     /// What is there of the files.

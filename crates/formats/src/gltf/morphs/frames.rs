@@ -55,7 +55,7 @@ pub struct Block {
 
 impl Frames {
     /// Frames of `vertices` vertices, with normals or without. `spool` is an empty file that only this uses
-    /// (`WriteBeside::spool`); `path` is the output, for messages.
+    /// (`AtomicFile::spool`); `path` is the output, for messages.
     pub fn new(spool: File, path: &Path, vertices: usize, normals: bool) -> Self {
         Self { spool, path: path.to_owned(), vertices, normals, frames: 0 }
     }

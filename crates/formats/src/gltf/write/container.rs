@@ -4,7 +4,7 @@
 
 use crate::export::Options;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use rhytid_core::{Error, Progress, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Progress, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub(crate) enum Kind {
 /// A `.glb` or a `.gltf` with its `.bin`, being written. Dropped before the end, it leaves nothing behind.
 pub(super) struct Container {
     /// The `.glb` or `.gltf`.
-    file: WriteBeside,
+    file: AtomicFile,
     bin: Bin,
     /// Bytes of the binary part so far.
     length: u64,
@@ -37,7 +37,7 @@ pub(super) struct Container {
 
 enum Bin {
     Chunk(BufWriter<File>),
-    File(WriteBeside),
+    File(AtomicFile),
 }
 
 /// How large a file may become.
@@ -70,10 +70,10 @@ impl Limit {
 
 impl Container {
     pub fn create(path: &Path, kind: Kind, limit: Limit) -> Result<Self> {
-        let file = WriteBeside::create(path)?;
+        let file = AtomicFile::create(path)?;
         let bin = match kind {
             Kind::Glb => Bin::Chunk(BufWriter::with_capacity(1 << 20, file.spool()?)),
-            Kind::Gltf => Bin::File(WriteBeside::create(&bin_path(path))?),
+            Kind::Gltf => Bin::File(AtomicFile::create(&bin_path(path))?),
         };
         Ok(Self { file, bin, length: 0, limit })
     }
@@ -149,7 +149,7 @@ impl Container {
 
 /// Writes all of a GLB. `length` of the `bytes` are its binary chunk's.
 fn glb(
-    file: &mut WriteBeside,
+    file: &mut AtomicFile,
     bytes: u64,
     json: &[u8],
     mut spool: File,
