@@ -30,7 +30,7 @@ struct Ratios {
 ///
 /// # Errors
 /// [`Error::Input`] if nothing comparable is stored, or a ratio is lower than allowed.
-pub fn run(report: &Report, store: bool) -> Result<()> {
+pub(crate) fn run(report: &Report, store: bool) -> Result<()> {
     let path = Path::new(STORED);
     let found = Ratios::of(report)?;
     if store {

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// What an animation came to.
-pub struct Animated {
+pub(super) struct Animated {
     /// Frames written.
     pub frames: usize,
     /// Frames per second of the animation.
@@ -32,7 +32,7 @@ pub struct Animated {
 ///
 /// # Errors
 /// As [`animate`].
-pub fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
     let done = animate(args, ui)?;
     if ui.is_quiet() {
         return Ok(());
@@ -70,7 +70,7 @@ fn morphs(written: &Written, metres_per_unit: f64) -> String {
 ///
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
-pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
+pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
     check_options(args, Format::of(&args.output)?)?;
     drop(AtomicFile::create(&args.output)?);

@@ -13,7 +13,7 @@ use rhytid::{AtomicFile, Result, rig_file};
 /// # Errors
 /// [`rhytid::Error::Input`] and [`rhytid::Error::Io`] from reading and writing;
 /// [`rhytid::Error::Device`]; [`rhytid::Error::Cancelled`].
-pub fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     Format::of(&args.output)?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;

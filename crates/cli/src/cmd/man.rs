@@ -11,7 +11,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`Error::Io`] if the folder or a page cannot be written.
-pub fn run(args: &args::Man, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Man, ui: &Ui) -> Result<()> {
     std::fs::create_dir_all(&args.dir).map_err(Error::io(&args.dir))?;
     let mut program = args::Args::command().disable_help_subcommand(true);
     program.build();

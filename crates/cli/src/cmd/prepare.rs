@@ -12,7 +12,7 @@ use rhytid::{AtomicFile, Result, rig_file};
 ///
 /// # Errors
 /// As reading, cleaning and writing.
-pub fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     drop(AtomicFile::create(&args.output)?);
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);

@@ -21,7 +21,7 @@ const DEVICES_DIFFER: f64 = 1e-5;
 /// # Errors
 /// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take; as reading and
 /// evaluating.
-pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
+pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let device = inputs::named_device(&args.device)?;
     let file = args.file.display();
     let mut reader = animation::open(&args.file)?;

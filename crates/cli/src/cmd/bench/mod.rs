@@ -51,7 +51,7 @@ struct DeviceTimes {
 ///
 /// # Errors
 /// As reading a rig's; [`Error::Device`] if the device that was asked for is absent or fails; [`Error::Cancelled`].
-pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     let devices = match args.device.as_str() {
         "all" => rhytid::backends::devices().devices,
         id => vec![find_device(id)?],

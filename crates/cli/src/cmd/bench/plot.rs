@@ -40,7 +40,7 @@ type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 ///
 /// # Errors
 /// [`Error::Internal`] if `plotters` fails.
-pub fn svg(report: &BenchReport) -> Result<String> {
+pub(super) fn svg(report: &BenchReport) -> Result<String> {
     let measured: Vec<&DeviceTimes> = report.devices.iter().filter(|d| d.whole.is_some()).collect();
     let bars = HEADING + measured.len() as u32 * BAR + BELOW;
     let grows = measured.iter().any(|device| !device.growth.is_empty());

@@ -51,7 +51,7 @@ pub(super) struct Limit {
 
 impl Limit {
     /// What `options` allow, and what the kind can hold.
-    pub fn of(kind: Kind, options: &Options) -> Self {
+    pub(super) fn of(kind: Kind, options: &Options) -> Self {
         match (options.force, kind) {
             (false, _) => Self {
                 bytes: 1 << 30,
@@ -69,7 +69,7 @@ impl Limit {
 }
 
 impl Container {
-    pub fn create(path: &Path, kind: Kind, limit: Limit) -> Result<Self> {
+    pub(super) fn create(path: &Path, kind: Kind, limit: Limit) -> Result<Self> {
         let file = AtomicFile::create(path)?;
         let bin = match kind {
             Kind::Glb => Bin::Chunk(BufWriter::with_capacity(1 << 20, file.spool()?)),
@@ -79,29 +79,29 @@ impl Container {
     }
 
     /// The `.glb` or `.gltf`.
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         self.file.path()
     }
 
     /// An unnamed file on the same disk.
-    pub fn spool(&self) -> Result<File> {
+    pub(super) fn spool(&self) -> Result<File> {
         self.file.spool()
     }
 
     /// Bytes of the binary part so far.
-    pub fn length(&self) -> u64 {
+    pub(super) fn length(&self) -> u64 {
         self.length
     }
 
     /// How the JSON refers to the binary part; `None` in a `.glb`.
-    pub fn uri(&self) -> Option<String> {
+    pub(super) fn uri(&self) -> Option<String> {
         let Bin::File(bin) = &self.bin else { return None };
         let name = bin.path().file_name().unwrap_or_default().to_string_lossy();
         Some(utf8_percent_encode(&name, IN_URI).to_string())
     }
 
     /// Adds to the binary part.
-    pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
         self.length += bytes.len() as u64;
         self.check(self.length)?;
         let written = match &mut self.bin {
@@ -119,7 +119,7 @@ impl Container {
     }
 
     /// Adds the JSON and gives the file (or both) its name. Returns the bytes written in all.
-    pub fn finish(mut self, mut json: Vec<u8>, progress: &dyn Progress) -> Result<u64> {
+    pub(super) fn finish(mut self, mut json: Vec<u8>, progress: &dyn Progress) -> Result<u64> {
         // Both parts of a GLB are multiples of four bytes; the binary part's are so already.
         json.resize(json.len().next_multiple_of(4), b' ');
         let headers = match self.bin {
