@@ -4,7 +4,7 @@ use rhytid_core::{Faces, Rig, UpAxis};
 
 /// Sizes of a rig, and of a batch.
 #[derive(Debug, Clone, Copy)]
-pub struct Sizes {
+pub(crate) struct Sizes {
     /// V.
     pub vertices: usize,
     /// H, made fewer where there are fewer vertices.
@@ -23,7 +23,7 @@ pub struct Sizes {
 
 /// How triangles lie on the vertices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Surface {
+pub(crate) enum Surface {
     /// A jittered sheet; the vertices left over from whole rows are isolated.
     Sheet,
     /// The sheet without a seventh of its quads.
@@ -38,7 +38,7 @@ pub enum Surface {
 
 /// Where the handles go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
+pub(crate) enum Motion {
     /// Each somewhere near.
     Random,
     /// Nowhere.
@@ -49,7 +49,7 @@ pub enum Motion {
 
 /// What a case is made from.
 #[derive(Debug, Clone)]
-pub struct Recipe {
+pub(crate) struct Recipe {
     /// How large it is.
     pub sizes: Sizes,
     /// The random numbers.
@@ -68,7 +68,7 @@ pub struct Recipe {
 
 impl Sizes {
     /// Any sizes up to some hundreds.
-    pub fn random(seed: u64) -> Self {
+    pub(crate) fn random(seed: u64) -> Self {
         let mut numbers = Numbers::new(seed ^ 0x51de5);
         let max_frames = 1 + numbers.below(12);
         Self {
@@ -85,7 +85,7 @@ impl Sizes {
 
 impl Recipe {
     /// A sheet that moves.
-    pub fn new(sizes: Sizes) -> Self {
+    pub(crate) fn new(sizes: Sizes) -> Self {
         Self {
             sizes,
             seed: sizes.vertices as u64,
@@ -98,7 +98,7 @@ impl Recipe {
     }
 
     /// Makes it.
-    pub fn build(&self) -> Built {
+    pub(crate) fn build(&self) -> Built {
         let mut numbers = Numbers::new(self.seed);
         let Sizes { vertices, handles, edges, examples, influences, .. } = self.sizes;
         let mut rest = self.rest(&mut numbers);

@@ -5,7 +5,7 @@ mod terminal;
 
 use crate::outcome::{Outcome, Verdict, kernel_name, stage_name};
 use crate::{COMMIT, DeviceReport, Suite};
-use rhytid_core::{Error, Result, Stage, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Result, Stage};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -115,7 +115,7 @@ impl Report {
         ];
         for (name, text) in texts {
             let path = folder.join(name);
-            let mut file = WriteBeside::create(&path)?;
+            let mut file = AtomicFile::create(&path)?;
             file.write_all(text.as_bytes()).map_err(Error::io(&path))?;
             file.finish()?;
         }

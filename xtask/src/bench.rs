@@ -4,7 +4,7 @@ use crate::{debian, python};
 
 /// What to time; `--peers` or `--quick`.
 #[derive(clap::Args)]
-pub struct Bench {
+pub(crate) struct Bench {
     /// Time one frame and a batch of 32 beside NumPy, Numba and C++, and the solve's linear system beside CHOLMOD,
     /// once their results agree.
     #[arg(long, required_unless_present = "quick", conflicts_with = "quick")]
@@ -24,7 +24,7 @@ pub struct Bench {
 }
 
 /// Installs the peers, then runs them on the demo face, which is solved once and kept under `target/bench`.
-pub fn bench(options: &Bench) -> Result {
+pub(crate) fn bench(options: &Bench) -> Result {
     debian::install_missing(&debian::PEERS)?;
     let python = python::peers()?;
     let vertices = options.vertices.to_string();

@@ -65,7 +65,7 @@ const fn tests(
 }
 
 /// Formatting, lints, and all tests but [`LEFT_OUT`]; stops at the first step that fails.
-pub fn check() -> Result {
+pub(crate) fn check() -> Result {
     let mut steps = Steps::default();
     let mut runs = Runs::default();
     let outcome = all(&mut steps, &mut runs);

@@ -33,13 +33,13 @@ const PACKAGES: [&str; 19] = [
 ];
 
 /// What the bench's peers are built with. Without OpenBLAS, CHOLMOD would get the reference BLAS, which is many times slower.
-pub const PEERS: [&str; 3] = ["g++", "libsuitesparse-dev", "libopenblas0-pthread"];
+pub(crate) const PEERS: [&str; 3] = ["g++", "libsuitesparse-dev", "libopenblas0-pthread"];
 
 /// The SwiftShader driver of Debian's Chromium: its description for the Vulkan loader.
-pub const SWIFTSHADER_ICD: &str = "/usr/lib/chromium/vk_swiftshader_icd.json";
+pub(crate) const SWIFTSHADER_ICD: &str = "/usr/lib/chromium/vk_swiftshader_icd.json";
 
 /// Those of [`PACKAGES`] that are not installed, as [`missing`].
-pub fn missing_packages() -> Vec<&'static str> {
+pub(crate) fn missing_packages() -> Vec<&'static str> {
     missing(&PACKAGES)
 }
 
@@ -55,7 +55,7 @@ fn missing(packages: &[&'static str]) -> Vec<&'static str> {
 }
 
 /// Installs those of `packages` that are not installed.
-pub fn install_missing(packages: &[&'static str]) -> Result {
+pub(crate) fn install_missing(packages: &[&'static str]) -> Result {
     match missing(packages).as_slice() {
         [] => Ok(()),
         missing => install(missing),
@@ -69,7 +69,7 @@ fn is_installed(package: &str) -> bool {
 }
 
 /// Installs `packages` without questions, by sudo where this is not root.
-pub fn install(packages: &[&str]) -> Result {
+pub(crate) fn install(packages: &[&str]) -> Result {
     let list = packages.join(" ");
     let missing = |e| format!("{list} missing: {e}; install them by hand, then try again");
     apt_get(&["update", "-qq"]).map_err(missing)?;
@@ -92,7 +92,7 @@ fn apt_get(args: &[&str]) -> Result {
 }
 
 /// An error where the SwiftShader driver is not where the tests look for it, as on another system than Debian.
-pub fn swiftshader() -> Result {
+pub(crate) fn swiftshader() -> Result {
     if Path::new(SWIFTSHADER_ICD).is_file() {
         return Ok(());
     }

@@ -2,7 +2,7 @@
 use crate::run::{Result, cargo, run, succeeds};
 
 /// Checks with cargo-deny; without a network, all but the advisories.
-pub fn deny() -> Result {
+pub(crate) fn deny() -> Result {
     if !succeeds(cargo(&["deny", "--version"])) {
         return Err("this needs cargo-deny: run `cargo install cargo-deny --locked`".into());
     }

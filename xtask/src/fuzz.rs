@@ -2,7 +2,7 @@
 use crate::run::{Result, command, output, root, run, succeeds};
 
 /// Runs each target of `fuzz/` for `seconds`; stops at the first that finds something.
-pub fn fuzz(seconds: u32) -> Result {
+pub(crate) fn fuzz(seconds: u32) -> Result {
     if !succeeds(command("cargo", &["+nightly", "--version"])) {
         return Err("fuzzing needs the nightly toolchain: run `rustup toolchain install nightly`".into());
     }

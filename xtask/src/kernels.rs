@@ -4,7 +4,7 @@ use std::fs;
 
 /// Makes each kernel's `NAME.spv` from its `NAME.comp`, or with `check` checks every kernel against the table in
 /// `crates/kernels/src/table.rs`. The work is done by a program of its own, which needs what `setup` installs.
-pub fn kernels(check: bool) -> Result {
+pub(crate) fn kernels(check: bool) -> Result {
     if check {
         return run(cargo(&["run", "--quiet", "--package", "xtask-kernels", "--", "--check"]));
     }

@@ -11,7 +11,7 @@ const PRIVATE: [&str; 5] =
 /// Packs as `cargo publish --workspace` would. Cargo's own check builds each package from nothing, for as long as
 /// everything else together; so the packages are unpacked side by side instead, as a workspace where each stands
 /// for its namesake on crates.io, and checked at once with the dependencies that are there already.
-pub fn package() -> Result {
+pub(crate) fn package() -> Result {
     let target = root().join("target");
     let packages = target.join("package");
     // An older version's packages would be unpacked too.

@@ -14,7 +14,7 @@ const SKIPPED: &str = "SKIPPED: ";
 const UNIT_TESTS: &str = "unit tests";
 
 /// A program that runs tests.
-pub struct Program {
+pub(crate) struct Program {
     pub package: String,
     /// `unit tests`, or the name of the file or folder under the package's `tests`.
     pub target: String,
@@ -25,7 +25,7 @@ pub struct Program {
 
 /// Tests by how they ended.
 #[derive(Default)]
-pub struct Counts {
+pub(crate) struct Counts {
     pub passed: u64,
     pub failed: u64,
     pub ignored: u64,
@@ -36,18 +36,18 @@ pub struct Counts {
 
 /// What programs said and took, in the order in which they ran.
 #[derive(Default)]
-pub struct Runs(Vec<(String, Counts, Spent)>);
+pub(crate) struct Runs(Vec<(String, Counts, Spent)>);
 
 /// Time that something took.
 #[derive(Clone, Copy)]
-pub struct Spent {
+pub(crate) struct Spent {
     pub wall: Duration,
     /// Of all processors, in seconds; `None` where the system does not tell.
     pub processor: Option<f64>,
 }
 
 /// Runs `work` and says what it took.
-pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Spent) {
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Spent) {
     let (start, before) = (Instant::now(), processor_seconds());
     let done = work();
     let processor = processor_seconds().zip(before).map(|(after, before)| after - before);
@@ -65,7 +65,7 @@ fn processor_seconds() -> Option<f64> {
 }
 
 /// Has cargo build the test programs that `options` of `cargo test` name.
-pub fn build(options: &[&str]) -> Result<Vec<Program>> {
+pub(crate) fn build(options: &[&str]) -> Result<Vec<Program>> {
     let options = [&["test", "--no-run", "--message-format=json-render-diagnostics"], options].concat();
     let mut command = cargo(&options);
     let shown = shown(&command);
@@ -101,12 +101,12 @@ fn package(id: &str, folder: &Path) -> Option<String> {
 
 impl Program {
     /// The package and the target.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         format!("{} {}", self.package, self.target)
     }
 
     /// The program with `arguments`, as cargo would run it.
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(&self.executable);
         command.args(arguments).current_dir(&self.folder).env("CARGO_MANIFEST_DIR", &self.folder);
         command
@@ -115,7 +115,7 @@ impl Program {
 
 impl Runs {
     /// Runs a test program, or a cargo that runs some, under a name.
-    pub fn run(&mut self, name: &str, command: Command) -> Result {
+    pub(crate) fn run(&mut self, name: &str, command: Command) -> Result {
         eprintln!("\n$ {}", shown(&command));
         let (counts, spent) = timed(|| run(name, command));
         self.0.push((name.to_owned(), counts?, spent));
@@ -126,24 +126,24 @@ impl Runs {
         self.0.iter().map(|(_, counts, _)| of(counts)).sum()
     }
 
-    pub fn passed(&self) -> u64 {
+    pub(crate) fn passed(&self) -> u64 {
         self.sum(|counts| counts.passed.saturating_sub(counts.skipped.len() as u64))
     }
 
-    pub fn failed(&self) -> u64 {
+    pub(crate) fn failed(&self) -> u64 {
         self.sum(|counts| counts.failed)
     }
 
-    pub fn skipped(&self) -> u64 {
+    pub(crate) fn skipped(&self) -> u64 {
         self.sum(|counts| counts.ignored + counts.skipped.len() as u64)
     }
 
-    pub fn filtered_out(&self) -> u64 {
+    pub(crate) fn filtered_out(&self) -> u64 {
         self.sum(|counts| counts.filtered_out)
     }
 
     /// Prints what each program took, those that took long first, and why tests were skipped.
-    pub fn print(&self) {
+    pub(crate) fn print(&self) {
         let mut runs: Vec<_> = self.0.iter().collect();
         runs.sort_by_key(|(_, _, spent)| std::cmp::Reverse(spent.wall));
         println!();
@@ -158,7 +158,7 @@ impl Runs {
     }
 
     /// Prints the line that closes a run.
-    pub fn print_counts(&self) {
+    pub(crate) fn print_counts(&self) {
         println!("\ntests: {} passed, {} failed, {} skipped", self.passed(), self.failed(), self.skipped());
     }
 }

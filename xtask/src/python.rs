@@ -27,13 +27,13 @@ const PEERS: Environment = Environment {
 };
 
 /// Makes the environment of the bench's peers where it is missing; returns its Python.
-pub fn peers() -> Result<PathBuf> {
+pub(crate) fn peers() -> Result<PathBuf> {
     PEERS.make()?;
     Ok(PEERS.python())
 }
 
 /// Makes each environment of the tests that is missing or has other packages than its file names.
-pub fn python_packages() -> Result {
+pub(crate) fn python_packages() -> Result {
     ENVIRONMENTS.iter().try_for_each(Environment::make)
 }
 

@@ -9,11 +9,11 @@ use std::path::Path;
 const OLDEST_NODE: u32 = 18;
 
 /// Rust's name for WebAssembly in browsers.
-pub const WASM: &str = "wasm32-unknown-unknown";
+pub(crate) const WASM: &str = "wasm32-unknown-unknown";
 
 /// Installs system packages, then the Python packages into environments under `target/`, the npm packages into
 /// `target/node`, and Rust's target for browsers.
-pub fn setup() -> Result {
+pub(crate) fn setup() -> Result {
     system_packages()?;
     debian::swiftshader()?;
     python::python_packages()?;

@@ -4,18 +4,18 @@ use crate::run::Result;
 
 /// Steps done so far.
 #[derive(Default)]
-pub struct Steps(Vec<(&'static str, Spent)>);
+pub(crate) struct Steps(Vec<(&'static str, Spent)>);
 
 impl Steps {
     /// Does a step, and keeps its time whether it succeeds or not.
-    pub fn step<T>(&mut self, name: &'static str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    pub(crate) fn step<T>(&mut self, name: &'static str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         eprintln!("\n── {name}");
         let (outcome, spent) = timed(work);
         self.0.push((name, spent));
         outcome
     }
 
-    pub fn print(&self) {
+    pub(crate) fn print(&self) {
         println!();
         for (name, spent) in &self.0 {
             println!("{name:>15} {spent}");

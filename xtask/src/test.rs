@@ -6,13 +6,13 @@ use crate::{debian, kernels, setup};
 use std::process::Command;
 
 /// The whole workspace, for any of cargo's commands.
-pub const WORKSPACE: [&str; 1] = ["--workspace"];
+pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
 
 /// Makes every skipped test a failure. The tests know it too, and say which of them it is.
 const FORBID_SKIPS: &str = "RHYTID_FORBID_SKIPS";
 
 /// Sets up, then runs every check, stopping at the first step that fails; prints the time of each step and each test program.
-pub fn test() -> Result {
+pub(crate) fn test() -> Result {
     let mut steps = Steps::default();
     let mut runs = Runs::default();
     let outcome = all(&mut steps, &mut runs);
@@ -67,13 +67,13 @@ fn with_drivers(command: &mut Command) {
 }
 
 /// Formatting as `rustfmt.toml` has it.
-pub fn format() -> Result {
+pub(crate) fn format() -> Result {
     component("fmt", "rustfmt")?;
     run(cargo(&["fmt", "--all", "--check"])).map_err(|e| format!("{e}: run `cargo fmt --all`"))
 }
 
 /// No warning of the compiler's or Clippy's, in any target.
-pub fn lints() -> Result {
+pub(crate) fn lints() -> Result {
     component("clippy", "clippy")?;
     run(cargo(&[&["clippy"], &WORKSPACE[..], &["--all-targets", "--", "-D", "warnings"]].concat()))
 }
@@ -87,7 +87,7 @@ fn component(subcommand: &str, component: &str) -> Result {
 }
 
 /// An error where tests failed, where none passed, and where some were skipped though none may be.
-pub fn outcome(runs: &Runs) -> Result {
+pub(crate) fn outcome(runs: &Runs) -> Result {
     let forbids_skips = std::env::var_os(FORBID_SKIPS).is_some_and(|value| !value.is_empty());
     match (runs.passed(), runs.failed(), runs.skipped()) {
         (_, failed @ 1.., _) => Err(format!("{failed} tests failed")),

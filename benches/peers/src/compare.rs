@@ -16,14 +16,14 @@ use serde::Serialize;
 use std::path::Path;
 
 /// What positions may differ by, as a share of the largest displacement, and normals, which are of length 1.
-pub const TOLERANCE: f64 = 1e-4;
+pub(crate) const TOLERANCE: f64 = 1e-4;
 
 /// What rounding may do to each of two sums `Σ_j w_vj r_j`, as a share of `Σ_j ‖w_vj‖ r_j`.
 const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 
 /// The largest differences found, in the units of [`TOLERANCE`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Differences {
+pub(crate) struct Differences {
     pub positions: f64,
     /// Positions that differ by more than [`TOLERANCE`], which rounding alone explains.
     pub rounded: usize,
@@ -41,7 +41,7 @@ impl Differences {
 }
 
 /// What peers are compared with.
-pub struct Checker<'a> {
+pub(crate) struct Checker<'a> {
     rig: &'a Rig,
     vertex_triangles: VertexTriangles,
     frame: Expected,
@@ -64,7 +64,7 @@ impl<'a> Checker<'a> {
     ///
     /// # Errors
     /// [`Error::Input`] if nothing moves; [`Error::Internal`] if the normals are wrong.
-    pub fn new(rig: &'a Rig, ours: &mut Ours) -> Result<Self> {
+    pub(crate) fn new(rig: &'a Rig, ours: &mut Ours) -> Result<Self> {
         let mut expected = |what| {
             let [positions, normals] = ours.results(what)?;
             let expected = Expected::new(rig, what, ours.handles(what), vectors(&positions))?;
@@ -84,7 +84,7 @@ impl<'a> Checker<'a> {
     ///
     /// # Errors
     /// [`Error::Internal`] with the vertex that differs most, if one differs by more than [`TOLERANCE`].
-    pub fn check(&self, name: &str, folder: &Path) -> Result<Differences> {
+    pub(crate) fn check(&self, name: &str, folder: &Path) -> Result<Differences> {
         let mut all = Differences::default();
         for expected in [&self.frame, &self.batch] {
             let what = expected.what;

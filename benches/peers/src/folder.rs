@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 /// Writes the arrays of `rig` that a frame needs, under their names in the rig file, and `handles_over_time`, into a
 /// folder that is removed when it is dropped.
-pub fn write(rig: &Rig, handles_over_time: &[f32]) -> Result<TempDir> {
+pub(crate) fn write(rig: &Rig, handles_over_time: &[f32]) -> Result<TempDir> {
     let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir()))?;
     let (v, h, f) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len());
     let (n, k) = (rig.centers(), rig.influences());
@@ -46,7 +46,7 @@ fn write_array<T: AutoSerialize + Copy>(
 }
 
 /// The array that `peer` wrote as `name`, which must have this shape.
-pub fn read_array(folder: &Path, name: &str, shape: &[usize], peer: &str) -> Result<Vec<f32>> {
+pub(crate) fn read_array(folder: &Path, name: &str, shape: &[usize], peer: &str) -> Result<Vec<f32>> {
     let path = folder.join(format!("{name}.npy"));
     let file = File::open(&path).map_err(Error::io(&path))?;
     let npy = NpyFile::new(BufReader::new(file)).map_err(Error::io(&path))?;

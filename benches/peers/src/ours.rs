@@ -6,25 +6,25 @@ use rhytid_core::{Animator, BasisStorage, Error, Result, Rig, Stage, UploadOptio
 use std::time::{Duration, Instant};
 
 /// A rig on the CPU backend, and what it is evaluated at.
-pub struct Ours<'a> {
+pub(crate) struct Ours<'a> {
     animator: Animator<CpuSession>,
     handles: &'a [f32],
 }
 
 impl<'a> Ours<'a> {
     /// `handles` is [`FRAMES`] × H × 3, mesh units.
-    pub fn new(rig: &Rig, handles: &'a [f32], basis: BasisStorage) -> Result<Self> {
+    pub(crate) fn new(rig: &Rig, handles: &'a [f32], basis: BasisStorage) -> Result<Self> {
         let animator = Animator::new(&Cpu, rig, UploadOptions { basis, ..UploadOptions::frames(FRAMES) })?;
         Ok(Self { animator, handles })
     }
 
     /// What it is evaluated at: frames × H × 3.
-    pub fn handles(&self, what: What) -> &'a [f32] {
+    pub(crate) fn handles(&self, what: What) -> &'a [f32] {
         &self.handles[..self.handles.len() / FRAMES * what.frames()]
     }
 
     /// Positions and normals, each frames × V × 3.
-    pub fn results(&mut self, what: What) -> Result<[Vec<f32>; 2]> {
+    pub(crate) fn results(&mut self, what: What) -> Result<[Vec<f32>; 2]> {
         self.evaluate(what)?;
         let mut results = [Vec::new(), Vec::new()];
         self.animator.read(Stage::Positions, &mut results[0])?;

@@ -13,7 +13,7 @@ const SOURCES: &str = env!("CARGO_MANIFEST_DIR");
 
 /// The same frame, written for one language.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Implementation {
+pub(crate) enum Implementation {
     Numpy,
     Numba,
     /// C++ and OpenMP with `-O3`.
@@ -24,10 +24,10 @@ pub enum Implementation {
 
 impl Implementation {
     /// The slowest first.
-    pub const ALL: [Self; 4] = [Self::Numpy, Self::Numba, Self::Cpp, Self::CppFastMath];
+    pub(crate) const ALL: [Self; 4] = [Self::Numpy, Self::Numba, Self::Cpp, Self::CppFastMath];
 
     /// For progress.
-    pub fn shown(self) -> &'static str {
+    pub(crate) fn shown(self) -> &'static str {
         match self {
             Self::Numpy => "NumPy …",
             Self::Numba => "Numba …",
@@ -71,7 +71,7 @@ fn compiled(folder: &Path, options: &[&str]) -> Result<Command> {
 }
 
 /// A running peer; it ends when this is dropped.
-pub struct Peer {
+pub(crate) struct Peer {
     process: Child,
     questions: ChildStdin,
     answers: BufReader<ChildStdout>,
@@ -93,7 +93,7 @@ impl Peer {
     ///
     /// # Errors
     /// [`Error::Input`] if it cannot be started; [`Error::Internal`] if it fails, having said why on stderr.
-    pub fn start(
+    pub(crate) fn start(
         implementation: Implementation,
         folder: &Path,
         python: &Path,

@@ -1,6 +1,6 @@
 //! The ratios to Numba, compared with those that were stored.
 use crate::{Measured, Report, Row};
-use rhytid_core::{Error, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -30,7 +30,7 @@ struct Ratios {
 ///
 /// # Errors
 /// [`Error::Input`] if nothing comparable is stored, or a ratio is lower than allowed.
-pub fn run(report: &Report, store: bool) -> Result<()> {
+pub(crate) fn run(report: &Report, store: bool) -> Result<()> {
     let path = Path::new(STORED);
     let found = Ratios::of(report)?;
     if store {
@@ -70,7 +70,7 @@ impl Ratios {
 
     fn write(&self, path: &Path) -> Result<()> {
         let json = serde_json::to_string_pretty(self).map_err(|e| Error::Internal(e.to_string()))?;
-        let mut file = WriteBeside::create(path)?;
+        let mut file = AtomicFile::create(path)?;
         writeln!(file, "{json}").map_err(file.error())?;
         file.finish()
     }

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 use std::path::Path;
 
 /// Reads the rig at `path`; where there is none, solves the demo face of about `vertices` vertices and keeps it there.
-pub fn at(path: &Path, vertices: u32) -> Result<Rig> {
+pub(crate) fn at(path: &Path, vertices: u32) -> Result<Rig> {
     if !path.exists() {
         eprintln!("solving the demo face with about {vertices} vertices, once");
         let rig = rhytid_solve::solve(&rhytid_demo::face(vertices as usize), &NoProgress)?.cast();
@@ -17,7 +17,7 @@ pub fn at(path: &Path, vertices: u32) -> Result<Rig> {
 }
 
 /// `frames` × H × 3 handle positions in mesh units: the examples come and go smoothly, one after the other.
-pub fn handles_over_time(rig: &Rig, frames: usize) -> Result<Vec<f32>> {
+pub(crate) fn handles_over_time(rig: &Rig, frames: usize) -> Result<Vec<f32>> {
     let examples: Vec<&[[f32; 3]]> = rig.example_handles.chunks_exact(rig.handles.len()).collect();
     if examples.is_empty() {
         return Err(Error::input(format!("{}: has no examples, so nothing to blend; add some", rig.name)));

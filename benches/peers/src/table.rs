@@ -5,14 +5,14 @@ use crate::{FRAMES, Measured, Report, Row};
 
 const PARTS: [&str; 6] = ["large scale", "normals", "detail", "normals", "rearranging", "whole"];
 
-pub fn print_json(report: &Report) {
+pub(crate) fn print_json(report: &Report) {
     match serde_json::to_string_pretty(report) {
         Ok(json) => println!("{json}"),
         Err(e) => eprintln!("error: {e}"),
     }
 }
 
-pub fn print(report: &Report) {
+pub(crate) fn print(report: &Report) {
     let Report {
         rig,
         vertices,

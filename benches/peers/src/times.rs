@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// How long an evaluation took, by part; milliseconds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Times {
+pub(crate) struct Times {
     pub large_scale: f64,
     pub large_scale_normals: f64,
     /// Strain, detail and tangent frames.
@@ -18,7 +18,7 @@ pub struct Times {
 
 impl Times {
     /// In the order of the fields.
-    pub fn parts(&self) -> [f64; 6] {
+    pub(crate) fn parts(&self) -> [f64; 6] {
         let Self { large_scale, large_scale_normals, detail, normals, rearranging, whole } = *self;
         [large_scale, large_scale_normals, detail, normals, rearranging, whole]
     }
@@ -32,21 +32,21 @@ impl Times {
 
 /// What is evaluated: the first frame, or all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum What {
+pub(crate) enum What {
     Frame,
     Batch,
 }
 
 impl What {
     /// As peers are asked for it, and as their files' names begin.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             What::Frame => "frame",
             What::Batch => "batch",
         }
     }
 
-    pub fn frames(self) -> usize {
+    pub(crate) fn frames(self) -> usize {
         match self {
             What::Frame => 1,
             What::Batch => crate::FRAMES,
@@ -55,7 +55,7 @@ impl What {
 }
 
 /// One that evaluates.
-pub trait Side {
+pub(crate) trait Side {
     /// Evaluates once more.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ pub trait Side {
 
 /// How often each side evaluates.
 #[derive(Debug, Clone, Copy)]
-pub struct Schedule {
+pub(crate) struct Schedule {
     what: What,
     rounds: usize,
     /// Evaluations at the beginning of each turn that are not counted: others had the caches before.
@@ -74,16 +74,19 @@ pub struct Schedule {
 }
 
 /// One frame.
-pub const FRAME: Schedule = Schedule { what: What::Frame, rounds: 8, uncounted: 1, counted: 5 };
+pub(crate) const FRAME: Schedule = Schedule { what: What::Frame, rounds: 8, uncounted: 1, counted: 5 };
 /// A batch, long enough that its beginning does not matter.
-pub const BATCH: Schedule = Schedule { what: What::Batch, rounds: 5, uncounted: 0, counted: 1 };
+pub(crate) const BATCH: Schedule = Schedule { what: What::Batch, rounds: 5, uncounted: 0, counted: 1 };
 
 /// The medians of `sides`, per frame, each part's for itself. They take turns, so that whatever else happens on the
 /// machine happens to all.
 ///
 /// # Errors
 /// The first of a side.
-pub fn in_turns<const N: usize>(sides: &mut [&mut dyn Side; N], schedule: Schedule) -> Result<[Times; N]> {
+pub(crate) fn in_turns<const N: usize>(
+    sides: &mut [&mut dyn Side; N],
+    schedule: Schedule,
+) -> Result<[Times; N]> {
     let mut samples = [(); N].map(|()| Vec::new());
     for _ in 0..schedule.rounds {
         for (side, samples) in sides.iter_mut().zip(&mut samples) {

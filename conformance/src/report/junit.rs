@@ -5,7 +5,7 @@ use quick_junit::{NonSuccessKind, SerializeError, TestCase, TestCaseStatus, Test
 use std::time::Duration;
 
 /// One test suite for each device, one test for each outcome.
-pub fn write(report: &Report) -> Result<String, SerializeError> {
+pub(super) fn write(report: &Report) -> Result<String, SerializeError> {
     let mut junit = quick_junit::Report::new("rhytid conformance");
     for device in &report.devices {
         let mut suite = TestSuite::new(format!("[{}]", device.label));

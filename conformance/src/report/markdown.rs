@@ -6,7 +6,7 @@ use rhytid_core::{DeviceKind, Stage};
 use std::fmt::Write;
 
 /// The report as a page.
-pub fn write(report: &Report) -> String {
+pub(super) fn write(report: &Report) -> String {
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = page(report, &mut out);

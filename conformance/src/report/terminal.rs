@@ -3,7 +3,7 @@ use super::{Report, number, small};
 use std::fmt::Write;
 
 /// The report in plain text.
-pub fn write(report: &Report) -> String {
+pub(super) fn write(report: &Report) -> String {
     let mut out = String::new();
     // Writing to a string cannot fail.
     let _ = table(report, &mut out);

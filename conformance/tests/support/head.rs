@@ -15,7 +15,7 @@ const BATCH: usize = 16;
 const TOLERANCE: f64 = 1e-5;
 
 /// A solved head, frames of a take, and what the f64 twin makes of them.
-pub struct Head {
+pub(crate) struct Head {
     rig: Rig,
     handle_positions: Vec<f32>,
     /// What is allowed, in mesh units.
@@ -26,7 +26,7 @@ pub struct Head {
 
 impl Head {
     /// `None`, said loudly, without the shared data.
-    pub fn new() -> Option<Self> {
+    pub(crate) fn new() -> Option<Self> {
         let shared = rhytid_test_support::shared("")?;
         let face = face(&shared, "head", settings());
         let [low, high] = face.neutral.bounds().unwrap();
@@ -51,7 +51,7 @@ impl Head {
     }
 
     /// Evaluates all frames on `device`.
-    pub fn check(&self, device: &Device) -> Result<(), String> {
+    pub(crate) fn check(&self, device: &Device) -> Result<(), String> {
         let of_device = |e: rhytid_core::Error| e.to_string();
         let mut animator = device.upload(&self.rig, UploadOptions::frames(BATCH)).map_err(of_device)?;
         let mut positions = Vec::new();

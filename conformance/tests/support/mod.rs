@@ -1,14 +1,14 @@
 //! What several tests need: data that lies beside the project, random faces, and when poses look the same.
 #![allow(dead_code, reason = "every test binary uses a part of it")]
-pub mod head;
-pub mod random_face;
-pub mod real;
+pub(crate) mod head;
+pub(crate) mod random_face;
+pub(crate) mod real;
 
 use rhytid_core::Rig;
 
 /// Whether every two poses, the rest pose included, differ in the strains that vertex `v` listens to by more than
 /// `part` of the largest difference.
-pub fn told_apart(rig: &Rig<f64>, v: usize, part: f64) -> bool {
+pub(crate) fn told_apart(rig: &Rig<f64>, v: usize, part: f64) -> bool {
     let (k, f, n) = (rig.influences(), rig.strain_edges.len(), rig.centers());
     let mut distances = Vec::new();
     for i in 0..n {

@@ -36,7 +36,7 @@ fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &
 }
 
 /// A face of two driven sheets, one sheet without handles and an isolated vertex.
-pub fn random_face(seed: u64, n: usize, handles: usize, examples: usize, shear: f64) -> Face {
+pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, shear: f64) -> Face {
     let mut numbers = Numbers::new(seed);
     let mut mesh = Mesh { faces: Faces::default(), ..Mesh::default() };
     add_sheet(&mut mesh, n, [0.0; 3], shear, &mut numbers);
@@ -83,7 +83,7 @@ pub fn random_face(seed: u64, n: usize, handles: usize, examples: usize, shear: 
 }
 
 /// Faces of every kind that [`random_face`] makes.
-pub fn faces() -> impl Strategy<Value = Face> {
+pub(crate) fn faces() -> impl Strategy<Value = Face> {
     (any::<u64>(), 5usize..11, 4usize..14, 0usize..5, -1.5f64..1.5)
         .prop_map(|(seed, n, handles, examples, shear)| random_face(seed, n, handles, examples, shear))
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 /// The face or head in a folder of the shared data, with its eight examples.
-pub fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
+pub(crate) fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
     let folder = shared.join("data").join(folder);
     let neutral_path = folder.join("neutral.obj");
     let neutral = mesh::read(&neutral_path).unwrap();
@@ -33,12 +33,12 @@ pub fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
 }
 
 /// The settings for which an independent implementation gave the errors that are compared with below.
-pub fn settings() -> Settings {
+pub(crate) fn settings() -> Settings {
     Settings { bending_length: Some(3.0), ..Settings::default() }
 }
 
 /// The face with [`settings`] and its rig, solved once for all tests.
-pub fn solved_face(shared: &Path) -> &'static (Face, Rig<f64>) {
+pub(crate) fn solved_face(shared: &Path) -> &'static (Face, Rig<f64>) {
     static SOLVED: OnceLock<(Face, Rig<f64>)> = OnceLock::new();
     SOLVED.get_or_init(|| {
         let face = face(shared, "face", settings());
@@ -48,7 +48,7 @@ pub fn solved_face(shared: &Path) -> &'static (Face, Rig<f64>) {
 }
 
 /// The take without noise, for the rig's handles.
-pub fn clean_take(shared: &Path, rig: &Rig<f64>) -> Take {
+pub(crate) fn clean_take(shared: &Path, rig: &Rig<f64>) -> Take {
     let path = shared.join("data/takes/rom_3_clean.csv");
     take::read(&path, Some(&rig.labels), take::Missing::Error).unwrap()
 }

@@ -10,11 +10,11 @@ const LARGEST: usize = 16_384;
 const PER_THREAD: usize = 8;
 
 /// The length of all blocks but the last, a multiple of the panels'.
-pub fn block_length(vertices: usize) -> usize {
+pub(crate) fn block_length(vertices: usize) -> usize {
     (vertices / (PER_THREAD * rayon::current_num_threads())).next_multiple_of(PANEL).clamp(PANEL, LARGEST)
 }
 
 /// The blocks of V vertices.
-pub fn blocks(vertices: usize, length: usize) -> impl Iterator<Item = Range<usize>> {
+pub(crate) fn blocks(vertices: usize, length: usize) -> impl Iterator<Item = Range<usize>> {
     (0..vertices).step_by(length).map(move |first| first..(first + length).min(vertices))
 }

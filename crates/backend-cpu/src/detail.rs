@@ -19,14 +19,14 @@ const GROUP_CENTERS: usize = 4;
 const GROUP_VERTICES: usize = 2;
 
 /// The squared differences of a strain edge and some of the centres, in one frame.
-pub type Differences = [f32; CENTERS];
+pub(crate) type Differences = [f32; CENTERS];
 
 /// The same in a group of frames.
-pub type GroupDifferences = [Line; GROUP_CENTERS];
+pub(crate) type GroupDifferences = [Line; GROUP_CENTERS];
 
 /// What the kernel reads of a rig.
 #[derive(Debug)]
-pub struct Detail {
+pub(crate) struct Detail {
     /// N.
     centers: usize,
     /// F.
@@ -74,7 +74,7 @@ impl Influences {
 }
 
 impl Detail {
-    pub fn new(rig: &Rig) -> Self {
+    pub(crate) fn new(rig: &Rig) -> Self {
         let (vertices, centers) = (rig.vertices(), rig.centers());
         let (weights, pivots) = pivoted(&rig.rbf_weights, centers);
         let tiles = vertices.div_ceil(TILE);
@@ -98,7 +98,7 @@ impl Detail {
     }
 
     /// The squared differences of one frame's features, `[N/8][F][8]`; past N, 0.
-    pub fn frame_table(&self, features: &[f32]) -> Vec<Differences> {
+    pub(crate) fn frame_table(&self, features: &[f32]) -> Vec<Differences> {
         let mut table = vec![[0.0; CENTERS]; self.centers.div_ceil(CENTERS) * self.edges];
         let [strain_edges, centers] = [self.edges, self.centers].map(|n| n as u32);
         let params = differences::Params { frames: 1, strain_edges, centers };
@@ -107,7 +107,7 @@ impl Detail {
     }
 
     /// The squared differences of frames × F features of at most [`GROUP`] frames, `[N/4][F][4][16]`; past N, 0.
-    pub fn group_table(&self, features: &[f32]) -> Vec<GroupDifferences> {
+    pub(crate) fn group_table(&self, features: &[f32]) -> Vec<GroupDifferences> {
         let mut table = vec![[Line::ZERO; GROUP_CENTERS]; self.centers.div_ceil(GROUP_CENTERS) * self.edges];
         for (lane, features) in features.chunks_exact(self.edges.max(1)).enumerate() {
             for j in 0..self.centers {
@@ -122,13 +122,13 @@ impl Detail {
     }
 
     /// N.
-    pub fn centers(&self) -> usize {
+    pub(crate) fn centers(&self) -> usize {
         self.centers
     }
 
     /// d of a tile's vertices, in one frame. `distances` is scratch for those from N centres.
     #[inline(always)]
-    pub fn frame<S: Simd>(
+    pub(crate) fn frame<S: Simd>(
         &self,
         simd: S,
         tile: usize,
@@ -173,13 +173,13 @@ impl Detail {
     }
 
     /// Scratch for the distances of a few vertices from all centres in a group of frames.
-    pub fn group_scratch(&self) -> [Vec<Line>; GROUP_VERTICES] {
+    pub(crate) fn group_scratch(&self) -> [Vec<Line>; GROUP_VERTICES] {
         std::array::from_fn(|_| vec![Line::ZERO; self.centers])
     }
 
     /// d of the vertices from `first` on, a multiple of [`TILE`], in a group of frames.
     #[inline(always)]
-    pub fn group<S: Simd>(
+    pub(crate) fn group<S: Simd>(
         &self,
         simd: S,
         first: usize,

@@ -22,7 +22,7 @@ const AHEAD: usize = 256;
 
 /// The mesh, and what is computed of a group, V each.
 #[derive(Debug)]
-pub struct Group {
+pub(crate) struct Group {
     mesh: GroupMesh,
     smooth: Vec<Line3>,
     fine: Vec<Line3>,
@@ -40,7 +40,7 @@ struct Scratch {
 const ZERO: Line3 = [Line::ZERO; 3];
 
 impl Group {
-    pub fn new(rig: &Rig) -> Self {
+    pub(crate) fn new(rig: &Rig) -> Self {
         let vertices = rig.vertices();
         Self {
             mesh: GroupMesh::new(vertices, &rig.triangles),
@@ -50,7 +50,7 @@ impl Group {
     }
 
     /// The positions and normals from frames × H displacements and frames × F features, of as many frames as fill `positions`, at most [`GROUP`].
-    pub fn evaluate(
+    pub(crate) fn evaluate(
         &mut self,
         rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),
@@ -74,7 +74,7 @@ impl Group {
     }
 
     /// Another stage of the same.
-    pub fn stage(
+    pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),

@@ -12,14 +12,14 @@ const AHEAD: usize = 8;
 
 /// The triangles at each vertex in [`pairs`], ascending, so that each sum has the twin's order.
 #[derive(Debug)]
-pub struct GroupMesh {
+pub(crate) struct GroupMesh {
     /// V + 1: where each vertex's pairs begin.
     offsets: Vec<u32>,
     pairs: Vec<[u32; 4]>,
 }
 
 impl GroupMesh {
-    pub fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
         let vertex_triangles = VertexTriangles::new(vertices, triangles);
         let mut mesh = Self { offsets: vec![0], pairs: Vec::new() };
         for v in 0..vertices {
@@ -35,7 +35,7 @@ impl GroupMesh {
 
     /// The normals of the vertices from `first` on, as many as `out` has, from the positions of all.
     #[inline(always)]
-    pub fn normals<S: Simd>(&self, simd: S, positions: &[Line3], first: usize, out: &mut [Line3]) {
+    pub(crate) fn normals<S: Simd>(&self, simd: S, positions: &[Line3], first: usize, out: &mut [Line3]) {
         let prefetch = Prefetch::new();
         for (v, out) in (first..).zip(out) {
             // Triangles mostly ascend with their vertices: the last ones reach the vertices that were not needed before.

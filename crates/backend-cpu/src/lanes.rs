@@ -6,31 +6,31 @@ use std::ops::{Add, Div, Mul, Sub};
 
 /// One register of numbers.
 #[derive(Clone, Copy)]
-pub struct Lanes<S: Simd>(pub S, pub S::f32s);
+pub(crate) struct Lanes<S: Simd>(pub S, pub S::f32s);
 
 impl<S: Simd> Lanes<S> {
     /// The `register`th register of numbers whose count is a multiple of the lanes.
     #[inline(always)]
-    pub fn load(simd: S, numbers: &[f32], register: usize) -> Self {
+    pub(crate) fn load(simd: S, numbers: &[f32], register: usize) -> Self {
         Self(simd, S::as_simd_f32s(numbers).0[register])
     }
 
     /// The same number in every lane.
     #[inline(always)]
-    pub fn splat(simd: S, value: f32) -> Self {
+    pub(crate) fn splat(simd: S, value: f32) -> Self {
         Self(simd, simd.splat_f32s(value))
     }
 
     /// Writes the `register`th register of such numbers.
     #[inline(always)]
-    pub fn store(self, numbers: &mut [f32], register: usize) {
+    pub(crate) fn store(self, numbers: &mut [f32], register: usize) {
         S::as_mut_simd_f32s(numbers).0[register] = self.1;
     }
 }
 
 /// The `register`th registers of three lines.
 #[inline(always)]
-pub fn load3<S: Simd>(simd: S, lines: &[impl AsRef<[f32]>; 3], register: usize) -> [Lanes<S>; 3] {
+pub(crate) fn load3<S: Simd>(simd: S, lines: &[impl AsRef<[f32]>; 3], register: usize) -> [Lanes<S>; 3] {
     let [x, y, z] = lines;
     [
         Lanes::load(simd, x.as_ref(), register),
@@ -41,13 +41,13 @@ pub fn load3<S: Simd>(simd: S, lines: &[impl AsRef<[f32]>; 3], register: usize) 
 
 /// The same vector in every lane.
 #[inline(always)]
-pub fn splat3<S: Simd>(simd: S, &[x, y, z]: &[f32; 3]) -> [Lanes<S>; 3] {
+pub(crate) fn splat3<S: Simd>(simd: S, &[x, y, z]: &[f32; 3]) -> [Lanes<S>; 3] {
     [Lanes::splat(simd, x), Lanes::splat(simd, y), Lanes::splat(simd, z)]
 }
 
 /// Writes the `register`th registers of three lines.
 #[inline(always)]
-pub fn store3<S: Simd>(vector: [Lanes<S>; 3], lines: &mut [impl AsMut<[f32]>; 3], register: usize) {
+pub(crate) fn store3<S: Simd>(vector: [Lanes<S>; 3], lines: &mut [impl AsMut<[f32]>; 3], register: usize) {
     for c in 0..3 {
         vector[c].store(lines[c].as_mut(), register);
     }

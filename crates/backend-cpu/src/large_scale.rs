@@ -17,7 +17,7 @@ const VERTICES: usize = 4;
 
 /// B in panels, `[V/64][H][64]`, what is past V being zero: one pass over it streams through memory.
 #[derive(Debug)]
-pub struct Basis {
+pub(crate) struct Basis {
     handles: usize,
     rows: Rows,
 }
@@ -32,7 +32,7 @@ enum Rows {
 }
 
 impl Basis {
-    pub fn new(rig: &Rig, storage: BasisStorage) -> Self {
+    pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Self {
         let (vertices, handles) = (rig.vertices(), rig.handles.len());
         let rows = match storage {
             BasisStorage::F32 => {
@@ -50,7 +50,7 @@ impl Basis {
     }
 
     /// rest + B u of consecutive vertices from the first one of a panel, in one frame. `u` has H displacements.
-    pub fn frame(
+    pub(crate) fn frame(
         &self,
         vectors: Vectors,
         first: usize,
@@ -68,7 +68,7 @@ impl Basis {
     }
 
     /// rest + B u of a panel's vertices, in a group of frames. `u` has H displacements.
-    pub fn group(
+    pub(crate) fn group(
         &self,
         vectors: Vectors,
         panel: usize,

@@ -3,33 +3,33 @@ use bytemuck::{Pod, Zeroable};
 use rhytid_kernels::table::TILE;
 
 /// Vertices in a *panel*, four tiles: what of the basis is read together in one frame fills several of the widest registers.
-pub const PANEL: usize = 4 * TILE;
+pub(crate) const PANEL: usize = 4 * TILE;
 
 /// Frames in a *group*: those of a batch that are evaluated side by side, so that one vertex's number in all of them is a [`Line`].
-pub const GROUP: usize = TILE;
+pub(crate) const GROUP: usize = TILE;
 
 /// A row, which is a number of each vertex of a tile, in one frame; or a number of one vertex in each frame of a group. As much as the
 /// widest registers hold.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub struct Line(pub [f32; TILE]);
+pub(crate) struct Line(pub [f32; TILE]);
 
 /// Likewise vectors, with their coordinates apart.
-pub type Line3 = [Line; 3];
+pub(crate) type Line3 = [Line; 3];
 
 /// A row of each tile of a panel.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub struct PanelRows(pub [f32; PANEL]);
+pub(crate) struct PanelRows(pub [f32; PANEL]);
 
 impl Line {
     /// Zeros.
-    pub const ZERO: Self = Self([0.0; TILE]);
+    pub(crate) const ZERO: Self = Self([0.0; TILE]);
 }
 
 impl PanelRows {
     /// Zeros.
-    pub const ZERO: Self = Self([0.0; PANEL]);
+    pub(crate) const ZERO: Self = Self([0.0; PANEL]);
 }
 
 impl AsRef<[f32]> for Line {

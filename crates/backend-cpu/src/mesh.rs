@@ -13,7 +13,7 @@ use std::ops::Range;
 /// The triangles that touch a block's vertices, ascending, and the vertices' tangent neighbours, by the block's own numbers: first its
 /// vertices, then the others that it needs.
 #[derive(Debug)]
-pub struct BlockMesh {
+pub(crate) struct BlockMesh {
     own: Range<usize>,
     others: Vec<u32>,
     numbers: Numbers,
@@ -28,7 +28,7 @@ enum Numbers {
 
 /// What a thread computes on the way.
 #[derive(Debug, Default)]
-pub struct MeshScratch {
+pub(crate) struct MeshScratch {
     near: Vec<Near>,
 }
 
@@ -49,7 +49,7 @@ impl Near {
 
 impl BlockMesh {
     /// For all blocks of a rig.
-    pub fn all(
+    pub(crate) fn all(
         length: usize,
         vertices: usize,
         triangles: &[[u32; 3]],
@@ -99,13 +99,13 @@ impl BlockMesh {
     }
 
     /// The block's vertices.
-    pub fn own(&self) -> Range<usize> {
+    pub(crate) fn own(&self) -> Range<usize> {
         self.own.clone()
     }
 
     /// The normals of the block's vertices, tile after tile; what is behind the last vertex is zero.
     #[inline(always)]
-    pub fn normals<S: Simd>(
+    pub(crate) fn normals<S: Simd>(
         &self,
         simd: S,
         positions: &[[f32; 3]],
@@ -138,7 +138,7 @@ impl BlockMesh {
     /// The positions of the vertices of the block's `tile`th tile and of their tangent neighbours, after [`BlockMesh::normals`] of the
     /// same frame.
     #[inline(always)]
-    pub fn with_neighbors(&self, scratch: &MeshScratch, tile: usize) -> [Line3; 2] {
+    pub(crate) fn with_neighbors(&self, scratch: &MeshScratch, tile: usize) -> [Line3; 2] {
         let vertices = tile * TILE..self.own.len().min((tile + 1) * TILE);
         match &self.numbers {
             Numbers::U16(_, neighbors) => {
@@ -153,7 +153,7 @@ impl BlockMesh {
 
 /// Triangles in pairs, each with the next one where they are those of a quad: a, b, c, d is the triangles a, b, c and a, c, d. Where d
 /// is c, there is only the first: the second has no area.
-pub fn pairs(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 4]> {
+pub(crate) fn pairs(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 4]> {
     let mut pairs: Vec<[u32; 4]> = Vec::new();
     for [a, b, c] in triangles {
         match pairs.last_mut() {

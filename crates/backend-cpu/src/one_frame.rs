@@ -18,7 +18,7 @@ use thread_local::ThreadLocal;
 /// The large scale of one frame, V, and the threads' scratch: kept, since new memory is slow when it is first
 /// written.
 #[derive(Debug)]
-pub struct OneFrame {
+pub(crate) struct OneFrame {
     smooth: Vec<[f32; 3]>,
     scratch: ThreadLocal<RefCell<Scratch>>,
 }
@@ -34,12 +34,12 @@ struct Scratch {
 }
 
 impl OneFrame {
-    pub fn new(vertices: usize) -> Self {
+    pub(crate) fn new(vertices: usize) -> Self {
         Self { smooth: vec![[0.0; 3]; vertices], scratch: ThreadLocal::new() }
     }
 
     /// The positions and normals from H displacements and F features.
-    pub fn evaluate(
+    pub(crate) fn evaluate(
         &mut self,
         rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),
@@ -59,7 +59,7 @@ impl OneFrame {
     }
 
     /// Another stage of the same.
-    pub fn stage(
+    pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),

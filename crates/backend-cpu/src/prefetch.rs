@@ -6,13 +6,13 @@ const LINE: usize = 64;
 
 /// The instruction that asks, where there is one. It changes no result.
 #[derive(Clone, Copy)]
-pub struct Prefetch {
+pub(crate) struct Prefetch {
     #[cfg(target_arch = "x86_64")]
     simd: Option<pulp::x86::V1>,
 }
 
 impl Prefetch {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             #[cfg(target_arch = "x86_64")]
             simd: pulp::x86::V1::try_new(),
@@ -21,7 +21,7 @@ impl Prefetch {
 
     /// Asks for all of `bytes`, and waits for none.
     #[inline(always)]
-    pub fn ask(self, bytes: &[u8]) {
+    pub(crate) fn ask(self, bytes: &[u8]) {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = self.simd {
             for line in bytes.chunks(LINE) {

@@ -5,18 +5,18 @@ use std::time::{Duration, Instant};
 
 /// Nanoseconds of each stage.
 #[derive(Debug, Default)]
-pub struct Times([AtomicU64; 6]);
+pub(crate) struct Times([AtomicU64; 6]);
 
 impl Times {
     /// Adds the time since `start` to a stage; returns now.
-    pub fn add(&self, stage: Stage, start: Instant) -> Instant {
+    pub(crate) fn add(&self, stage: Stage, start: Instant) -> Instant {
         let now = Instant::now();
         self.0[stage as usize].fetch_add((now - start).as_nanos() as u64, Relaxed);
         now
     }
 
     /// Adds the time that `work` takes, in the proportions of what its threads add to the times that it is given.
-    pub fn shared(&self, work: impl FnOnce(&Times)) {
+    pub(crate) fn shared(&self, work: impl FnOnce(&Times)) {
         let (start, of_threads) = (Instant::now(), Times::default());
         work(&of_threads);
         let wall = start.elapsed().as_secs_f64();
@@ -29,7 +29,7 @@ impl Times {
     }
 
     /// In the order of [`Stage::ALL`].
-    pub fn durations(&self) -> [Duration; 6] {
+    pub(crate) fn durations(&self) -> [Duration; 6] {
         self.0.each_ref().map(|nanoseconds| Duration::from_nanos(nanoseconds.load(Relaxed)))
     }
 }

@@ -9,7 +9,7 @@ use rhytid_kernels::normals::VertexTriangles;
 
 /// What every frame reads.
 #[derive(Debug)]
-pub struct UploadedRig {
+pub(crate) struct UploadedRig {
     pub vectors: Vectors,
     /// V rest positions.
     pub rest: Vec<[f32; 3]>,
@@ -22,7 +22,7 @@ pub struct UploadedRig {
 }
 
 impl UploadedRig {
-    pub fn new(rig: &Rig, storage: BasisStorage) -> Self {
+    pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Self {
         let vertices = rig.vertices();
         let block = block_length(vertices);
         let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);

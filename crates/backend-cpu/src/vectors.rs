@@ -3,7 +3,7 @@ use pulp::{Arch, WithSimd};
 
 /// A kind of vectors.
 #[derive(Debug, Clone, Copy)]
-pub enum Vectors {
+pub(crate) enum Vectors {
     /// The widest that the processor has: AVX-512, AVX2 with fused multiply-add, NEON, or single numbers.
     Widest,
     /// Single numbers, so that tests see what an old processor computes.
@@ -16,7 +16,7 @@ pub enum Vectors {
 
 impl Vectors {
     /// Runs `work` compiled for these vectors, with everything in it that is inlined for certain.
-    pub fn run<W: WithSimd>(self, work: W) -> W::Output {
+    pub(crate) fn run<W: WithSimd>(self, work: W) -> W::Output {
         match self {
             Self::Widest => Arch::new().dispatch(work),
             #[cfg(test)]

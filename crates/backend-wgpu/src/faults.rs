@@ -49,7 +49,7 @@ pub(crate) struct Faults {
 
 impl Faults {
     /// Collects what `device` says from now on; by default wgpu panics.
-    pub fn of(device: &wgpu::Device) -> Arc<Self> {
+    pub(crate) fn of(device: &wgpu::Device) -> Arc<Self> {
         let faults = Arc::new(Self::default());
         let uncaptured = faults.clone();
         device.on_uncaptured_error(Arc::new(move |fault| {
@@ -63,7 +63,7 @@ impl Faults {
     }
 
     /// The last error that nobody caught.
-    pub fn take_uncaptured(&self) -> Option<wgpu::Error> {
+    pub(crate) fn take_uncaptured(&self) -> Option<wgpu::Error> {
         self.uncaptured.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
@@ -88,7 +88,7 @@ pub(crate) fn scoped<T>(device: &wgpu::Device, pending: &mut Pending, calls: imp
 
 impl Pending {
     /// The first error, as far as is known without waiting.
-    pub fn known(&mut self) -> Option<wgpu::Error> {
+    pub(crate) fn known(&mut self) -> Option<wgpu::Error> {
         let mut first = None;
         self.0.retain_mut(|future| match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
             Poll::Ready(fault) => {
@@ -101,7 +101,7 @@ impl Pending {
     }
 
     /// The first error, as soon as all are known.
-    pub async fn all(&mut self) -> Option<wgpu::Error> {
+    pub(crate) async fn all(&mut self) -> Option<wgpu::Error> {
         let mut first = None;
         for future in std::mem::take(&mut self.0) {
             first = first.or(future.await);

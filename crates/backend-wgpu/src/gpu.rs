@@ -22,7 +22,12 @@ pub(crate) struct Gpu {
 
 impl Gpu {
     /// Compiles the kernels for `device`, whose limits must be enough for them. `faults` hear of a device of our own.
-    pub fn new(id: String, device: wgpu::Device, queue: wgpu::Queue, faults: Arc<Faults>) -> Result<Self> {
+    pub(crate) fn new(
+        id: String,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        faults: Arc<Faults>,
+    ) -> Result<Self> {
         let limits = device.limits();
         if let Some(lacking) = lacking(&limits) {
             return Err(error(DeviceErrorKind::Unsupported, &id, lacking));
@@ -53,19 +58,19 @@ impl Gpu {
         Ok(gpu)
     }
 
-    pub fn pipeline(&self, kernel: Kernel, frames_at_once: u32) -> &wgpu::ComputePipeline {
+    pub(crate) fn pipeline(&self, kernel: Kernel, frames_at_once: u32) -> &wgpu::ComputePipeline {
         let index = builds().position(|build| build == (kernel, frames_at_once));
         &self.pipelines[index.unwrap_or_else(|| unreachable!("{} is one of the kernels", kernel.name()))]
     }
 
     /// Held while wgpu is called, and for [`Gpu::check`] and [`Gpu::wait`]. On GL all threads share a context, and wgpu
     /// panics if it is busy with one of them for some seconds; elsewhere nobody needs to wait.
-    pub fn turn(&self) -> Option<MutexGuard<'_, ()>> {
+    pub(crate) fn turn(&self) -> Option<MutexGuard<'_, ()>> {
         self.turn.as_ref().map(|turn| turn.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// An error if the device is lost, or else `fault`, met while `doing` something.
-    pub fn check(&self, fault: Option<wgpu::Error>, doing: &str) -> Result<()> {
+    pub(crate) fn check(&self, fault: Option<wgpu::Error>, doing: &str) -> Result<()> {
         if let Some(reason) = self.faults.lost.get() {
             return Err(self.lost(doing, reason));
         }
@@ -92,7 +97,7 @@ impl Gpu {
 
     /// Waits until the device has finished `submission`.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn wait(&self, submission: &wgpu::SubmissionIndex, doing: &str) -> Result<()> {
+    pub(crate) fn wait(&self, submission: &wgpu::SubmissionIndex, doing: &str) -> Result<()> {
         use std::panic::{AssertUnwindSafe, catch_unwind};
         use std::time::{Duration, Instant};
         let wait = wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: None };
@@ -117,7 +122,7 @@ impl Gpu {
     }
 
     /// The error for a device that is lost, which it is from now on.
-    pub fn lost(&self, doing: &str, reason: &str) -> Error {
+    pub(crate) fn lost(&self, doing: &str, reason: &str) -> Error {
         let reason = self.faults.lost.get_or_init(|| reason.to_owned());
         let message =
             format!("the device was lost while {doing} ({reason}); open it again or use another one");

@@ -4,7 +4,7 @@ use rhytid_core::Take;
 use std::ops::Range;
 
 /// One that concerns a single marker.
-pub fn event(kind: Kind, marker: usize, frames: Range<usize>, confidence: f32) -> Event {
+pub(crate) fn event(kind: Kind, marker: usize, frames: Range<usize>, confidence: f32) -> Event {
     Event {
         kind,
         marker: Some(marker),
@@ -17,7 +17,7 @@ pub fn event(kind: Kind, marker: usize, frames: Range<usize>, confidence: f32) -
 }
 
 /// Runs of consecutive numbers in an ascending list.
-pub fn runs(ascending: &[usize]) -> Vec<Range<usize>> {
+pub(crate) fn runs(ascending: &[usize]) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for &i in ascending {
         match runs.last_mut() {
@@ -29,7 +29,7 @@ pub fn runs(ascending: &[usize]) -> Vec<Range<usize>> {
 }
 
 /// The gaps of handles' markers, in these columns of the file, that the capture system filled.
-pub fn filled_before(tracks: &Take, columns: &[Option<usize>]) -> Vec<Event> {
+pub(crate) fn filled_before(tracks: &Take, columns: &[Option<usize>]) -> Vec<Event> {
     let (Some(confidence), m) = (&tracks.confidence, tracks.labels.len()) else { return Vec::new() };
     let mut events = Vec::new();
     for (marker, column) in columns.iter().enumerate() {
@@ -47,7 +47,7 @@ pub fn filled_before(tracks: &Take, columns: &[Option<usize>]) -> Vec<Event> {
 }
 
 /// frames × `markers`: the lowest confidence of the events of each position; `None` where all are 1.
-pub fn confidence(events: &[Event], frames: usize, markers: usize) -> Option<Vec<f32>> {
+pub(crate) fn confidence(events: &[Event], frames: usize, markers: usize) -> Option<Vec<f32>> {
     let mut confidence = vec![1.0_f32; frames * markers];
     for event in events {
         let Some(marker) = event.marker else { continue };

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// One gap of one marker, filled.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Filled {
+pub(crate) struct Filled {
     /// The column.
     pub marker: usize,
     /// Its frames.
@@ -26,7 +26,7 @@ const RETURN: f64 = 0.25;
 
 /// Fills the displacements' gaps. Beyond `limit` seconds, and where no marker is seen, what is filled is [`Kind::Lost`]. `rest` is where the markers
 /// are at neutral, `noise` the standard deviation of a coordinate.
-pub fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) -> Vec<Filled> {
+pub(crate) fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) -> Vec<Filled> {
     let [short, limit] = [SHORT, limit].map(|seconds| (seconds * tracks.rate).round() as usize);
     let is_empty: Vec<bool> =
         (0..tracks.frames()).into_par_iter().map(|f| tracks.columns.iter().all(|c| !seen(c[f]))).collect();

@@ -9,7 +9,7 @@ use rhytid_core::{Error, Result};
 
 /// How a head moved. *Local space* stands still with the head: it is the file's space as the head was in the middle of its motion.
 #[derive(Debug, Clone)]
-pub struct Head {
+pub(crate) struct Head {
     /// From local space to the file's, one per frame; rigid.
     pub motions: Vec<Similarity>,
     /// RMS distance of the markers from where the motion puts them, in the file's unit; 0 where it was not fitted.
@@ -55,7 +55,7 @@ fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> 
 ///
 /// # Errors
 /// [`Error::Input`] if the settings name a marker that is not there, or one or two.
-pub fn rigid_markers(
+pub(crate) fn rigid_markers(
     tracks: &Tracks,
     others: &[usize],
     labels: &[String],
@@ -78,7 +78,7 @@ pub fn rigid_markers(
 
 /// The head's motion from the columns `rigid`; from all columns of `face` where `rigid` is empty, and in frames in which fewer than three
 /// of the rigid markers were seen. `extent` is the face's. `None` where no frame has enough markers.
-pub fn stabilise(tracks: &Tracks, rigid: &[usize], face: &[usize], extent: f64) -> Option<Head> {
+pub(crate) fn stabilise(tracks: &Tracks, rigid: &[usize], face: &[usize], extent: f64) -> Option<Head> {
     let from_face = || fitted(tracks, face, FACE_TOLERANCE * extent);
     let first =
         if rigid.is_empty() { from_face()? } else { fitted(tracks, rigid, RIGID_TOLERANCE * extent)? };
@@ -163,7 +163,7 @@ fn between(a: &Similarity, b: &Similarity, s: f64) -> Similarity {
 }
 
 /// About the middle of the columns, in local space.
-pub fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity]) -> DVec3 {
+pub(crate) fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity]) -> DVec3 {
     let frames = sampled(tracks.frames());
     let points = frames.iter().flat_map(|&f| {
         let back = motions[f].inverse();
@@ -175,7 +175,7 @@ pub fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity]) -> DVe
 
 /// Motions without what is faster than `cutoff` Hz. `centre` is a point in local space: its path is smoothed, since far from the head a small
 /// turn is a long way.
-pub fn smooth(motions: &mut [Similarity], centre: DVec3, cutoff: f64, rate: f64) {
+pub(crate) fn smooth(motions: &mut [Similarity], centre: DVec3, cutoff: f64, rate: f64) {
     let mut columns: [Vec<f64>; 7] = Default::default();
     let mut before = DQuat::IDENTITY;
     for motion in motions.iter() {

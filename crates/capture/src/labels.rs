@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// What the labels of a file are.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Matched {
+pub(crate) struct Matched {
     /// The column of each handle's marker; `None` where the file has none.
     pub columns: Vec<Option<usize>>,
     /// The columns of no handle.
@@ -19,7 +19,11 @@ const FEWEST: usize = 4;
 ///
 /// # Errors
 /// [`Error::Input`] if `map` names a handle or a label that is not there, or fewer than four handles are found.
-pub fn match_labels(handles: &[String], file: &[String], map: &BTreeMap<String, String>) -> Result<Matched> {
+pub(crate) fn match_labels(
+    handles: &[String],
+    file: &[String],
+    map: &BTreeMap<String, String>,
+) -> Result<Matched> {
     for (handle, label) in map {
         if !handles.contains(handle) {
             return Err(Error::input(format!(

@@ -3,7 +3,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// Filters `values`, sampled `rate` times a second, so that a sine of `cutoff` Hz keeps 1/√2 of its height. Constants and straight lines
 /// pass unchanged. A cut-off at or beyond 0.4 `rate` changes nothing, since nothing is left to remove.
-pub fn low_pass(values: &mut [f64], cutoff: f64, rate: f64) {
+pub(crate) fn low_pass(values: &mut [f64], cutoff: f64, rate: f64) {
     if cutoff >= 0.4 * rate || values.len() < 2 {
         return;
     }

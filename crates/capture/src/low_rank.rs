@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// `x = mean + W c + noise`, with as many independent `c` of variance 1 as W has columns.
-pub struct Model {
+pub(crate) struct Model {
     mean: Vec<f64>,
     /// W: 3M × rank, row by row.
     weights: Vec<f64>,
@@ -29,7 +29,7 @@ const ITERATIONS: usize = 200;
 
 impl Model {
     /// Learns from displacements; `noise` is the least standard deviation per coordinate. `None` where there is nothing to learn from.
-    pub fn learn(tracks: &Tracks, noise: f64) -> Option<Self> {
+    pub(crate) fn learn(tracks: &Tracks, noise: f64) -> Option<Self> {
         let frames = tracks.frames();
         // The fullest frames of as many short stretches.
         let stretch = frames.div_ceil(SAMPLED).max(1);
@@ -98,7 +98,7 @@ impl Model {
     }
 
     /// The expected frame (3M numbers), given those of its numbers that are not NaN.
-    pub fn complete(&self, frame: &[f64]) -> Vec<f64> {
+    pub(crate) fn complete(&self, frame: &[f64]) -> Vec<f64> {
         let rank = self.rank;
         let row = |i: usize| &self.weights[i * rank..(i + 1) * rank];
         let known = |i: &usize| !frame[*i].is_nan();
@@ -134,12 +134,12 @@ impl Model {
     }
 
     /// The expected positions in one frame of `tracks`.
-    pub fn frame(&self, tracks: &Tracks, f: usize) -> Vec<DVec3> {
+    pub(crate) fn frame(&self, tracks: &Tracks, f: usize) -> Vec<DVec3> {
         self.complete(&frame(tracks, f)).as_chunks().0.iter().copied().map(DVec3::from_array).collect()
     }
 
     /// The expected position of one marker as if it had not been seen in frame `f`.
-    pub fn without(&self, tracks: &Tracks, f: usize, marker: usize) -> DVec3 {
+    pub(crate) fn without(&self, tracks: &Tracks, f: usize, marker: usize) -> DVec3 {
         let mut frame = frame(tracks, f);
         frame[3 * marker..3 * marker + 3].fill(f64::NAN);
         DVec3::from_slice(&self.complete(&frame)[3 * marker..])

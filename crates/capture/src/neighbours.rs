@@ -2,7 +2,7 @@
 use glam::DVec3;
 
 /// For each point the indices of the `count` nearest others, the nearest first.
-pub fn nearest(points: &[DVec3], count: usize) -> Vec<Vec<usize>> {
+pub(crate) fn nearest(points: &[DVec3], count: usize) -> Vec<Vec<usize>> {
     let of = |i: usize| {
         let mut others: Vec<usize> = (0..points.len()).filter(|&j| j != i).collect();
         others.sort_by(|&a, &b| {

@@ -14,7 +14,7 @@ const SAMPLED: usize = 30;
 /// The window of half a second (or the whole take, if it is shorter) in which the columns, one per point of `rest`, are most like the rest pose up to a
 /// similarity and move least: the sum of both RMS distances is the smallest. `None` if no window shows at least four markers and half of those that
 /// the best one does.
-pub fn find(tracks: &Tracks, columns: &[Option<usize>], rest: &[DVec3]) -> Option<Range<usize>> {
+pub(crate) fn find(tracks: &Tracks, columns: &[Option<usize>], rest: &[DVec3]) -> Option<Range<usize>> {
     let length = tracks.frames_in(LENGTH).min(tracks.frames());
     let step = (length / 5).max(1);
     let starts: Vec<usize> = (0..=tracks.frames() - length).step_by(step).collect();
@@ -62,7 +62,7 @@ fn score(
 }
 
 /// Where each column is in the frames `neutral`: the median; NaN where it was not seen.
-pub fn pose(tracks: &Tracks, columns: &[Option<usize>], neutral: &Range<usize>) -> Vec<DVec3> {
+pub(crate) fn pose(tracks: &Tracks, columns: &[Option<usize>], neutral: &Range<usize>) -> Vec<DVec3> {
     let at = |column: &Option<usize>| {
         let column = column.map(|c| &tracks.columns[c][neutral.clone()]);
         median(column.unwrap_or_default().iter().copied().filter(|p| seen(*p)))

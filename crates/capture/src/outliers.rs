@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// Positions of one marker that were dropped.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlier {
+pub(crate) struct Outlier {
     /// The column.
     pub marker: usize,
     /// First frame.
@@ -30,7 +30,7 @@ const FASTEST: f64 = 2.0;
 const LONGEST: f64 = 0.1;
 
 /// Finds outliers and makes them NaN. `rest` is where the markers are at neutral, `extent` the face's.
-pub fn drop(tracks: &mut Tracks, rest: &[DVec3], extent: f64) -> Vec<Outlier> {
+pub(crate) fn drop(tracks: &mut Tracks, rest: &[DVec3], extent: f64) -> Vec<Outlier> {
     let neighbours = nearest(rest, 5);
     let columns = &tracks.columns;
     let found: Vec<Vec<Outlier>> = (0..columns.len())

@@ -8,7 +8,7 @@ use rhytid_core::{Error, Result};
 use std::ops::Range;
 
 /// How the file's space, with the head's motion taken out, becomes the rig's.
-pub struct Place {
+pub(crate) struct Place {
     /// The neutral frames.
     pub neutral: Range<usize>,
     /// From there to the rig.
@@ -32,7 +32,7 @@ impl Place {
     ///
     /// # Errors
     /// [`Error::Input`] if the settings' neutral frames are not in the take, or show too little, or none can be found.
-    pub fn find(
+    pub(crate) fn find(
         tracks: &Tracks,
         columns: &[Option<usize>],
         head: Option<&[Similarity]>,
@@ -74,12 +74,12 @@ impl Place {
     }
 
     /// How large the actor is compared with the rig.
-    pub fn scale(&self) -> f64 {
+    pub(crate) fn scale(&self) -> f64 {
         self.to_world.scale / self.to_rig.scale
     }
 
     /// The frame in the middle of the neutral ones.
-    pub fn neutral_frame(&self) -> usize {
+    pub(crate) fn neutral_frame(&self) -> usize {
         (self.neutral.start + self.neutral.end) / 2
     }
 }
@@ -142,7 +142,7 @@ fn unit(
 }
 
 /// How far each handle's marker is from its handle, in millimetres; `None` where it was not seen at neutral. Warns where it looks like another label.
-pub fn offsets(
+pub(crate) fn offsets(
     pose: &[DVec3],
     rest: &[DVec3],
     millimetres: f64,

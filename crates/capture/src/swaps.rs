@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// One pair's exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Swap {
+pub(crate) struct Swap {
     /// The two columns, the lower first.
     pub pair: [usize; 2],
     /// First frame.
@@ -28,7 +28,7 @@ const SMALLEST_JUMP: f64 = 0.012;
 const LONGEST_AGE: f64 = 0.25;
 
 /// Finds and undoes swaps. `neutral` is a frame in which the labels are right, `rest` where the markers are then, `extent` the face's.
-pub fn undo(tracks: &mut Tracks, neutral: usize, rest: &[DVec3], extent: f64) -> Vec<Swap> {
+pub(crate) fn undo(tracks: &mut Tracks, neutral: usize, rest: &[DVec3], extent: f64) -> Vec<Swap> {
     let frames = tracks.frames();
     let age = tracks.frames_in(LONGEST_AGE);
     let mut swaps = follow(tracks, (neutral..frames).collect(), age, extent);

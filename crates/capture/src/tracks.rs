@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// Marker tracks, one column a marker: all steps but the head's look along time. A position that is NaN was not seen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tracks {
+pub(crate) struct Tracks {
     /// M columns of as many positions as there are frames.
     pub columns: Vec<Vec<DVec3>>,
     /// Frames per second.
@@ -15,30 +15,30 @@ pub struct Tracks {
 
 impl Tracks {
     /// The markers of a take, whose positions it leaves empty.
-    pub fn of(take: &mut Take) -> Self {
+    pub(crate) fn of(take: &mut Take) -> Self {
         let (positions, m) = (std::mem::take(&mut take.positions), take.labels.len());
         let column = |c: usize| positions.iter().skip(c).step_by(m).copied().map(DVec3::from_array).collect();
         Self { columns: (0..m).into_par_iter().map(column).collect(), rate: take.rate() }
     }
 
     /// Number of frames.
-    pub fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
 
     /// How many frames `seconds` are, at least 1.
-    pub fn frames_in(&self, seconds: f64) -> usize {
+    pub(crate) fn frames_in(&self, seconds: f64) -> usize {
         ((seconds * self.rate).round() as usize).max(1)
     }
 }
 
 /// Whether a marker was seen there.
-pub fn seen(position: DVec3) -> bool {
+pub(crate) fn seen(position: DVec3) -> bool {
     !position.is_nan()
 }
 
 /// The runs of frames in which a marker was not seen.
-pub fn gaps(column: &[DVec3]) -> Vec<Range<usize>> {
+pub(crate) fn gaps(column: &[DVec3]) -> Vec<Range<usize>> {
     let mut gaps: Vec<Range<usize>> = Vec::new();
     for (f, _) in column.iter().enumerate().filter(|(_, p)| !seen(**p)) {
         match gaps.last_mut() {
@@ -50,7 +50,7 @@ pub fn gaps(column: &[DVec3]) -> Vec<Range<usize>> {
 }
 
 /// The median of each coordinate; NaN where there is no point.
-pub fn median(points: impl Iterator<Item = DVec3>) -> DVec3 {
+pub(crate) fn median(points: impl Iterator<Item = DVec3>) -> DVec3 {
     let mut coordinates: [Vec<f64>; 3] = Default::default();
     for point in points {
         point.to_array().iter().zip(&mut coordinates).for_each(|(x, list)| list.push(*x));
@@ -59,7 +59,7 @@ pub fn median(points: impl Iterator<Item = DVec3>) -> DVec3 {
 }
 
 /// The median of numbers, which are put in another order; NaN where there is none.
-pub fn median_of(numbers: &mut [f64]) -> f64 {
+pub(crate) fn median_of(numbers: &mut [f64]) -> f64 {
     let (middle, is_odd) = (numbers.len() / 2, numbers.len() % 2 == 1);
     if numbers.is_empty() {
         return f64::NAN;
@@ -73,7 +73,7 @@ pub fn median_of(numbers: &mut [f64]) -> f64 {
 }
 
 /// The diagonal of the box around the points that were seen; 0 where there is none.
-pub fn extent(points: impl Iterator<Item = DVec3>) -> f64 {
+pub(crate) fn extent(points: impl Iterator<Item = DVec3>) -> f64 {
     let mut bounds: Option<(DVec3, DVec3)> = None;
     for p in points.filter(|p| seen(*p)) {
         let (low, high) = bounds.unwrap_or((p, p));
@@ -83,7 +83,7 @@ pub fn extent(points: impl Iterator<Item = DVec3>) -> f64 {
 }
 
 /// The median extent of the columns over the take, in the file's unit; 0 where none was ever seen.
-pub fn typical_extent(tracks: &Tracks, columns: &[usize]) -> f64 {
+pub(crate) fn typical_extent(tracks: &Tracks, columns: &[usize]) -> f64 {
     let step = tracks.frames().div_ceil(200).max(1);
     let extents =
         (0..tracks.frames()).step_by(step).map(|f| extent(columns.iter().map(|&c| tracks.columns[c][f])));
@@ -92,14 +92,14 @@ pub fn typical_extent(tracks: &Tracks, columns: &[usize]) -> f64 {
 }
 
 /// The mean of what was seen; `None` if nothing was.
-pub fn mean(column: &[DVec3], frames: &Range<usize>) -> Option<DVec3> {
+pub(crate) fn mean(column: &[DVec3], frames: &Range<usize>) -> Option<DVec3> {
     let points = || column[frames.clone()].iter().filter(|p| seen(**p));
     let n = points().count();
     (n > 0).then(|| points().sum::<DVec3>() / n as f64)
 }
 
 /// The standard deviation of a coordinate's noise: of the second differences, which hardly any motion has, by their median.
-pub fn noise(tracks: &Tracks) -> f64 {
+pub(crate) fn noise(tracks: &Tracks) -> f64 {
     /// As many frames of each marker are enough.
     const FRAMES: usize = 2000;
     let step = (tracks.frames() / FRAMES).max(1);

@@ -6,9 +6,9 @@ mod values;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 use rhytid::playback::FrameRange;
-pub use setup::Setup;
+pub(crate) use setup::Setup;
 use std::path::PathBuf;
-pub use values::{HeadChoice, MissingChoice, StageChoice, StorageChoice};
+pub(crate) use values::{HeadChoice, MissingChoice, StageChoice, StorageChoice};
 use values::{parse_millimetres, parse_rate};
 
 const GLOBAL: &str = "Options of every command";
@@ -34,7 +34,7 @@ Exit codes:
   1  a fault of Rhytid's own or of a device
   2  a mistake in the input or the command line, a file that cannot be read or written, or stopped by Ctrl-C"
 )]
-pub struct Args {
+pub(crate) struct Args {
     /// Show no progress and no summary; warnings and errors only.
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = GLOBAL)]
     pub quiet: bool,
@@ -50,7 +50,7 @@ pub struct Args {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Solve a face: scans, handles and examples become a rig.
     #[command(after_help = "\
 Examples:
@@ -199,7 +199,7 @@ Examples:
 
 /// `rhytid solve`
 #[derive(Debug, clap::Args)]
-pub struct Solve {
+pub(crate) struct Solve {
     /// The project file.
     #[arg(value_name = "FACE.toml")]
     pub project: PathBuf,
@@ -211,7 +211,7 @@ pub struct Solve {
 
 /// `rhytid animate`
 #[derive(Debug, clap::Args)]
-pub struct Animate {
+pub(crate) struct Animate {
     /// The rig file that `solve` wrote.
     pub rig: PathBuf,
 
@@ -287,7 +287,7 @@ pub struct Animate {
 
 /// `rhytid stitch`
 #[derive(Debug, clap::Args)]
-pub struct Stitch {
+pub(crate) struct Stitch {
     /// The parts, in any order: USD files of one rig and take that follow one another without a gap.
     #[arg(required = true)]
     pub parts: Vec<PathBuf>,
@@ -299,7 +299,7 @@ pub struct Stitch {
 
 /// `rhytid export-shapes`
 #[derive(Debug, clap::Args)]
-pub struct ExportShapes {
+pub(crate) struct ExportShapes {
     /// The rig file that `solve` wrote.
     pub rig: PathBuf,
 
@@ -327,7 +327,7 @@ pub struct ExportShapes {
 
 /// `rhytid verify`
 #[derive(Debug, clap::Args)]
-pub struct Verify {
+pub(crate) struct Verify {
     /// The file that `animate` or `stitch` wrote.
     #[arg(value_name = "OUT")]
     pub file: PathBuf,
@@ -355,7 +355,7 @@ pub struct Verify {
 
 /// `rhytid prepare`
 #[derive(Debug, clap::Args)]
-pub struct Prepare {
+pub(crate) struct Prepare {
     /// The raw take.
     pub raw: PathBuf,
 
@@ -385,7 +385,7 @@ pub struct Prepare {
 
 /// `rhytid coverage`
 #[derive(Debug, clap::Args)]
-pub struct Coverage {
+pub(crate) struct Coverage {
     /// The rig file that `solve` wrote.
     pub rig: PathBuf,
 
@@ -411,7 +411,7 @@ pub struct Coverage {
 
 /// `rhytid info`
 #[derive(Debug, clap::Args)]
-pub struct Info {
+pub(crate) struct Info {
     /// A mesh (.obj, .ply, .glb, .gltf), rig (.safetensors), take (.csv, .c3d, .trc, .tsv), handle table (.csv) or project (.toml).
     pub file: PathBuf,
 
@@ -422,7 +422,7 @@ pub struct Info {
 
 /// `rhytid devices`
 #[derive(Debug, clap::Args)]
-pub struct Devices {
+pub(crate) struct Devices {
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]
     pub json: bool,
@@ -430,7 +430,7 @@ pub struct Devices {
 
 /// `rhytid conform`
 #[derive(Debug, clap::Args)]
-pub struct Conform {
+pub(crate) struct Conform {
     /// The device to examine, as `rhytid devices` names it [default: all of them].
     #[arg(long)]
     pub device: Option<String>,
@@ -446,7 +446,7 @@ pub struct Conform {
 
 /// `rhytid bench`
 #[derive(Debug, clap::Args)]
-pub struct Bench {
+pub(crate) struct Bench {
     /// The rig file that `solve` wrote [default: a rig made for it].
     pub rig: Option<PathBuf>,
 
@@ -481,7 +481,7 @@ pub struct Bench {
 
 /// `rhytid doctor`
 #[derive(Debug, clap::Args)]
-pub struct Doctor {
+pub(crate) struct Doctor {
     /// The project file.
     #[arg(value_name = "FACE.toml")]
     pub project: PathBuf,
@@ -493,7 +493,7 @@ pub struct Doctor {
 
 /// `rhytid demo`
 #[derive(Debug, clap::Args)]
-pub struct Demo {
+pub(crate) struct Demo {
     /// The folder to write to; made if it does not exist, the demo's own files in it are replaced.
     #[arg(default_value = "rhytid-demo")]
     pub dir: PathBuf,
@@ -505,14 +505,14 @@ pub struct Demo {
 
 /// `rhytid completions`
 #[derive(Debug, clap::Args)]
-pub struct Completions {
+pub(crate) struct Completions {
     /// The shell.
     pub shell: Shell,
 }
 
 /// `rhytid man`
 #[derive(Debug, clap::Args)]
-pub struct Man {
+pub(crate) struct Man {
     /// The folder to write to; made if it does not exist.
     #[arg(default_value = "man")]
     pub dir: PathBuf,

@@ -8,12 +8,12 @@ use std::path::Path;
 use std::process::ExitCode;
 
 /// The user's mistake, or something only the user can mend.
-pub const USER: u8 = 2;
+pub(crate) const USER: u8 = 2;
 /// A fault of Rhytid's own, or of a device.
-pub const OURS: u8 = 1;
+pub(crate) const OURS: u8 = 1;
 
 /// A panic becomes one sentence instead of a dump; `RUST_BACKTRACE=1` adds the backtrace for a report.
-pub fn install_panic_hook() {
+pub(crate) fn install_panic_hook() {
     std::panic::set_hook(Box::new(|panic| {
         let what = panic.payload_as_str().unwrap_or("unknown reason").lines().next().unwrap_or_default();
         let place = panic.location().map(|place| format!(" at {}:{}", place.file(), place.line()));
@@ -29,7 +29,7 @@ pub fn install_panic_hook() {
 
 /// Runs the program; prints its error, if any, and says the exit code. A panic unwinds to here, so that
 /// temporary files are removed on the way.
-pub fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
+pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
     let result = catch_unwind(AssertUnwindSafe(run));
     ui.clear();
     match result {

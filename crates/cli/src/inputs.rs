@@ -11,7 +11,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// As [`find_device`].
-pub fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
+pub(crate) fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
     if wanted == "auto" { Ok(None) } else { find_device(wanted).map(Some) }
 }
 
@@ -19,7 +19,7 @@ pub fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
 ///
 /// # Errors
 /// As [`choose_devices`].
-pub fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceInfo>> {
+pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceInfo>> {
     if let Some(device) = named {
         return Ok(vec![device]);
     }
@@ -36,7 +36,13 @@ pub fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceInfo>> {
 ///
 /// # Errors
 /// As [`playback::read_take`]; [`Error::Input`] if there is a setup for what is no raw take.
-pub fn take(path: &Path, rig: &Rig, missing: MissingChoice, setup: Option<&Path>, ui: &Ui) -> Result<Take> {
+pub(crate) fn take(
+    path: &Path,
+    rig: &Rig,
+    missing: MissingChoice,
+    setup: Option<&Path>,
+    ui: &Ui,
+) -> Result<Take> {
     if let Some(setup) = setup.filter(|_| raw_take::is_take_csv(path)) {
         return Err(Error::input(format!(
             "{}: is a clean take, so that --setup {} changes nothing; leave it out, or give the raw take",
@@ -52,6 +58,6 @@ pub fn take(path: &Path, rig: &Rig, missing: MissingChoice, setup: Option<&Path>
 ///
 /// # Errors
 /// As [`Setup::read`].
-pub fn setup(path: Option<&Path>) -> Result<Setup> {
+pub(crate) fn setup(path: Option<&Path>) -> Result<Setup> {
     path.map_or_else(|| Ok(Setup::default()), Setup::read)
 }

@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// Whether the user asked to stop.
-pub fn requested() -> bool {
+pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
 /// From now on Ctrl-C (and a request to terminate) only asks the work to stop.
-pub fn install(ui: &Arc<Ui>) {
+pub(crate) fn install(ui: &Arc<Ui>) {
     let ui = Arc::clone(ui);
     let handler = move || {
         if REQUESTED.swap(true, Ordering::Relaxed) {

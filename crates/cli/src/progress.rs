@@ -21,7 +21,7 @@ enum Mode {
 
 /// The user at the other end of stderr.
 #[derive(Debug)]
-pub struct Ui {
+pub(crate) struct Ui {
     mode: Mode,
     step: Mutex<Option<Step>>,
     finished: Mutex<Vec<(&'static str, Duration)>>,
@@ -38,7 +38,7 @@ struct Step {
 
 impl Ui {
     /// Silent if `quiet`, else as stderr allows.
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         let mode = match quiet {
             true => Mode::Silent,
             false if io::stderr().is_terminal() => Mode::Bars,
@@ -48,18 +48,18 @@ impl Ui {
     }
 
     /// Whether summaries and notes are wanted.
-    pub fn is_quiet(&self) -> bool {
+    pub(crate) fn is_quiet(&self) -> bool {
         self.mode == Mode::Silent
     }
 
     /// Writes one line to stderr, above the bar if there is one. Errors are ignored: there is nowhere left
     /// to report them.
-    pub fn line(&self, text: &str) {
+    pub(crate) fn line(&self, text: &str) {
         write_above(self.lock().as_ref(), text);
     }
 
     /// Runs work that is one step in one piece, and says how long it took.
-    pub fn timed<T>(&self, step: &'static str, work: impl FnOnce() -> T) -> (T, Duration) {
+    pub(crate) fn timed<T>(&self, step: &'static str, work: impl FnOnce() -> T) -> (T, Duration) {
         self.report(step, 0, 1);
         let result = timed(work);
         self.report(step, 1, 1);
@@ -67,12 +67,12 @@ impl Ui {
     }
 
     /// The steps finished so far and how long each took; none where the user wants no summary.
-    pub fn finished(&self) -> Vec<(&'static str, Duration)> {
+    pub(crate) fn finished(&self) -> Vec<(&'static str, Duration)> {
         self.finished.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Takes the bar away, if any.
-    pub fn clear(&self) {
+    pub(crate) fn clear(&self) {
         if let Some(step) = self.lock().take() {
             step.bar.finish_and_clear();
         }
@@ -148,7 +148,7 @@ impl Progress for Ui {
 }
 
 /// Runs `work` and says how long it took.
-pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     let start = Instant::now();
     let result = work();
     (result, start.elapsed())
@@ -156,7 +156,7 @@ pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
 
 /// Sends log records to `ui` as lines such as `warning: …`. Shows warnings, and more with each `verbose`; the
 /// environment variable RUST_LOG overrides both.
-pub fn install_logger(ui: &Arc<Ui>, quiet: bool, verbose: u8) {
+pub(crate) fn install_logger(ui: &Arc<Ui>, quiet: bool, verbose: u8) {
     let level = match verbose {
         _ if quiet => log::LevelFilter::Warn,
         0 => log::LevelFilter::Warn,

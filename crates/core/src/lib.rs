@@ -22,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 mod animator;
+mod atomic_file;
 mod backend;
 pub mod buffer_ring;
 mod error;
@@ -37,9 +38,9 @@ pub mod rig_file;
 mod rigid;
 mod steady_file;
 mod take;
-mod write_beside;
 
 pub use animator::Animator;
+pub use atomic_file::AtomicFile;
 pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
@@ -51,4 +52,3 @@ pub use raw_take::RawTake;
 pub use rig::Rig;
 pub use rigid::RigidMotion;
 pub use take::Take;
-pub use write_beside::WriteBeside;

@@ -1,7 +1,7 @@
 //! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
 //!
 //! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
-use crate::{Error, Faces, Materials, Result, Rig, UpAxis, Uvs, WriteBeside};
+use crate::{AtomicFile, Error, Faces, Materials, Result, Rig, UpAxis, Uvs};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -64,7 +64,7 @@ pub fn hash(path: &Path) -> Result<String> {
 /// # Errors
 /// [`Error::Io`]; [`Error::Input`] if the folder does not exist, or as [`encode`].
 pub fn write(path: &Path, rig: &Rig) -> Result<()> {
-    let mut file = WriteBeside::create(path)?;
+    let mut file = AtomicFile::create(path)?;
     let bytes = encode(rig)?;
     file.write_all(&bytes).map_err(file.error())?;
     file.finish()

@@ -2,7 +2,7 @@
 
 /// A natural cubic spline through `(x, y)` knots; straight beyond the first and the last.
 #[derive(Debug, Clone)]
-pub struct Curve {
+pub(crate) struct Curve {
     knots: Vec<[f64; 2]>,
     /// Second derivative at each knot.
     bends: Vec<f64>,
@@ -10,7 +10,7 @@ pub struct Curve {
 
 impl Curve {
     /// Through `knots`, whose first numbers increase.
-    pub fn new(knots: &[[f64; 2]]) -> Self {
+    pub(crate) fn new(knots: &[[f64; 2]]) -> Self {
         let last = knots.len() - 1;
         let slope = |i: usize| (knots[i + 1][1] - knots[i][1]) / (knots[i + 1][0] - knots[i][0]);
         // Thomas' algorithm on the tridiagonal system of the second derivatives, zero at both ends.
@@ -29,7 +29,7 @@ impl Curve {
     }
 
     /// The value at `x`.
-    pub fn at(&self, x: f64) -> f64 {
+    pub(crate) fn at(&self, x: f64) -> f64 {
         let i = self.knots.partition_point(|k| k[0] <= x).clamp(1, self.knots.len() - 1);
         let ([x0, y0], [x1, y1]) = (self.knots[i - 1], self.knots[i]);
         let (m0, m1, h) = (self.bends[i - 1], self.bends[i], x1 - x0);
@@ -46,34 +46,34 @@ impl Curve {
 }
 
 /// A bell of height 1 around `centre`; `width` is where it has fallen to 1/e.
-pub fn bell(x: f64, centre: f64, width: f64) -> f64 {
+pub(crate) fn bell(x: f64, centre: f64, width: f64) -> f64 {
     let q = (x - centre) / width;
     (-q * q).exp()
 }
 
 /// A bell on either side of the midline: [`bell`] at `centre` and at `-centre`.
-pub fn pair(x: f64, centre: f64, width: f64) -> f64 {
+pub(crate) fn pair(x: f64, centre: f64, width: f64) -> f64 {
     bell(x, centre, width) + bell(x, -centre, width)
 }
 
 /// 0 at `from`, 1 at `to` (which may be the smaller), with two continuous derivatives.
-pub fn ramp(x: f64, from: f64, to: f64) -> f64 {
+pub(crate) fn ramp(x: f64, from: f64, to: f64) -> f64 {
     let q = ((x - from) / (to - from)).clamp(0.0, 1.0);
     q * q * q * (q * (6.0 * q - 15.0) + 10.0)
 }
 
 /// 1 between `from` and `to`, 0 at `soft` outside them.
-pub fn plateau(x: f64, from: f64, to: f64, soft: f64) -> f64 {
+pub(crate) fn plateau(x: f64, from: f64, to: f64, soft: f64) -> f64 {
     ramp(x, from - soft, from) * ramp(x, to + soft, to)
 }
 
 /// The larger of two numbers, rounded off over a width of about `soft`.
-pub fn soft_max(a: f64, b: f64, soft: f64) -> f64 {
+pub(crate) fn soft_max(a: f64, b: f64, soft: f64) -> f64 {
     0.5 * (a + b + ((a - b) * (a - b) + soft * soft).sqrt())
 }
 
 /// Smooth noise in [-1, 1] with features of size 1, the same everywhere; `seed` tells kinds apart.
-pub fn noise(x: f64, y: f64, seed: u32) -> f64 {
+pub(crate) fn noise(x: f64, y: f64, seed: u32) -> f64 {
     let (left, low) = (x.floor(), y.floor());
     let corner = |i: i32, j: i32| lattice(left as i32 + i, low as i32 + j, seed);
     let (s, t) = (ramp(x - left, 0.0, 1.0), ramp(y - low, 0.0, 1.0));
@@ -83,7 +83,7 @@ pub fn noise(x: f64, y: f64, seed: u32) -> f64 {
 }
 
 /// A number in [-1, 1] for each lattice point: an integer hash, so that every platform agrees.
-pub fn lattice(i: i32, j: i32, seed: u32) -> f64 {
+pub(crate) fn lattice(i: i32, j: i32, seed: u32) -> f64 {
     let mut h = (i as u32).wrapping_mul(0x9E37_79B1)
         ^ (j as u32).wrapping_mul(0x85EB_CA77)
         ^ seed.wrapping_mul(0xC2B2_AE3D);

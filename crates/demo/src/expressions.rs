@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 /// A point of the neutral skin, with what motions and folds need to know of it.
 #[derive(Debug, Clone, Copy)]
-pub struct Skin {
+pub(crate) struct Skin {
     /// Its place in the domain.
     pub site: Site,
     /// Its place in space.
@@ -23,7 +23,7 @@ pub struct Skin {
 
 impl Skin {
     /// The point at `site`.
-    pub fn new(shape: &Shape, site: Site) -> Self {
+    pub(crate) fn new(shape: &Shape, site: Site) -> Self {
         let p = shape.position(site);
         let from_mouth = around(site.across, site.up - MOUTH_LINE, MOUTH_CUT, site.above_mouth);
         let inside = ramp(site.across.abs(), HALF_WIDTH, 7.6)
@@ -50,7 +50,7 @@ fn around(x: f64, y: f64, half: f64, above: bool) -> f64 {
 
 /// One expression at its apex.
 #[derive(Debug)]
-pub struct Expression {
+pub(crate) struct Expression {
     /// Its name.
     pub name: &'static str,
     motion: fn(&Shape, &Skin) -> DVec3,
@@ -58,7 +58,7 @@ pub struct Expression {
 }
 
 /// All of them.
-pub const EXPRESSIONS: [Expression; 6] = [
+pub(crate) const EXPRESSIONS: [Expression; 6] = [
     Expression { name: "brow_raise", motion: brow_raise, folds: folds::brow_raise },
     Expression { name: "frown", motion: frown, folds: folds::frown },
     Expression { name: "smile", motion: smile, folds: folds::smile },
@@ -69,7 +69,7 @@ pub const EXPRESSIONS: [Expression; 6] = [
 
 impl Expression {
     /// How far a point of the skin moves, in centimetres: the large motion and the folds.
-    pub fn displacement(&self, shape: &Shape, skin: &Skin) -> DVec3 {
+    pub(crate) fn displacement(&self, shape: &Shape, skin: &Skin) -> DVec3 {
         skin.inside * ((self.motion)(shape, skin) + skin.n * (self.folds)(skin))
     }
 }

@@ -23,7 +23,7 @@ fn broken(phase: f64, along: f64, seed: u32) -> f64 {
 }
 
 /// Five lines across the forehead, arched like the brows.
-pub fn brow_raise(s: &Skin) -> f64 {
+pub(crate) fn brow_raise(s: &Skin) -> f64 {
     let (x, y, side) = (s.p.x, s.site.up, s.site.across.abs());
     let arch = 0.3 * ramp(side, 0.2, 3.2) - 0.75 * ramp(side, 3.2, 6.4);
     let wander = 0.16 * noise(x / 1.7, y / 1.2, 11) + 0.06 * noise(x / 0.6, y / 0.7, 12);
@@ -36,7 +36,7 @@ pub fn brow_raise(s: &Skin) -> f64 {
 }
 
 /// The two lines between the brows, their weaker neighbours, and the line across the root of the nose.
-pub fn frown(s: &Skin) -> f64 {
+pub(crate) fn frown(s: &Skin) -> f64 {
     let (x, y) = (s.p.x, s.site.up);
     let wander = 0.06 * noise(y / 0.8, 0.0, 21);
     let lean = 0.1 * (y - 1.4) + 0.05 * (y - 1.4) * (y - 1.4);
@@ -83,7 +83,7 @@ fn nasolabial(s: &Skin, depth: f64) -> f64 {
 }
 
 /// Nasolabial folds, crow's feet, and short lines beside the mouth's corners.
-pub fn smile(s: &Skin) -> f64 {
+pub(crate) fn smile(s: &Skin) -> f64 {
     let (x, y) = (s.p.x.abs(), s.site.up);
     let dimple = 0.03 * furrow(x - 3.05 - 0.25 * (y + 6.5) * (y + 6.5), 0.12) * plateau(y, -6.9, -6.2, 0.45);
     let lower_lid = 0.05 * furrow(y + 0.95 - 0.1 * (x - 3.0) * (x - 3.0), 0.14) * plateau(x, 2.3, 4.1, 0.7);
@@ -91,7 +91,7 @@ pub fn smile(s: &Skin) -> f64 {
 }
 
 /// Crow's feet, lines below the lower lids, and oblique lines on the nose's sides.
-pub fn squint(s: &Skin) -> f64 {
+pub(crate) fn squint(s: &Skin) -> f64 {
     let (x, y) = (s.p.x.abs(), s.site.up);
     let sag = 0.14 * (x - 3.0) * (x - 3.0) + 0.07 * noise(s.p.x / 0.9, y / 0.6, 51);
     let below = (-y - 0.42 + sag) / 0.33;
@@ -112,7 +112,7 @@ pub fn squint(s: &Skin) -> f64 {
 }
 
 /// Lines that radiate from the gathered lips, and a dimpled chin.
-pub fn pucker(s: &Skin) -> f64 {
+pub(crate) fn pucker(s: &Skin) -> f64 {
     let (x, y) = (s.p.x, s.site.up);
     let away = (y + 6.45).abs() - 0.3;
     let fan = x / (1.0 + 0.2 * away.max(0.0)) + 0.07 * noise(x / 0.8, y / 0.9, 61);
@@ -130,7 +130,7 @@ pub fn pucker(s: &Skin) -> f64 {
 }
 
 /// Folds under the jaw, a line below the lip, and long lines in the cheeks.
-pub fn jaw_open(s: &Skin) -> f64 {
+pub(crate) fn jaw_open(s: &Skin) -> f64 {
     let (x, y, side) = (s.p.x, s.site.up, s.site.across.abs());
     let phase = (y + 11.75 - 0.03 * x * x + 0.1 * noise(x / 1.6, y / 1.2, 71)) / 0.68;
     let neck =

@@ -9,7 +9,7 @@ const ROW_STOPS: [f64; 4] = [BOTTOM, MOUTH_LINE, EYE_LINE, TOP];
 
 /// Samples of the domain and how they are joined.
 #[derive(Debug)]
-pub struct Grid {
+pub(crate) struct Grid {
     /// The distances from the midline of the columns, from the right temple to the left: odd in number.
     columns: Vec<f64>,
     /// `up` of the rows, from the neck to the hairline.
@@ -22,7 +22,7 @@ pub struct Grid {
 
 impl Grid {
     /// With as near to `vertices` vertices as a grid of about square cells can have.
-    pub fn new(vertices: usize) -> Self {
+    pub(crate) fn new(vertices: usize) -> Self {
         let (half_columns, row_cells) = cells(vertices);
         let half = stops(&COLUMN_STOPS, half_columns, column_size);
         let columns: Vec<f64> = half[1..].iter().rev().map(|a| -a).chain(half.iter().copied()).collect();
@@ -63,7 +63,7 @@ impl Grid {
     }
 
     /// Texture coordinates: the domain itself, scaled into the unit square without distortion.
-    pub fn uvs(&self) -> Uvs {
+    pub(crate) fn uvs(&self) -> Uvs {
         let size = (TOP - BOTTOM).max(2.0 * HALF_WIDTH);
         let values = self
             .sites
@@ -74,7 +74,7 @@ impl Grid {
     }
 
     /// The vertex nearest to a point of the domain that is on no cut; opposite points give opposite vertices.
-    pub fn nearest(&self, across: f64, up: f64) -> usize {
+    pub(crate) fn nearest(&self, across: f64, up: f64) -> usize {
         let middle = self.columns.len() / 2;
         let step = nearest(&self.columns[middle..], across.abs());
         let column = if across < 0.0 { middle - step } else { middle + step };
@@ -82,7 +82,7 @@ impl Grid {
     }
 
     /// The largest distance of neighbouring columns or rows about the middle of the face.
-    pub fn spacing(&self) -> f64 {
+    pub(crate) fn spacing(&self) -> f64 {
         let middle = self.columns.len() / 2;
         self.columns[middle + 1] - self.columns[middle]
     }

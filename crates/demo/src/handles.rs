@@ -62,7 +62,7 @@ const LEFT: [(&str, f64, f64); 38] = [
 ];
 
 /// The handles of a grid: the vertices nearest to the markers.
-pub fn handles(grid: &Grid) -> Handles {
+pub(crate) fn handles(grid: &Grid) -> Handles {
     let mut out = Handles::default();
     let mut add = |label: String, across: f64, up: f64| {
         out.labels.push(label);

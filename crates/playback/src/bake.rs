@@ -4,14 +4,14 @@ use rhytid_core::RigidMotion;
 
 /// Moves frames as the head moves: x ↦ R x + t for positions, n ↦ R n for normals, computed in f64 and rounded once.
 #[derive(Default)]
-pub struct Bake {
+pub(crate) struct Bake {
     positions: Vec<f32>,
     normals: Vec<f32>,
 }
 
 impl Bake {
     /// A frame's 3V positions and normals (empty where they are not wanted), moved.
-    pub fn frame(&mut self, motion: &RigidMotion, [positions, normals]: [&[f32]; 2]) -> [&[f32]; 2] {
+    pub(crate) fn frame(&mut self, motion: &RigidMotion, [positions, normals]: [&[f32]; 2]) -> [&[f32]; 2] {
         let [x, y, z, _] = motion.matrix();
         let turn = |v: &[f32; 3]| {
             let v = v.map(f64::from);

@@ -9,7 +9,7 @@
 use etcetera::BaseStrategy;
 use rhytid_backends::Found;
 use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
-use rhytid_core::{Device, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Stage, WriteBeside};
+use rhytid_core::{AtomicFile, Device, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Stage};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -234,7 +234,7 @@ fn write_cache(path: &Path, memory: &Cache) -> Result<()> {
     let json = serde_json::to_vec_pretty(memory).map_err(|e| Error::Internal(e.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
-    let mut file = WriteBeside::create(path)?;
+    let mut file = AtomicFile::create(path)?;
     file.write_all(&json).map_err(Error::io(path))?;
     file.finish()
 }

@@ -107,7 +107,7 @@ fn advised(error: Error) -> Error {
 }
 
 #[cfg(test)]
-pub mod tests {
+pub(crate) mod tests {
     use super::*;
     use rhytid_backend_cpu::{Cpu, CpuSession};
     use rhytid_core::{Backend, HandleFrames, NoProgress};
@@ -116,9 +116,9 @@ pub mod tests {
 
     /// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
     /// in the second stage read of the third batch, `upload` at once.
-    pub struct Flaky(String);
+    pub(crate) struct Flaky(String);
 
-    pub struct FlakySession {
+    pub(crate) struct FlakySession {
         session: CpuSession,
         fails: String,
         batches: usize,
@@ -176,7 +176,7 @@ pub mod tests {
     }
 
     /// A device of the name, for [`Flaky`].
-    pub fn info(name: &str) -> DeviceInfo {
+    pub(crate) fn info(name: &str) -> DeviceInfo {
         let mut info = Cpu::devices().unwrap().remove(0);
         info.name = name.into();
         info

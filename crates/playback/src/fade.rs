@@ -9,7 +9,7 @@ use std::ops::Range;
 /// Vertex v of a frame is at x̃ + c_v (x − x̃), between the large scale x̃ and the full result x. c_v is the confidence of
 /// the strain edges that v listens to, weighted by its influences: Σ_k α_vk min(c_a, c_b) / Σ_k α_vk, where edge k joins
 /// the handles a and b. A vertex without influences has no detail to fade.
-pub struct Fade<'a> {
+pub(crate) struct Fade<'a> {
     rig: &'a Rig,
     vertex_triangles: VertexTriangles,
     /// frames × F: the lesser confidence of each edge's two handles.
@@ -20,7 +20,7 @@ pub struct Fade<'a> {
 
 impl<'a> Fade<'a> {
     /// `None` where the take's confidence leaves everything as it is. The take has all of the rig's handles.
-    pub fn new(rig: &'a Rig, take: &Take) -> Option<Self> {
+    pub(crate) fn new(rig: &'a Rig, take: &Take) -> Option<Self> {
         let confidence = take.confidence.as_ref()?;
         let marker = |label: &String| take.labels.iter().position(|known| known == label);
         let markers: Vec<usize> = rig.labels.iter().map(marker).collect::<Option<_>>()?;
@@ -37,7 +37,7 @@ impl<'a> Fade<'a> {
     }
 
     /// Whether any of these frames may need its large scale.
-    pub fn touches(&self, frames: Range<usize>) -> bool {
+    pub(crate) fn touches(&self, frames: Range<usize>) -> bool {
         let edges = self.rig.strain_edges.len();
         self.edges[frames.start * edges..frames.end * edges].iter().any(|&c| c < 1.0)
     }
@@ -45,7 +45,7 @@ impl<'a> Fade<'a> {
     /// A frame's 3V positions and normals (empty where they are not wanted) after the fading, from those before and the 3V
     /// positions of its large scale. Where nothing fades they are what came in; where something does, all normals are
     /// computed anew.
-    pub fn frame<'s>(
+    pub(crate) fn frame<'s>(
         &'s mut self,
         frame: usize,
         large_scale: &[f32],

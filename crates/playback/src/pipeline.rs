@@ -5,7 +5,7 @@ use rhytid_core::buffer_ring::buffer_ring;
 use std::{panic, thread};
 
 /// Buffers that go round: one is filled while the other one is emptied. A third was no faster.
-pub const BUFFERS: usize = 2;
+pub(crate) const BUFFERS: usize = 2;
 
 /// Fills a buffer for each of `items` on a thread of its own, and hands the full ones to `empty`, in order, on this
 /// one. There are `buffers` of them, at least 1, which are filled again and again: memory does not grow with the items.
@@ -13,7 +13,7 @@ pub const BUFFERS: usize = 2;
 /// # Errors
 /// That of the item that comes first, as if each had been filled and emptied before the next one. After an error
 /// nothing more is handed to `empty`, and at most the buffers that are empty are still filled.
-pub fn run<Items, Buffer>(
+pub(crate) fn run<Items, Buffer>(
     buffers: usize,
     items: Items,
     mut fill: impl FnMut(Items::Item, &mut Buffer) -> Result<()> + Send,

@@ -4,7 +4,7 @@ use rhytid_core::Result;
 
 /// Passes frames on one frame late, with their velocities: the central difference of the frames before and after,
 /// one-sided at the first and the last.
-pub struct Velocities {
+pub(crate) struct Velocities {
     /// Frames per second.
     rate: f32,
     before: Vec<f32>,
@@ -15,10 +15,10 @@ pub struct Velocities {
 }
 
 /// Positions, normals, velocities.
-pub type Each<'a> = &'a mut dyn FnMut(&[f32], &[f32], &[f32]) -> Result<()>;
+pub(crate) type Each<'a> = &'a mut dyn FnMut(&[f32], &[f32], &[f32]) -> Result<()>;
 
 impl Velocities {
-    pub fn new(rate: f64) -> Self {
+    pub(crate) fn new(rate: f64) -> Self {
         let empty = Vec::new;
         let (before, current, normals, velocities) = (empty(), empty(), empty(), empty());
         Self { rate: rate as f32, before, current, normals, velocities, seen: 0 }
@@ -28,7 +28,7 @@ impl Velocities {
     ///
     /// # Errors
     /// As `each`.
-    pub fn frame(&mut self, positions: &[f32], normals: &[f32], each: Each<'_>) -> Result<()> {
+    pub(crate) fn frame(&mut self, positions: &[f32], normals: &[f32], each: Each<'_>) -> Result<()> {
         match self.seen {
             0 => {}
             1 => self.hand_on(&self.current.clone(), positions, self.rate, each)?,
@@ -51,7 +51,7 @@ impl Velocities {
     ///
     /// # Errors
     /// As `each`.
-    pub fn finish(mut self, each: Each<'_>) -> Result<()> {
+    pub(crate) fn finish(mut self, each: Each<'_>) -> Result<()> {
         let last = self.current.clone();
         match self.seen {
             0 => Ok(()),

@@ -3,7 +3,7 @@
 use rhytid_core::UpAxis;
 
 /// A direction to look from, and what of the world the picture shows.
-pub struct Camera {
+pub(crate) struct Camera {
     /// The picture's right, its up, and towards the viewer, in the mesh's axes: lengths 1, at right angles.
     axes: [[f64; 3]; 3],
     /// Width and height in pixels.
@@ -17,7 +17,12 @@ pub struct Camera {
 impl Camera {
     /// Looks at the face from its front, turned by `degrees` towards the mesh's +x, so that `points` fill a picture of `size`
     /// pixels but for a margin of a sixth.
-    pub fn new(up: UpAxis, degrees: f64, size: [usize; 2], points: impl Iterator<Item = [f64; 3]>) -> Self {
+    pub(crate) fn new(
+        up: UpAxis,
+        degrees: f64,
+        size: [usize; 2],
+        points: impl Iterator<Item = [f64; 3]>,
+    ) -> Self {
         let (up, front) = match up {
             UpAxis::Y => ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
             UpAxis::Z => ([0.0, 0.0, 1.0], [0.0, -1.0, 0.0]),
@@ -46,12 +51,12 @@ impl Camera {
     }
 
     /// A direction of the world along right, up and towards the viewer.
-    pub fn turn(&self, v: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn turn(&self, v: [f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|axis| self.along(axis, v))
     }
 
     /// A point in pixels: right, down from the upper left corner, and towards the viewer.
-    pub fn project(&self, p: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn project(&self, p: [f64; 3]) -> [f64; 3] {
         let [right, up, toward] = self.turn(p);
         [
             self.size[0] as f64 / 2.0 + (right - self.middle[0]) * self.scale,

@@ -1,11 +1,11 @@
 //! Curves over time, thinned to what a plot can show.
 
 /// A piece of a curve: time and value.
-pub type Piece = Vec<[f64; 2]>;
+pub(crate) type Piece = Vec<[f64; 2]>;
 
 /// The curve in pieces without gaps, with at most two points in each of `columns` equal parts of `span`: the least and the
 /// greatest there, in the order in which they come, so that no peak is lost. Values that are not finite are gaps; times increase.
-pub fn thin(samples: impl Iterator<Item = [f64; 2]>, span: [f64; 2], columns: usize) -> Vec<Piece> {
+pub(crate) fn thin(samples: impl Iterator<Item = [f64; 2]>, span: [f64; 2], columns: usize) -> Vec<Piece> {
     let [start, end] = span;
     let per_second = columns as f64 / (end - start);
     let column_of = |time: f64| ((time - start) * per_second).clamp(0.0, columns as f64 - 1.0) as usize;
@@ -48,7 +48,7 @@ fn flush(piece: &mut Piece, open: Option<(usize, [f64; 2], [f64; 2])>) {
 }
 
 /// The stretches of time in which a condition holds: first and last time of each run, runs closer than `least` joined.
-pub fn stretches(samples: impl Iterator<Item = (f64, bool)>, least: f64) -> Vec<[f64; 2]> {
+pub(crate) fn stretches(samples: impl Iterator<Item = (f64, bool)>, least: f64) -> Vec<[f64; 2]> {
     let mut out: Vec<[f64; 2]> = Vec::new();
     for (time, holds) in samples {
         match out.last_mut() {
@@ -61,7 +61,7 @@ pub fn stretches(samples: impl Iterator<Item = (f64, bool)>, least: f64) -> Vec<
 }
 
 /// Round times between `span`'s ends, about `count` of them: steps of 1, 2 or 5 times a power of ten.
-pub fn ticks(span: [f64; 2], count: usize) -> Vec<f64> {
+pub(crate) fn ticks(span: [f64; 2], count: usize) -> Vec<f64> {
     let [start, end] = span;
     let rough = (end - start) / count as f64;
     if !(rough.is_finite() && rough > 0.0) {

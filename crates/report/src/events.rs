@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const SHOWN: usize = 1000;
 
 /// Every event, in the report's order.
-pub fn events(report: &Report) -> Markup {
+pub(crate) fn events(report: &Report) -> Markup {
     let mut counts: BTreeMap<Kind, usize> = BTreeMap::new();
     let mut first_of_its_kind = |event: &&Event| {
         let count = counts.entry(event.kind).or_default();
@@ -68,7 +68,7 @@ fn row(event: &Event, report: &Report) -> Markup {
 }
 
 /// The marker of each handle, and the labels of no use.
-pub fn mapping(report: &Report) -> Markup {
+pub(crate) fn mapping(report: &Report) -> Markup {
     let found = &report.setup;
     html! {
         div.scroll {

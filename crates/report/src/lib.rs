@@ -28,7 +28,7 @@ mod tests;
 mod timeline;
 
 use rhytid_capture::Report;
-use rhytid_core::{Error, Result, Rig, Take, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Result, Rig, Take};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -61,7 +61,7 @@ pub fn write(dir: &Path, title: &str, report: &Report, take: &Take, rig: &Rig) -
 
     std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
     for (name, text) in [("report.html", page), ("report.json", json)] {
-        let mut file = WriteBeside::create(&dir.join(name))?;
+        let mut file = AtomicFile::create(&dir.join(name))?;
         let written = file.write_all(text.as_bytes()).and_then(|()| file.write_all(b"\n"));
         written.map_err(file.error())?;
         file.finish()?;

@@ -15,7 +15,7 @@ const EDGES: usize = 6;
 ///
 /// # Errors
 /// [`rhytid_core::Error::Internal`] from the plots and the picture.
-pub fn page(
+pub(crate) fn page(
     title: &str,
     summary: &Summary,
     strains: &Strains,

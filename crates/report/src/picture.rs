@@ -28,7 +28,7 @@ struct Marker<'a> {
 ///
 /// # Errors
 /// [`rhytid_core::Error::Internal`] if the picture can't be encoded.
-pub fn views(report: &Report, strains: &Strains, take: &Take, rig: &Rig) -> Result<Markup> {
+pub(crate) fn views(report: &Report, strains: &Strains, take: &Take, rig: &Rig) -> Result<Markup> {
     let markers = markers(report, strains, take, rig);
     let worst = strains.edges.first().map(|edge| strains.handles(edge));
     let mut figures = Vec::new();

@@ -33,7 +33,7 @@ struct Curve {
 }
 
 /// The head's residuals in millimetres over time, with gaps where it was not fitted; `None` where it never was.
-pub fn head(report: &Report) -> Result<Option<String>> {
+pub(crate) fn head(report: &Report) -> Result<Option<String>> {
     let time = |frame: usize| report.start + frame as f64 / report.rate;
     let span = not_empty([time(0), time(report.frames.saturating_sub(1))]);
     let samples = report.head_residuals_mm.iter().enumerate().map(|(frame, &residual)| {
@@ -57,7 +57,7 @@ pub fn head(report: &Report) -> Result<Option<String>> {
 }
 
 /// The strain of an edge in per cent over time, on an axis that has room for the greatest of `all`; shaded where an end was not measured.
-pub fn strain(strains: &Strains, edge: &Edge, all: &[Edge]) -> Result<String> {
+pub(crate) fn strain(strains: &Strains, edge: &Edge, all: &[Edge]) -> Result<String> {
     let percent = strains.over_time(edge).map(|[time, strain]| [time, 100.0 * strain]);
     let times = strains.span();
     let span = not_empty(times);
@@ -72,7 +72,7 @@ pub fn strain(strains: &Strains, edge: &Edge, all: &[Edge]) -> Result<String> {
 }
 
 /// The markers' offsets from their handles in millimetres, the greatest first, each named if there is room; `None` where none is known.
-pub fn offsets(report: &Report) -> Result<Option<String>> {
+pub(crate) fn offsets(report: &Report) -> Result<Option<String>> {
     let known = report
         .labels
         .iter()

@@ -8,7 +8,7 @@ use rhytid_core::{Error, Result};
 const FINE: usize = 2;
 
 /// The mesh in shades of grey, what is not covered transparent.
-pub struct Raster {
+pub(crate) struct Raster {
     size: [usize; 2],
     /// Grey and opacity of each pixel.
     pixels: Vec<[u8; 2]>,
@@ -18,7 +18,7 @@ pub struct Raster {
 
 impl Raster {
     /// Draws `triangles` over `points` as `camera` sees them.
-    pub fn new(camera: &Camera, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(camera: &Camera, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let seen: Vec<[f32; 3]> = (points.iter())
             .map(|p| camera.project(p.map(f64::from)).map(|x| (x * FINE as f64) as f32))
             .collect();
@@ -39,7 +39,7 @@ impl Raster {
     }
 
     /// Whether a projected point is on the surface or before it, allowing for `slack` pixels.
-    pub fn shows(&self, [x, y, toward]: [f64; 3], slack: f64) -> bool {
+    pub(crate) fn shows(&self, [x, y, toward]: [f64; 3], slack: f64) -> bool {
         let [column, row] = [x, y].map(|c| (c * FINE as f64).floor());
         let inside = |at: f64, n: usize| at >= 0.0 && at < (n * FINE) as f64;
         if !inside(column, self.size[0]) || !inside(row, self.size[1]) {
@@ -53,7 +53,7 @@ impl Raster {
     ///
     /// # Errors
     /// [`Error::Internal`] if the encoder refuses.
-    pub fn png(&self) -> Result<Vec<u8>> {
+    pub(crate) fn png(&self) -> Result<Vec<u8>> {
         let failed = |e: png::EncodingError| Error::Internal(format!("the picture of the mesh: {e}"));
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.size[0] as u32, self.size[1] as u32);

@@ -4,7 +4,7 @@ use rhytid_core::{Error, Result, Rig, Take};
 use serde::Serialize;
 
 /// The strains of a take.
-pub struct Strains<'a> {
+pub(crate) struct Strains<'a> {
     take: &'a Take,
     /// The marker's column in the take for each handle.
     columns: Vec<usize>,
@@ -16,7 +16,7 @@ pub struct Strains<'a> {
 
 /// An edge and its extremes; strains are fractions of the rest length.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Edge {
+pub(crate) struct Edge {
     /// The label of one end.
     pub a: String,
     /// The label of the other.
@@ -39,7 +39,7 @@ impl<'a> Strains<'a> {
     ///
     /// # Errors
     /// [`Error::Internal`] if the take lacks a handle.
-    pub fn new(take: &'a Take, rig: &Rig) -> Result<Self> {
+    pub(crate) fn new(take: &'a Take, rig: &Rig) -> Result<Self> {
         let column = |label: &String| {
             let found = take.labels.iter().position(|l| l == label);
             found.ok_or_else(|| Error::Internal(format!("the clean take lacks the handle {label:?}")))
@@ -75,29 +75,29 @@ impl<'a> Strains<'a> {
     }
 
     /// Where a handle's marker is in a frame of the clean take.
-    pub fn position(&self, handle: usize, frame: usize) -> [f64; 3] {
+    pub(crate) fn position(&self, handle: usize, frame: usize) -> [f64; 3] {
         self.take.positions[frame * self.take.labels.len() + self.columns[handle]]
     }
 
     /// The take's first and last time.
-    pub fn span(&self) -> [f64; 2] {
+    pub(crate) fn span(&self) -> [f64; 2] {
         let ends = self.take.times.first().zip(self.take.times.last());
         ends.map_or([0.0; 2], |(&first, &last)| [first, last])
     }
 
     /// The two handles of an edge.
-    pub fn handles(&self, edge: &Edge) -> [usize; 2] {
+    pub(crate) fn handles(&self, edge: &Edge) -> [usize; 2] {
         self.pairs[edge.index].0
     }
 
     /// Time and strain of an edge, frame by frame.
-    pub fn over_time(&self, edge: &Edge) -> impl Iterator<Item = [f64; 2]> {
+    pub(crate) fn over_time(&self, edge: &Edge) -> impl Iterator<Item = [f64; 2]> {
         let index = edge.index;
         self.take.times.iter().enumerate().map(move |(frame, &time)| [time, self.at(index, frame)])
     }
 
     /// Time, and whether one end of an edge was not measured then.
-    pub fn doubtful(&self, edge: &Edge) -> impl Iterator<Item = (f64, bool)> {
+    pub(crate) fn doubtful(&self, edge: &Edge) -> impl Iterator<Item = (f64, bool)> {
         let ends = self.handles(edge).map(|handle| self.columns[handle]);
         let markers = self.take.labels.len();
         let confidence = self.take.confidence.as_deref();
@@ -121,7 +121,7 @@ impl Edge {
     }
 
     /// The strain that is largest without its sign.
-    pub fn peak(&self) -> f64 {
+    pub(crate) fn peak(&self) -> f64 {
         if self.greatest >= -self.least { self.greatest } else { self.least }
     }
 }

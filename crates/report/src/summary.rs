@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// What a person wants to know first. A sample is one marker in one frame of the raw take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
+pub(crate) struct Summary {
     /// From the first frame to the end of the last one.
     pub seconds: f64,
     /// Frames of the clean take.
@@ -33,7 +33,7 @@ pub struct Summary {
 
 /// RMS and maximum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Spread {
+pub(crate) struct Spread {
     /// The root of the mean square.
     pub rms: f64,
     /// The greatest.
@@ -42,7 +42,7 @@ pub struct Spread {
 
 /// Samples by what became of them; each is counted once, in the last state that applies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct States {
+pub(crate) struct States {
     /// As it was measured, but for filtering.
     pub measured: usize,
     /// In a gap that was filled, by the capture system or here.
@@ -55,7 +55,7 @@ pub struct States {
 
 impl Summary {
     /// The summary of a sound report.
-    pub fn new(report: &Report, take: &Take) -> Self {
+    pub(crate) fn new(report: &Report, take: &Take) -> Self {
         let mut events = BTreeMap::new();
         for event in &report.events {
             *events.entry(event.kind).or_default() += 1;
@@ -76,7 +76,7 @@ impl Summary {
     }
 
     /// Number of events of a kind.
-    pub fn count(&self, kind: Kind) -> usize {
+    pub(crate) fn count(&self, kind: Kind) -> usize {
         self.events.get(&kind).copied().unwrap_or(0)
     }
 }

@@ -16,7 +16,7 @@ const EXPLAINED: usize = 10_000;
 
 /// How a kind of event is drawn. Heights tell them apart without colour: what was filled stands at the bottom, the higher the less it is
 /// to be trusted, and what was corrected hangs from the top.
-pub struct Look {
+pub(crate) struct Look {
     pub kind: Kind,
     /// The style sheet's class.
     class: &'static str,
@@ -27,7 +27,7 @@ pub struct Look {
 }
 
 /// All kinds, in the order in which they are drawn over each other.
-pub const LOOKS: [Look; 9] = [
+pub(crate) const LOOKS: [Look; 9] = [
     look(Kind::FilledBefore, "before", "filled before", "by the capture system", 10.0, HEIGHT),
     look(Kind::Spline, "spline", "spline", "a short gap", 7.0, HEIGHT),
     look(Kind::Model, "model", "model", "a longer gap, filled from the other markers", 4.0, HEIGHT),
@@ -52,7 +52,7 @@ const fn look(
 
 impl Look {
     /// How a kind is drawn.
-    pub fn of(kind: Kind) -> &'static Self {
+    pub(crate) fn of(kind: Kind) -> &'static Self {
         LOOKS.iter().find(|look| look.kind == kind).unwrap_or(&LOOKS[0])
     }
 
@@ -67,7 +67,7 @@ impl Look {
 }
 
 /// The colours and what they mean, of the kinds that occur.
-pub fn legend(summary: &Summary) -> Markup {
+pub(crate) fn legend(summary: &Summary) -> Markup {
     html! {
         ul.legend {
             li { span.neutral {} b { "neutral" } ": where the face is at rest" }
@@ -84,7 +84,7 @@ fn swatch(content: &Markup) -> Markup {
 }
 
 /// The table: the head, then a row a marker in the rig's order.
-pub fn timeline(report: &Report) -> Markup {
+pub(crate) fn timeline(report: &Report) -> Markup {
     let mut rows: Vec<Vec<&Event>> = vec![Vec::new(); report.labels.len()];
     for event in &report.events {
         for marker in event.marker.into_iter().chain(event.other) {

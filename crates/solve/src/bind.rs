@@ -9,7 +9,7 @@ use rstar::{AABB, PointDistance, RTree, RTreeObject};
 /// are equally close, the first is taken.
 ///
 /// `rest` is V×3, `basis` V×H. Without a driven triangle nothing is bound.
-pub fn bind_nearest(
+pub(crate) fn bind_nearest(
     rest: &[[f64; 3]],
     triangles: &[[u32; 3]],
     driven: &[bool],

@@ -15,7 +15,7 @@ const VERTICES_AT_ONCE: usize = 4096;
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`].
-pub fn features_and_detail(
+pub(crate) fn features_and_detail(
     rig: &Rig<f64>,
     rest_lengths: &[f64],
     topology: &Topology,

@@ -40,7 +40,7 @@ impl Workspace {
 ///
 /// # Errors
 /// [`Error::Cancelled`].
-pub fn rbf_weights(
+pub(crate) fn rbf_weights(
     pose_features: &[f64],
     centers: usize,
     (influence_edges, influence_weights): (&[u32], &[f64]),

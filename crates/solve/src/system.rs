@@ -8,7 +8,7 @@ use rayon::prelude::*;
 const ROWS_AT_ONCE: usize = 4096;
 
 /// A vertex that is not in an order has this place in it.
-pub const NONE: u32 = u32::MAX;
+pub(crate) const NONE: u32 = u32::MAX;
 
 /// A, row by row: its entries are made when they are asked for.
 pub struct System {

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Checks all kernels; `root` holds a folder for each. The error says what the check itself lacks.
-pub fn all(root: &Path) -> Result<Vec<String>, String> {
+pub(crate) fn all(root: &Path) -> Result<Vec<String>, String> {
     let opencl = reflect_opencl::Compiler::first()?;
     let mut all = folder::files(root);
     for kernel in Kernel::ALL.map(Kernel::entry) {
@@ -33,7 +33,11 @@ pub fn all(root: &Path) -> Result<Vec<String>, String> {
 }
 
 /// A source that no compiler takes is a difference too.
-pub fn agrees(kernel: &Entry, language: Language, reflected: Result<Reflected, String>) -> Vec<String> {
+pub(crate) fn agrees(
+    kernel: &Entry,
+    language: Language,
+    reflected: Result<Reflected, String>,
+) -> Vec<String> {
     match reflected {
         Ok(reflected) => differences(kernel, language, &reflected),
         Err(error) => vec![error],
@@ -41,7 +45,7 @@ pub fn agrees(kernel: &Entry, language: Language, reflected: Result<Reflected, S
 }
 
 /// The committed SPIR-V is what the GLSL gives now, byte for byte.
-pub fn fresh(name: &str, glsl: &str, spirv: &[u8]) -> Vec<String> {
+pub(crate) fn fresh(name: &str, glsl: &str, spirv: &[u8]) -> Vec<String> {
     match compile::compile(name, glsl) {
         Ok(bytes) if bytes == spirv => Vec::new(),
         Ok(_) => vec![format!("not what {name}.comp gives: run `cargo xtask kernels`")],
@@ -50,7 +54,7 @@ pub fn fresh(name: &str, glsl: &str, spirv: &[u8]) -> Vec<String> {
 }
 
 /// What `spirv-val` says.
-pub fn valid(spirv: &[u8]) -> Result<Vec<String>, String> {
+pub(crate) fn valid(spirv: &[u8]) -> Result<Vec<String>, String> {
     let cannot = |e: std::io::Error| match e.kind() {
         ErrorKind::NotFound => {
             "spirv-val is not installed: run `cargo xtask setup`, or install spirv-tools".into()

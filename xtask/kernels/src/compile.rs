@@ -9,7 +9,7 @@ use rspirv::dr::{Module, Operand, load_words};
 /// information beyond them, so that the same source gives the same bytes on every machine.
 ///
 /// The error is glslang's message.
-pub fn compile(name: &str, glsl: &str) -> Result<Vec<u8>, String> {
+pub(crate) fn compile(name: &str, glsl: &str) -> Result<Vec<u8>, String> {
     let compiler = Compiler::acquire().ok_or("glslang could not be started")?;
     let options = CompilerOptions {
         source_language: SourceLanguage::GLSL,

@@ -11,7 +11,7 @@ fn expected_files(name: &str) -> Vec<String> {
 }
 
 /// One sentence for each file that is missing, and for each that nobody reads; `root` holds a folder per kernel.
-pub fn files(root: &Path) -> Vec<String> {
+pub(crate) fn files(root: &Path) -> Vec<String> {
     let mut all = Vec::new();
     for kernel in Kernel::ALL.map(Kernel::entry) {
         for name in expected_files(kernel.name) {
@@ -47,7 +47,7 @@ fn unread(root: &Path, folder: &Path, all: &mut Vec<String>) {
 
 /// One sentence for each row of the README's table of buffers that is not the kernel's: names in order, in or out,
 /// tiled or not.
-pub fn readme(kernel: &Entry, text: &str) -> Vec<String> {
+pub(crate) fn readme(kernel: &Entry, text: &str) -> Vec<String> {
     let expected = kernel.bindings.iter().map(|binding| {
         show(binding.buffer.name(), if binding.access == Access::Read { "in" } else { "out" }, binding.tiled)
     });

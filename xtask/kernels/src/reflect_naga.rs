@@ -4,7 +4,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, ArraySize, Module, Scalar, StorageAccess, Type, TypeInner, VectorSize};
 
 /// Parses and validates WGSL, as of WebGPU without optional features. The error is naga's, with the place.
-pub fn wgsl(source: &str) -> Result<Reflected, String> {
+pub(crate) fn wgsl(source: &str) -> Result<Reflected, String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
     // `unpack2x16float` is a part of every WebGPU.
     Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
@@ -15,7 +15,7 @@ pub fn wgsl(source: &str) -> Result<Reflected, String> {
 }
 
 /// Parses SPIR-V; whether it is valid, `spirv-val` says better.
-pub fn spirv(bytes: &[u8]) -> Result<Reflected, String> {
+pub(crate) fn spirv(bytes: &[u8]) -> Result<Reflected, String> {
     let module = naga::front::spv::parse_u8_slice(bytes, &naga::front::spv::Options::default())
         .map_err(|e| format!("naga cannot read it: {e}"))?;
     Ok(reflect(&module, "read and write"))

@@ -13,14 +13,14 @@ use std::sync::{Mutex, PoisonError};
 const BUILD_OPTIONS: &str = "-cl-std=CL1.2 -cl-kernel-arg-info -Werror";
 
 /// The OpenCL device that kernels are compiled for.
-pub struct Compiler {
+pub(crate) struct Compiler {
     device: DeviceId,
     context: Context,
 }
 
 impl Compiler {
     /// The first device of the first platform that has one.
-    pub fn first() -> Result<Self, String> {
+    pub(crate) fn first() -> Result<Self, String> {
         // The ICD loader is not ready for two threads that ask for the first time at once.
         static FIRST: Mutex<()> = Mutex::new(());
         let _turn = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
@@ -35,7 +35,7 @@ impl Compiler {
     }
 
     /// Compiles and reflects a source. The error is the compiler's.
-    pub fn reflect(&self, source: &str) -> Result<Reflected, String> {
+    pub(crate) fn reflect(&self, source: &str) -> Result<Reflected, String> {
         let text = CString::new(source).map_err(|_| "a zero byte in the source")?;
         let program =
             ocl::core::create_program_with_source(&self.context, &[text]).map_err(|e| e.to_string())?;

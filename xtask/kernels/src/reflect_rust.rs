@@ -5,7 +5,7 @@ use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, stra
 use std::fmt::Debug;
 
 /// The fields of a kernel's `Params`; `None` for a kernel that is not listed here.
-pub fn fields(kernel: &str) -> Option<Vec<Field>> {
+pub(crate) fn fields(kernel: &str) -> Option<Vec<Field>> {
     Some(match kernel {
         "strain" => fields_of::<strain::Params>(),
         "large_scale" => fields_of::<large_scale::Params>(),

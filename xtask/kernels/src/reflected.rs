@@ -4,17 +4,17 @@ use std::fmt::{self, Display, Formatter};
 
 /// A language of the kernels that can be reflected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Language {
+pub(crate) enum Language {
     Spirv,
     Wgsl,
     OpenCl,
 }
 
 impl Language {
-    pub const ALL: [Self; 3] = [Self::Spirv, Self::Wgsl, Self::OpenCl];
+    pub(crate) const ALL: [Self; 3] = [Self::Spirv, Self::Wgsl, Self::OpenCl];
 
     /// How the language's files end.
-    pub fn extension(self) -> &'static str {
+    pub(crate) fn extension(self) -> &'static str {
         match self {
             Self::Spirv => "spv",
             Self::Wgsl => "wgsl",
@@ -51,19 +51,19 @@ impl Language {
     }
 }
 
-pub const PUSH_CONSTANTS: &str = "push constants";
+pub(crate) const PUSH_CONSTANTS: &str = "push constants";
 
-pub fn binding_slot(group: usize, binding: usize) -> String {
+pub(crate) fn binding_slot(group: usize, binding: usize) -> String {
     format!("binding {binding} of group {group}")
 }
 
-pub fn argument_slot(index: usize) -> String {
+pub(crate) fn argument_slot(index: usize) -> String {
     format!("argument {index}")
 }
 
 /// A kernel as a compiler sees it.
 #[derive(Debug)]
-pub struct Reflected {
+pub(crate) struct Reflected {
     /// All that the source has.
     pub entry_points: Vec<String>,
     /// Of the first entry point.
@@ -76,7 +76,7 @@ pub struct Reflected {
 
 /// A buffer as a compiler sees it.
 #[derive(Debug)]
-pub struct Buffer {
+pub(crate) struct Buffer {
     pub slot: String,
     pub name: String,
     /// `f32`, `u32`, or whatever else it was.
@@ -87,7 +87,7 @@ pub struct Buffer {
 
 /// A field of a parameter block.
 #[derive(Debug)]
-pub struct Field {
+pub(crate) struct Field {
     pub name: String,
     pub offset: usize,
     pub element: String,
@@ -106,7 +106,7 @@ impl Display for Field {
 }
 
 /// One sentence for each thing that is not as the table has it.
-pub fn differences(kernel: &Entry, language: Language, found: &Reflected) -> Vec<String> {
+pub(crate) fn differences(kernel: &Entry, language: Language, found: &Reflected) -> Vec<String> {
     let buffer = |(index, binding): (usize, &Binding)| Buffer {
         slot: language.slot(index),
         name: binding.buffer.name().into(),
@@ -127,7 +127,7 @@ pub fn differences(kernel: &Entry, language: Language, found: &Reflected) -> Vec
 }
 
 /// One sentence for each position at which `found` is not as `expected`.
-pub fn compare<F: Display, E: Display>(what: &str, found: &[F], expected: &[E]) -> Vec<String> {
+pub(crate) fn compare<F: Display, E: Display>(what: &str, found: &[F], expected: &[E]) -> Vec<String> {
     let shown = |item: Option<String>| item.unwrap_or("none".into());
     let at = |index| {
         let found = shown(found.get(index).map(F::to_string));
@@ -138,7 +138,7 @@ pub fn compare<F: Display, E: Display>(what: &str, found: &[F], expected: &[E]) 
 }
 
 /// The parameter block that the table describes: each field a `u32`, without gaps.
-pub fn parameters(kernel: &Entry) -> Vec<Field> {
+pub(crate) fn parameters(kernel: &Entry) -> Vec<Field> {
     let field = |(index, name): (usize, &&str)| Field {
         name: (*name).into(),
         offset: 4 * index,

@@ -16,7 +16,7 @@ type Change = dyn Fn(&mut Vec<Dispatch>) + Send + Sync;
 
 /// What is wrong.
 #[derive(Clone)]
-pub enum Fault {
+pub(super) enum Fault {
     /// Other things are run.
     Run(Arc<Change>),
     /// Other numbers are read.
@@ -48,13 +48,13 @@ impl fmt::Debug for Fault {
 }
 
 /// The backend.
-pub struct Faulty {
+pub(super) struct Faulty {
     pub limits: PlanLimits,
     pub fault: Fault,
 }
 
 /// Its session.
-pub struct FaultySession {
+pub(super) struct FaultySession {
     toy: ToySession,
     rig: Rig,
     basis: BasisStorage,
@@ -90,7 +90,7 @@ impl Backend for Faulty {
 }
 
 /// Reads a stage of the toy.
-pub fn read(session: &mut ToySession, stage: Stage, out: &mut Vec<f32>) {
+pub(super) fn read(session: &mut ToySession, stage: Stage, out: &mut Vec<f32>) {
     session.read(stage, out).unwrap_or_else(|e| unreachable!("the toy does not fail: {e}"));
 }
 

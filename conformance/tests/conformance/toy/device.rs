@@ -4,7 +4,7 @@ use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Resul
 
 /// An opened device: here nothing but what it can do at once.
 #[derive(Debug, Clone, Copy)]
-pub struct Toy {
+pub(crate) struct Toy {
     /// As small as one likes: the plan splits what is larger.
     pub limits: PlanLimits,
 }

@@ -5,7 +5,7 @@ use rhytid_kernels::table::{Kernel, TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
 
 /// Runs one dispatch: buffers are bound in the order of the kernel's table, the last is the one that it writes.
-pub fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
+pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
     let [x, y] = dispatch.workgroups;
     let invocations = x * WORKGROUP_SIZE * dispatch.kernel.entry().at_once;
     let frames = y * dispatch.frames_at_once;

@@ -4,5 +4,5 @@ mod device;
 mod kernels;
 mod session;
 
-pub use device::Toy;
-pub use session::ToySession;
+pub(crate) use device::Toy;
+pub(crate) use session::ToySession;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 /// A rig in the toy's memory.
 #[derive(Debug)]
-pub struct ToySession {
+pub(crate) struct ToySession {
     plan: Plan,
     /// In the order of [`Plan::buffers`], in words.
     buffers: Vec<Vec<u32>>,
@@ -15,7 +15,7 @@ pub struct ToySession {
 
 impl ToySession {
     /// Makes the planned buffers and fills the constant ones.
-    pub fn new(rig: &Rig, options: UploadOptions, limits: PlanLimits) -> Result<Self> {
+    pub(crate) fn new(rig: &Rig, options: UploadOptions, limits: PlanLimits) -> Result<Self> {
         let plan = Plan::new(rig, options, limits, "toy:0")?;
         let buffers = plan.buffers().iter().enumerate().map(|(i, planned)| {
             let mut words = vec![0u32; planned.bytes as usize / 4];
@@ -27,17 +27,17 @@ impl ToySession {
     }
 
     /// Frames of the last batch.
-    pub fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         self.frames
     }
 
     /// What has to run for a batch.
-    pub fn dispatches(&self, frames: usize) -> Vec<Dispatch> {
+    pub(crate) fn dispatches(&self, frames: usize) -> Vec<Dispatch> {
         self.plan.dispatches(frames)
     }
 
     /// Writes the inputs of a batch where the kernels read them.
-    pub fn write(&mut self, batch: HandleFrames<'_>) {
+    pub(crate) fn write(&mut self, batch: HandleFrames<'_>) {
         self.frames = batch.frames;
         for Input { buffer, numbers } in self.plan.inputs(batch) {
             let words = bytemuck::cast_slice(&numbers);
@@ -46,7 +46,7 @@ impl ToySession {
     }
 
     /// Runs kernels one after the other.
-    pub fn run(&mut self, dispatches: &[Dispatch]) {
+    pub(crate) fn run(&mut self, dispatches: &[Dispatch]) {
         for dispatch in dispatches {
             kernels::run(dispatch, &mut self.buffers);
         }

@@ -3,4 +3,4 @@ mod agreement;
 mod failures;
 mod memory;
 mod oclgrind;
-pub mod support;
+pub(crate) mod support;

@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 const CHILD: &str = "RHYTID_CHILD_TEST";
 
 /// Every device here.
-pub fn devices() -> Vec<DeviceInfo> {
+pub(crate) fn devices() -> Vec<DeviceInfo> {
     let devices = OpenCl::devices().unwrap();
     if devices.is_empty() {
         skip("there is no OpenCL device here");
@@ -18,7 +18,7 @@ pub fn devices() -> Vec<DeviceInfo> {
 }
 
 /// Numbers that look random, the same everywhere.
-pub struct Numbers(pub u64);
+pub(crate) struct Numbers(pub u64);
 
 impl Numbers {
     fn next(&mut self) -> u64 {
@@ -42,7 +42,7 @@ impl Numbers {
 }
 
 /// A jittered sheet with V vertices, H handles, F strain edges, P examples and K influences.
-pub fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
+pub(crate) fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
     let mut numbers = Numbers((v + h) as u64);
     let width = (v as f64).sqrt().ceil() as usize;
     let rest: Vec<[f32; 3]> = (0..v)
@@ -93,7 +93,7 @@ pub fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
 }
 
 /// frames × H × 3: the handles, moved at random.
-pub fn frames(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
+pub(crate) fn frames(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
     let mut numbers = Numbers(seed);
     let mut positions = Vec::new();
     for _ in 0..frames {
@@ -106,12 +106,16 @@ pub fn frames(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
 }
 
 /// The rig on the CPU backend, which gives the same bits as the kernels' twins.
-pub fn on_cpu(rig: &Rig, options: UploadOptions) -> Animator<impl Session> {
+pub(crate) fn on_cpu(rig: &Rig, options: UploadOptions) -> Animator<impl Session> {
     Animator::new(&Cpu, rig, options).unwrap()
 }
 
 /// Whether a device's last batch is the CPU's last batch: every stage, to 2⁻¹⁵ of the largest number in it.
-pub fn assert_agreement<A: Session, B: Session>(device: &mut Animator<A>, cpu: &mut Animator<B>, what: &str) {
+pub(crate) fn assert_agreement<A: Session, B: Session>(
+    device: &mut Animator<A>,
+    cpu: &mut Animator<B>,
+    what: &str,
+) {
     let (mut found, mut expected) = (Vec::new(), Vec::new());
     for stage in Stage::ALL {
         device.read(stage, &mut found).unwrap();
@@ -129,12 +133,12 @@ pub fn assert_agreement<A: Session, B: Session>(device: &mut Animator<A>, cpu: &
 }
 
 /// Whether this process was started for the test of this name: tests that need one do nothing otherwise.
-pub fn is_child_for(test: &str) -> bool {
+pub(crate) fn is_child_for(test: &str) -> bool {
     std::env::var(CHILD).as_deref() == Ok(test)
 }
 
 /// Runs one test in a process of its own, started by `launcher`.
-pub fn run_child(test: &str, launcher: &[&str], environment: &[(&str, &str)]) -> Output {
+pub(crate) fn run_child(test: &str, launcher: &[&str], environment: &[(&str, &str)]) -> Output {
     let this = std::env::current_exe().unwrap();
     let mut command = match launcher {
         [] => Command::new(this),
@@ -149,7 +153,7 @@ pub fn run_child(test: &str, launcher: &[&str], environment: &[(&str, &str)]) ->
 }
 
 /// What the child wrote, if it ran its one test to the end.
-pub fn output_of_success(output: &Output) -> String {
+pub(crate) fn output_of_success(output: &Output) -> String {
     let [written, errors] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
     // Enough to see what happened.
     let errors: String = errors.chars().take(5000).collect();

@@ -3,7 +3,7 @@ use rhytid_backend_cpu::Cpu;
 use rhytid_core::{Animator, BasisStorage, DeviceInfo, Faces, Rig, Session, Stage, UpAxis, UploadOptions};
 
 /// The devices to test on.
-pub fn tested(devices: Vec<DeviceInfo>) -> Vec<DeviceInfo> {
+pub(crate) fn tested(devices: Vec<DeviceInfo>) -> Vec<DeviceInfo> {
     if devices.is_empty() {
         rhytid_test_support::skip("wgpu finds no device here");
     }
@@ -14,10 +14,10 @@ pub fn tested(devices: Vec<DeviceInfo>) -> Vec<DeviceInfo> {
 }
 
 /// Numbers in [−1, 1) (splitmix64).
-pub struct Numbers(pub u64);
+pub(crate) struct Numbers(pub u64);
 
 impl Numbers {
-    pub fn next(&mut self) -> f32 {
+    pub(crate) fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -32,7 +32,7 @@ impl Numbers {
 
 /// How large a rig is.
 #[derive(Clone, Copy)]
-pub struct Sizes {
+pub(crate) struct Sizes {
     pub vertices: usize,
     pub handles: usize,
     pub edges: usize,
@@ -41,7 +41,7 @@ pub struct Sizes {
 }
 
 /// A wavy sheet, one unit between neighbours, with random numbers for the rest. `vertices` is at least 4.
-pub fn rig(seed: u64, sizes: Sizes) -> Rig {
+pub(crate) fn rig(seed: u64, sizes: Sizes) -> Rig {
     let Sizes { vertices, handles, edges, examples, influences } = sizes;
     let mut numbers = Numbers(seed);
     let width = vertices.isqrt();
@@ -97,14 +97,14 @@ pub fn rig(seed: u64, sizes: Sizes) -> Rig {
 }
 
 /// Handle positions of `frames` frames: rest, and up to a third of a unit to any side.
-pub fn frames(seed: u64, rig: &Rig, frames: usize) -> Vec<f32> {
+pub(crate) fn frames(seed: u64, rig: &Rig, frames: usize) -> Vec<f32> {
     let mut numbers = Numbers(seed);
     let rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
     (0..frames).flat_map(|_| rest.clone()).map(|x| x + 0.3 * numbers.next()).collect()
 }
 
 /// Evaluates the batch on the CPU.
-pub fn expected(rig: &Rig, positions: &[f32], basis: BasisStorage) -> Vec<Vec<f32>> {
+pub(crate) fn expected(rig: &Rig, positions: &[f32], basis: BasisStorage) -> Vec<Vec<f32>> {
     let frames = positions.len() / (rig.handles.len() * 3);
     let mut animator = Animator::new(&Cpu, rig, UploadOptions { max_frames: frames, basis }).unwrap();
     animator.evaluate(positions).unwrap();
@@ -112,7 +112,7 @@ pub fn expected(rig: &Rig, positions: &[f32], basis: BasisStorage) -> Vec<Vec<f3
 }
 
 /// Every stage of the last batch.
-pub fn all_stages<S: Session>(animator: &mut Animator<S>) -> Vec<Vec<f32>> {
+pub(crate) fn all_stages<S: Session>(animator: &mut Animator<S>) -> Vec<Vec<f32>> {
     let stages = Stage::ALL.into_iter().map(|stage| {
         let mut out = vec![f32::NAN; 7];
         animator.read(stage, &mut out).unwrap();
@@ -123,7 +123,7 @@ pub fn all_stages<S: Session>(animator: &mut Animator<S>) -> Vec<Vec<f32>> {
 
 /// Fails where a number is further from the expected one than rounding in another order can bring it: numbers here are
 /// tens at most, and the longest sums have a hundred terms.
-pub fn agree(found: &[Vec<f32>], expected: &[Vec<f32>], context: &str) {
+pub(crate) fn agree(found: &[Vec<f32>], expected: &[Vec<f32>], context: &str) {
     for ((stage, found), expected) in Stage::ALL.into_iter().zip(found).zip(expected) {
         assert_eq!(found.len(), expected.len(), "{context}: length of {stage:?}");
         for (i, (a, b)) in found.iter().zip(expected).enumerate() {

@@ -14,7 +14,7 @@ use std::str::FromStr;
 /// Each option is also a key of TAKE.toml, with `_` for `-`; what is not given is found.
 #[derive(Debug, Clone, Default, PartialEq, clap::Args, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Setup {
+pub(crate) struct Setup {
     /// The raw take's frames per second [default: what the file says].
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     #[serde(deserialize_with = "some_rate")]
@@ -68,7 +68,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Error::Input`] names the line: no TOML, an unknown key, a value of the wrong type or out of its range; [`Error::Io`].
-    pub fn read(path: &Path) -> Result<Self> {
+    pub(crate) fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(Error::io(path))?;
         let wrong = |offset: usize, what: &str| {
             let line = 1 + bytes[..offset].iter().filter(|&&byte| byte == b'\n').count();
@@ -82,7 +82,7 @@ impl Setup {
     }
 
     /// What is given here, and what `other` gives where this does not.
-    pub fn or(mut self, other: Self) -> Self {
+    pub(crate) fn or(mut self, other: Self) -> Self {
         let given: Vec<String> = self.map.iter().map(|(handle, _)| handle.clone()).collect();
         self.map.extend(other.map.into_iter().filter(|(handle, _)| !given.contains(handle)));
         self.skip.extend(other.skip);
@@ -104,7 +104,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Error::Input`] if a handle is given two markers.
-    pub fn clean_up(&self) -> Result<CleanUp> {
+    pub(crate) fn clean_up(&self) -> Result<CleanUp> {
         let mut markers = BTreeMap::new();
         for (handle, label) in &self.map {
             if markers.insert(handle.clone(), label.clone()).is_some() {

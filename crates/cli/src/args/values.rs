@@ -44,7 +44,7 @@ pub enum MissingChoice {
 /// `--unit`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum UnitChoice {
+pub(crate) enum UnitChoice {
     /// Millimetres.
     Mm,
     /// Centimetres.
@@ -59,7 +59,7 @@ pub enum UnitChoice {
 
 impl UnitChoice {
     /// In metres.
-    pub fn metres(self) -> f64 {
+    pub(crate) fn metres(self) -> f64 {
         match self {
             UnitChoice::Mm => 1e-3,
             UnitChoice::Cm => 1e-2,
@@ -144,29 +144,29 @@ impl From<MissingChoice> for rhytid::formats::take::Missing {
 }
 
 /// Frames or oscillations per second.
-pub fn rate(number: f64) -> Result<f64, String> {
+pub(super) fn rate(number: f64) -> Result<f64, String> {
     let is_sound = (0.01..=10_000.0).contains(&number);
     if is_sound { Ok(number) } else { Err("expected a number per second, from 0.01 to 10000".to_owned()) }
 }
 
 /// For `--fps`, `--rate` and cut-offs.
-pub fn parse_rate(text: &str) -> Result<f64, String> {
+pub(super) fn parse_rate(text: &str) -> Result<f64, String> {
     rate(text.parse().unwrap_or(f64::NAN))
 }
 
 /// A time that may be 0.
-pub fn seconds(number: f64) -> Result<f64, String> {
+pub(super) fn seconds(number: f64) -> Result<f64, String> {
     let is_sound = (0.0..=1e6).contains(&number);
     if is_sound { Ok(number) } else { Err("expected seconds, from 0 to 1000000".to_owned()) }
 }
 
 /// For `--max-gap`.
-pub fn parse_seconds(text: &str) -> Result<f64, String> {
+pub(super) fn parse_seconds(text: &str) -> Result<f64, String> {
     seconds(text.parse().unwrap_or(f64::NAN))
 }
 
 /// `--map`
-pub fn parse_pair(text: &str) -> Result<(String, String), String> {
+pub(super) fn parse_pair(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((handle, label)) if !handle.is_empty() && !label.is_empty() => Ok((handle.into(), label.into())),
         _ => Err("expected a handle and the label of its marker, such as chin=M12".to_owned()),
@@ -174,7 +174,7 @@ pub fn parse_pair(text: &str) -> Result<(String, String), String> {
 }
 
 /// For `--max-error`.
-pub fn parse_millimetres(text: &str) -> Result<f64, String> {
+pub(super) fn parse_millimetres(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(error) if (1e-6..=1e6).contains(&error) => Ok(error),
         _ => Err("expected millimetres, from 0.000001 to 1000000".to_owned()),

@@ -8,12 +8,12 @@ use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
 use rhytid::formats::take::Missing;
 use rhytid::human;
 use rhytid::playback::{Playback, PlaybackOptions, Selection};
-use rhytid::{DeviceInfo, Error, Result, Take, WriteBeside, rig_file};
+use rhytid::{AtomicFile, DeviceInfo, Error, Result, Take, rig_file};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// What an animation came to.
-pub struct Animated {
+pub(super) struct Animated {
     /// Frames written.
     pub frames: usize,
     /// Frames per second of the animation.
@@ -32,7 +32,7 @@ pub struct Animated {
 ///
 /// # Errors
 /// As [`animate`].
-pub fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
     let done = animate(args, ui)?;
     if ui.is_quiet() {
         return Ok(());
@@ -70,10 +70,10 @@ fn morphs(written: &Written, metres_per_unit: f64) -> String {
 ///
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
-pub fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
+pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
     check_options(args, Format::of(&args.output)?)?;
-    drop(WriteBeside::create(&args.output)?);
+    drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let hash = rig_file::hash(&args.rig)?;

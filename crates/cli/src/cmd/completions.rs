@@ -8,7 +8,7 @@ use rhytid::{Error, Result};
 ///
 /// # Errors
 /// As [`output::say`].
-pub fn run(args: &args::Completions) -> Result<()> {
+pub(super) fn run(args: &args::Completions) -> Result<()> {
     // Into memory first: clap_complete panics where its writer fails.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut args::Args::command(), "rhytid", &mut script);

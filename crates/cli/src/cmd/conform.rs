@@ -16,7 +16,7 @@ use std::process::ExitCode;
 ///
 /// # Errors
 /// [`Error::Device`] if the device that was asked for is absent; [`Error::Io`] from writing; [`Error::Cancelled`].
-pub fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
+pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     let suite = if args.quick { Suite::Quick } else { Suite::Full };
     let (devices, without_device) = match &args.device {
         Some(id) => (vec![find_device(id)?], Vec::new()),

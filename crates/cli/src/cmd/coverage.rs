@@ -10,7 +10,7 @@ use rhytid::{Result, rig_file};
 ///
 /// # Errors
 /// As reading the rig and the take, and as [`coverage::coverage`].
-pub fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
     let top = args.top as usize;

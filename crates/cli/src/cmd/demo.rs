@@ -36,7 +36,7 @@ impl Steps {
 ///
 /// # Errors
 /// [`Error::Io`] if the folder cannot be written; [`Error::Input`] if the user stops it.
-pub fn run(args: &args::Demo, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Demo, ui: &Ui) -> Result<()> {
     let mut steps = Steps::default();
     let result = demo(args, ui, &mut steps);
     if matches!(result, Err(Error::Cancelled)) {

@@ -24,7 +24,7 @@ struct Listed {
 ///
 /// # Errors
 /// As [`output::say`].
-pub fn run(args: &args::Devices) -> Result<()> {
+pub(super) fn run(args: &args::Devices) -> Result<()> {
     let listing = listing();
     if args.json {
         return output::json(&listing);

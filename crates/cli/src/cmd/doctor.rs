@@ -22,7 +22,7 @@ struct Examination<'a> {
 ///
 /// # Errors
 /// As [`rhytid::formats::project::read`]: what cannot be read cannot be examined.
-pub fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
+pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
     let face = rhytid::formats::project::read(&args.project)?;
     let report = rhytid::solve::examine(&face);
     let count = |severity| report.findings.iter().filter(|f| f.severity == severity).count();
@@ -56,7 +56,7 @@ fn text(report: &Report, examination: &Examination<'_>) -> String {
 }
 
 /// A finding as one line: `warning: …`.
-pub fn line(finding: &Finding) -> String {
+pub(super) fn line(finding: &Finding) -> String {
     let severity = match finding.severity {
         Severity::Note => "note",
         Severity::Warning => "warning",

@@ -6,16 +6,16 @@ use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::{self, OutputStage, Shapes};
 use rhytid::human;
 use rhytid::playback::{Playback, handle_shapes};
-use rhytid::{Result, WriteBeside, rig_file};
+use rhytid::{AtomicFile, Result, rig_file};
 
 /// Writes the shapes and says what was done.
 ///
 /// # Errors
 /// [`rhytid::Error::Input`] and [`rhytid::Error::Io`] from reading and writing;
 /// [`rhytid::Error::Device`]; [`rhytid::Error::Cancelled`].
-pub fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     Format::of(&args.output)?;
-    drop(WriteBeside::create(&args.output)?);
+    drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let provenance = export::Provenance {

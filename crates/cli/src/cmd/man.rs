@@ -4,14 +4,14 @@ use crate::progress::Ui;
 use crate::{args, output};
 use clap::{Command, CommandFactory};
 use rhytid::human;
-use rhytid::{Error, Result, WriteBeside};
+use rhytid::{AtomicFile, Error, Result};
 use std::path::Path;
 
 /// Writes `rhytid.1` and one page per command.
 ///
 /// # Errors
 /// [`Error::Io`] if the folder or a page cannot be written.
-pub fn run(args: &args::Man, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Man, ui: &Ui) -> Result<()> {
     std::fs::create_dir_all(&args.dir).map_err(Error::io(&args.dir))?;
     let mut program = args::Args::command().disable_help_subcommand(true);
     program.build();
@@ -29,7 +29,7 @@ pub fn run(args: &args::Man, ui: &Ui) -> Result<()> {
 
 fn write_page(dir: &Path, command: Command) -> Result<()> {
     let page = clap_mangen::Man::new(command);
-    let mut file = WriteBeside::create(&dir.join(page.get_filename()))?;
+    let mut file = AtomicFile::create(&dir.join(page.get_filename()))?;
     page.render(&mut file).map_err(file.error())?;
     file.finish()
 }

@@ -25,7 +25,7 @@ use std::process::ExitCode;
 ///
 /// # Errors
 /// As the command's.
-pub fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
     match &args.command {
         Command::Solve(args) => solve::run(args, ui)?,
         Command::Animate(args) => animate::run(args, ui)?,

@@ -6,14 +6,14 @@ use rhytid::capture::{Cleaned, Kind, Report};
 use rhytid::formats::take;
 use rhytid::human;
 use rhytid::playback::read_raw_take;
-use rhytid::{Result, WriteBeside, rig_file};
+use rhytid::{AtomicFile, Result, rig_file};
 
 /// Cleans a raw take, writes it as CSV, and says what was found.
 ///
 /// # Errors
 /// As reading, cleaning and writing.
-pub fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
-    drop(WriteBeside::create(&args.output)?);
+pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
+    drop(AtomicFile::create(&args.output)?);
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);
     let mut clean_up = setup.clean_up()?;

@@ -5,12 +5,12 @@ use crate::progress::{Ui, timed};
 use crate::{args, memory, output};
 use rhytid::human;
 use rhytid::solve::{Report, Severity};
-use rhytid::{Error, Progress, Result, Rig, WriteBeside, rig_file};
+use rhytid::{AtomicFile, Error, Progress, Result, Rig, rig_file};
 use std::path::Path;
 use std::time::Duration;
 
 /// What a solve came to.
-pub struct Solved {
+pub(super) struct Solved {
     /// The rig as it was written.
     pub rig: Rig,
     /// Time to read the project and its meshes.
@@ -29,7 +29,7 @@ pub struct Solved {
 ///
 /// # Errors
 /// As [`solve`].
-pub fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
     let solved = solve(&args.project, &args.output, ui)?;
     if ui.is_quiet() {
         return Ok(());
@@ -58,7 +58,7 @@ pub fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading, from the doctor and from writing; [`Error::Cancelled`].
-pub fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
+pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
     check_output(output)?;
     let (face, reading) = ui.timed("read", || rhytid::formats::project::read(project));
     let face = face?;
@@ -88,7 +88,7 @@ fn check_output(output: &Path) -> Result<()> {
             output.display()
         )));
     }
-    WriteBeside::create(output).map(drop)
+    AtomicFile::create(output).map(drop)
 }
 
 /// Prints what the doctor saw; its errors stop.

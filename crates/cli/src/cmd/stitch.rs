@@ -10,7 +10,7 @@ use rhytid::human;
 ///
 /// # Errors
 /// As [`usd::stitch`].
-pub fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
     let (stitched, time) = timed(|| usd::stitch(&args.parts, &args.output));
     let stitched = stitched?;
     if ui.is_quiet() {

@@ -21,7 +21,7 @@ const DEVICES_DIFFER: f64 = 1e-5;
 /// # Errors
 /// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take; as reading and
 /// evaluating.
-pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
+pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let device = inputs::named_device(&args.device)?;
     let file = args.file.display();
     let mut reader = animation::open(&args.file)?;
@@ -77,7 +77,7 @@ pub fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         Ok(())
     })?;
     ui.clear();
-    let report = Report::new(compared, &rig, &summary);
+    let report = Comparison::new(compared, &rig, &summary);
     if args.json {
         output::json(&report)?;
     } else if !ui.is_quiet() || !report.passed {
@@ -201,7 +201,7 @@ impl Compared {
 
 /// What is printed.
 #[derive(Serialize)]
-struct Report {
+struct Comparison {
     passed: bool,
     frames: usize,
     vertices: usize,
@@ -221,7 +221,7 @@ struct Report {
     head_worst: Option<f64>,
 }
 
-impl Report {
+impl Comparison {
     fn new(compared: Compared, rig: &Rig, summary: &Summary) -> Self {
         let millimetres = 1e3 * rig.metres_per_unit;
         let diagonal = diagonal(rig);

@@ -1,5 +1,5 @@
 //! The integration tests of this crate, in one program.
 mod animator;
+mod atomic_file;
 mod plan;
 mod rig_file;
-mod write_beside;

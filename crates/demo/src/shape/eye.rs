@@ -12,7 +12,7 @@ const MARGIN: f64 = 0.1;
 const REACH: f64 = 2.2;
 
 #[derive(Debug)]
-pub struct Eye {
+pub(crate) struct Eye {
     /// The upper lid's rim over the line between the corners, by the way from the inner (0) to the outer (1).
     upper: Curve,
     /// The lower lid's rim below it.
@@ -20,7 +20,7 @@ pub struct Eye {
 }
 
 impl Eye {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             upper: Curve::new(&[
                 [0.0, 0.0],
@@ -49,7 +49,7 @@ impl Eye {
     }
 
     /// `up` after the opening was made: the lids' rims are pushed apart.
-    pub fn open(&self, site: Site, up: f64) -> f64 {
+    pub(crate) fn open(&self, site: Site, up: f64) -> f64 {
         let way = Self::way(site.across);
         let reach = ramp((site.up - EYE_LINE).abs(), REACH, 0.0);
         let line = -0.14 + 0.32 * ramp(site.across.abs(), EYE_CUT[0] - 1.0, EYE_CUT[1] + 1.0);
@@ -62,7 +62,7 @@ impl Eye {
     }
 
     /// The heights of the rims over and below the line between the corners, at `across`.
-    pub fn rims(&self, across: f64) -> (f64, f64) {
+    pub(crate) fn rims(&self, across: f64) -> (f64, f64) {
         let way = Self::way(across);
         (self.upper.at(way), self.lower.at(way))
     }
@@ -72,7 +72,7 @@ impl Eye {
     }
 
     /// The height `z` of the socket, covered by the lids.
-    pub fn lids(&self, x: f64, y: f64, z: f64) -> f64 {
+    pub(crate) fn lids(&self, x: f64, y: f64, z: f64) -> f64 {
         soft_max(z, Self::ball(x, y), 0.3) + self.crease(x, y)
     }
 
@@ -94,7 +94,7 @@ impl Eye {
     }
 
     /// The lids' margins turn back towards the eyeball.
-    pub fn margin(&self, site: Site) -> f64 {
+    pub(crate) fn margin(&self, site: Site) -> f64 {
         let margin = Self::margin_width(Self::way(site.across));
         let inside = (1.0 - (site.up - EYE_LINE).abs() / (1.6 * margin + 1e-9)).max(0.0).powf(1.5);
         -0.28 * margin / MARGIN * inside

@@ -8,7 +8,7 @@ const ANGLE_PER_CM: f64 = LAST_ANGLE / super::HALF_WIDTH;
 const LAST_ANGLE: f64 = 1.45;
 
 #[derive(Debug)]
-pub struct Head {
+pub(super) struct Head {
     /// Half the head's width, by `up`; also what the others depend on.
     width: Curve,
     /// y of the midline.
@@ -22,7 +22,7 @@ pub struct Head {
 }
 
 impl Head {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             width: Curve::new(&[
                 [-15.2, 4.6],
@@ -106,7 +106,7 @@ impl Head {
     }
 
     /// The point of the domain at `across`, `up` (after the openings' warp).
-    pub fn position(&self, across: f64, up: f64) -> DVec3 {
+    pub(super) fn position(&self, across: f64, up: f64) -> DVec3 {
         let angle = across * ANGLE_PER_CM;
         let (sin, cos) = angle.sin_cos();
         let x = self.width.at(up) * sin;

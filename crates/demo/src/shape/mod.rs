@@ -20,23 +20,23 @@ use head::Head;
 use nose::Nose;
 
 /// The domain's half width.
-pub const HALF_WIDTH: f64 = 10.0;
+pub(crate) const HALF_WIDTH: f64 = 10.0;
 /// The domain's lower end, at the neck.
-pub const BOTTOM: f64 = -15.2;
+pub(crate) const BOTTOM: f64 = -15.2;
 /// The domain's upper end, at the hairline.
-pub const TOP: f64 = 8.6;
+pub(crate) const TOP: f64 = 8.6;
 /// Where the eyes are cut open.
-pub const EYE_LINE: f64 = 0.0;
+pub(crate) const EYE_LINE: f64 = 0.0;
 /// Between these distances from the midline.
-pub const EYE_CUT: [f64; 2] = [1.75, 4.7];
+pub(crate) const EYE_CUT: [f64; 2] = [1.75, 4.7];
 /// Where the mouth is cut open.
-pub const MOUTH_LINE: f64 = -6.45;
+pub(crate) const MOUTH_LINE: f64 = -6.45;
 /// To this distance from the midline on both sides.
-pub const MOUTH_CUT: f64 = 2.65;
+pub(crate) const MOUTH_CUT: f64 = 2.65;
 
 /// A point of the domain. On a cut, the flags say which side of it is meant.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site {
+pub(crate) struct Site {
     /// Across the face, in [-[`HALF_WIDTH`], [`HALF_WIDTH`]].
     pub across: f64,
     /// Up the face, in [[`BOTTOM`], [`TOP`]].
@@ -55,7 +55,7 @@ impl Site {
 
 /// The neutral face.
 #[derive(Debug)]
-pub struct Shape {
+pub(crate) struct Shape {
     head: Head,
     nose: Nose,
     /// Opening and lids.
@@ -66,12 +66,12 @@ pub struct Shape {
 
 impl Shape {
     /// The one there is.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { head: Head::new(), nose: Nose::new(), eye: Eye::new(), mouth: Mouth::new() }
     }
 
     /// The point in space of a site, without pores.
-    pub fn position(&self, site: Site) -> DVec3 {
+    pub(crate) fn position(&self, site: Site) -> DVec3 {
         let opened = self.mouth.open(site, self.eye.open(site, site.up));
         let mut p = self.head.position(site.across, opened);
         let (x, y) = (p.x, p.y);
@@ -84,7 +84,7 @@ impl Shape {
     }
 
     /// The outward normal there, of length 1.
-    pub fn normal(&self, site: Site) -> DVec3 {
+    pub(crate) fn normal(&self, site: Site) -> DVec3 {
         const STEP: f64 = 0.02;
         let across = self.position(site.shifted(STEP, 0.0)) - self.position(site.shifted(-STEP, 0.0));
         // Away from the nearest cut, which must not be crossed.
@@ -97,7 +97,7 @@ impl Shape {
 }
 
 /// The depth of the pores at a site, in centimetres along the normal.
-pub fn pores(site: Site) -> f64 {
+pub(crate) fn pores(site: Site) -> f64 {
     const SPACING: f64 = 0.085;
     const RADIUS: f64 = 0.42;
     let (x, y) = (site.across / SPACING, site.up / SPACING);

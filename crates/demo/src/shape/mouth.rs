@@ -13,7 +13,7 @@ const GAP: f64 = 0.02;
 const REACH: f64 = 2.4;
 
 #[derive(Debug)]
-pub struct Mouth {
+pub(crate) struct Mouth {
     /// y of the line between the lips, by the distance from the midline.
     line: Curve,
     /// Height of the upper lip's red, by the same.
@@ -25,7 +25,7 @@ pub struct Mouth {
 }
 
 impl Mouth {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             line: Curve::new(&[
                 [0.0, -6.52],
@@ -70,7 +70,7 @@ impl Mouth {
     }
 
     /// `up` after the inside of the lips was folded in.
-    pub fn open(&self, site: Site, up: f64) -> f64 {
+    pub(crate) fn open(&self, site: Site, up: f64) -> f64 {
         let from_cut = (site.up - MOUTH_LINE).abs();
         let reach = ramp(from_cut, REACH, 0.0);
         let inner = Self::inner(site.across);
@@ -80,7 +80,7 @@ impl Mouth {
     }
 
     /// What the lips add to the point at `x`, `y`.
-    pub fn lips(&self, site: Site, x: f64, y: f64) -> DVec3 {
+    pub(crate) fn lips(&self, site: Site, x: f64, y: f64) -> DVec3 {
         let side = x.abs();
         if side > 5.0 || !(-9.5..-3.5).contains(&y) {
             return DVec3::ZERO;

@@ -2,7 +2,7 @@
 use crate::curve::{Curve, bell, pair, ramp, soft_max};
 
 #[derive(Debug)]
-pub struct Nose {
+pub(super) struct Nose {
     /// Height of the ridge over the face, by y.
     ridge: Curve,
     /// Half its width.
@@ -10,7 +10,7 @@ pub struct Nose {
 }
 
 impl Nose {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             ridge: Curve::new(&[
                 [-5.0, 0.0],
@@ -44,7 +44,7 @@ impl Nose {
     }
 
     /// Its height along z.
-    pub fn height(&self, x: f64, y: f64) -> f64 {
+    pub(super) fn height(&self, x: f64, y: f64) -> f64 {
         if !(-5.6..2.6).contains(&y) {
             return 0.0;
         }
@@ -61,7 +61,7 @@ impl Nose {
     }
 
     /// How far the tip hangs over the lip, along y.
-    pub fn droop(&self, x: f64, y: f64) -> f64 {
+    pub(super) fn droop(&self, x: f64, y: f64) -> f64 {
         -0.22 * bell(x, 0.0, 0.9) * bell(y, -3.7, 0.5)
     }
 }

@@ -1,7 +1,7 @@
 //! OBJ out.
 
 use super::check::check;
-use rhytid_core::{Materials, Mesh, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Materials, Mesh, Result};
 use std::io::Write;
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use std::path::Path;
 /// [`rhytid_core::Error::Io`]. Nothing is left behind then.
 pub fn write_obj(path: &Path, mesh: &Mesh) -> Result<()> {
     check(mesh, &path.display().to_string())?;
-    let mut file = WriteBeside::create(path)?;
+    let mut file = AtomicFile::create(path)?;
     let failed = file.error();
     write(&mut file, mesh).map_err(failed)?;
     file.finish()

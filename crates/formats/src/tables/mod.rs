@@ -2,7 +2,7 @@
 pub(crate) mod rows;
 pub(crate) mod text;
 
-use rhytid_core::{Error, Handles, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Handles, Result};
 use rows::Rows;
 use std::collections::HashMap;
 use std::io::Write;
@@ -99,7 +99,7 @@ pub(crate) fn write_checked(
         }
         Err(e) => return Err(refused(&e.to_string())),
     }
-    let mut file = WriteBeside::create(path)?;
+    let mut file = AtomicFile::create(path)?;
     file.write_all(bytes).map_err(file.error())?;
     file.finish()
 }

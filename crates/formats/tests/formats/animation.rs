@@ -6,11 +6,11 @@ use rhytid_formats::take::Missing;
 use std::path::Path;
 
 /// 7.038531e-26: that text, read as `f64` and rounded to `f32`, is its neighbour.
-pub const ROUNDED_TWICE: f32 = f32::from_bits(0x15ae_43fd);
+pub(crate) const ROUNDED_TWICE: f32 = f32::from_bits(0x15ae_43fd);
 
 /// Everything that an exporter is told.
 #[derive(Clone)]
-pub struct Animation {
+pub(crate) struct Animation {
     pub name: String,
     pub rest: Vec<[f32; 3]>,
     pub rest_normals: Vec<[f32; 3]>,
@@ -33,7 +33,7 @@ pub struct Animation {
 }
 
 impl Animation {
-    pub fn scene(&self) -> Scene<'_> {
+    pub(crate) fn scene(&self) -> Scene<'_> {
         Scene {
             name: &self.name,
             rest: &self.rest,
@@ -53,7 +53,7 @@ impl Animation {
         }
     }
 
-    pub fn frame(&self, i: usize) -> Frame<'_> {
+    pub(crate) fn frame(&self, i: usize) -> Frame<'_> {
         let [positions, normals] = &self.frames[i];
         Frame {
             positions,
@@ -62,11 +62,11 @@ impl Animation {
         }
     }
 
-    pub fn export(&self, path: &Path) -> Result<Written> {
+    pub(crate) fn export(&self, path: &Path) -> Result<Written> {
         self.export_with(path, &Options::default())
     }
 
-    pub fn export_with(&self, path: &Path, options: &Options) -> Result<Written> {
+    pub(crate) fn export_with(&self, path: &Path, options: &Options) -> Result<Written> {
         let mut exporter = animation::create(path, &self.scene(), options)?;
         for i in 0..self.frames.len() {
             exporter.frame(self.frame(i))?;
@@ -77,7 +77,7 @@ impl Animation {
 
 /// How texture coordinates are given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum UvKind {
+pub(crate) enum UvKind {
     None,
     PerVertex,
     PerCorner,
@@ -86,7 +86,7 @@ pub enum UvKind {
 }
 
 /// A sheet of 5 × 4 quads with a triangle and a pentagon at its rim and one vertex of no face, moving at random.
-pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
+pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut random = Random(seed);
     let mut faces = Faces::default();
     for y in 0..4 {
@@ -161,7 +161,7 @@ pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
 }
 
 /// The same with everything that a scene may have: velocities, materials with odd names, and a head that moves.
-pub fn with_everything(uvs: UvKind, frames: usize, seed: u64) -> Animation {
+pub(crate) fn with_everything(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut animation = animation(uvs, frames, seed);
     let mut random = Random(seed ^ 0xa5a5);
     let numbers = animation.rest.len() * 3;
@@ -186,17 +186,17 @@ fn fans(faces: &Faces) -> Vec<[u32; 3]> {
 }
 
 /// SplitMix64: the same numbers everywhere.
-pub struct Random(pub u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
     }
 
-    pub fn below(&mut self, n: u64) -> u64 {
+    pub(crate) fn below(&mut self, n: u64) -> u64 {
         self.bits() % n
     }
 
@@ -205,7 +205,7 @@ impl Random {
         (self.bits() >> 40) as f32 / (1 << 24) as f32
     }
 
-    pub fn vector(&mut self, size: f32) -> [f32; 3] {
+    pub(crate) fn vector(&mut self, size: f32) -> [f32; 3] {
         std::array::from_fn(|_| (self.unit() - 0.5) * size)
     }
 
@@ -230,7 +230,7 @@ impl Random {
     }
 
     /// Any finite number: every exponent is as likely.
-    pub fn finite(&mut self) -> f32 {
+    pub(crate) fn finite(&mut self) -> f32 {
         loop {
             let x = f32::from_bits(self.bits() as u32);
             if x.is_finite() {

@@ -15,7 +15,7 @@ const FRAMES: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// What grows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum What {
+pub(super) enum What {
     Vertices,
     Handles,
     Examples,
@@ -23,9 +23,9 @@ pub enum What {
 }
 
 impl What {
-    pub const ALL: [Self; 4] = [Self::Vertices, Self::Handles, Self::Examples, Self::Frames];
+    pub(super) const ALL: [Self; 4] = [Self::Vertices, Self::Handles, Self::Examples, Self::Frames];
 
-    pub fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Vertices => "vertices",
             Self::Handles => "handles",
@@ -37,7 +37,7 @@ impl What {
 
 /// A frame's time with one size changed.
 #[derive(Debug, Clone, Serialize)]
-pub struct Point {
+pub(super) struct Point {
     pub what: What,
     /// How large that size is.
     pub size: usize,
@@ -66,7 +66,7 @@ fn sizes(usual: Size, frames: usize) -> Vec<(What, Size, usize)> {
 ///
 /// # Errors
 /// [`Error::Cancelled`].
-pub fn measure(
+pub(super) fn measure(
     devices: &[DeviceInfo],
     usual: Size,
     options: UploadOptions,

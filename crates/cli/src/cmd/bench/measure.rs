@@ -12,7 +12,7 @@ const LIMIT: Duration = Duration::from_secs(10);
 
 /// A stage's time and bytes for one frame.
 #[derive(Debug, Clone, Serialize)]
-pub struct Measured {
+pub(super) struct Measured {
     pub stage: &'static str,
     pub ms: f64,
     pub bytes: f64,
@@ -22,7 +22,7 @@ pub struct Measured {
 
 /// A whole frame: from handle positions to positions and normals.
 #[derive(Debug, Clone, Serialize)]
-pub struct Whole {
+pub(super) struct Whole {
     pub ms: f64,
     pub bytes: f64,
     /// Of the processor's memory, measured in turns with the device: the median.
@@ -43,7 +43,7 @@ struct Rounds {
 ///
 /// # Errors
 /// The device's.
-pub fn measure(
+pub(super) fn measure(
     info: &DeviceInfo,
     rig: &Rig,
     options: UploadOptions,
@@ -74,7 +74,7 @@ pub fn measure(
 ///
 /// # Errors
 /// The device's.
-pub fn whole_frame(info: &DeviceInfo, rig: &Rig, options: UploadOptions) -> Result<f64> {
+pub(super) fn whole_frame(info: &DeviceInfo, rig: &Rig, options: UploadOptions) -> Result<f64> {
     rounds(info, rig, options, ROUNDS / 2, LIMIT / 4, || ()).map(|mut rounds| median(&mut rounds.wholes))
 }
 
@@ -121,7 +121,7 @@ fn rounds(
 
 /// The least that each stage has to read of the rig, once a batch, and to write and read of results that do not fit into caches, in bytes a
 /// frame. Triangles are not counted: how many bytes they take is a matter of order and encoding.
-pub fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
+pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let per_vertex = |constants: usize, results: usize| {
         (constants as f64 / options.max_frames as f64 + results as f64) * rig.vertices() as f64
     };

@@ -11,7 +11,7 @@ use measure::{Measured, Whole};
 use rhytid::conformance::{COMMIT, Memory};
 use rhytid::human;
 use rhytid::playback::find_device;
-use rhytid::{BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, WriteBeside, rig_file};
+use rhytid::{AtomicFile, BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, rig_file};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 use std::io::Write;
@@ -20,7 +20,7 @@ use std::io::Write;
 const CHAPTER: [f64; 4] = [4.0, 5.0, 13.0, 5.0];
 
 #[derive(Serialize)]
-struct Report {
+struct BenchReport {
     version: &'static str,
     commit: &'static str,
     threads: usize,
@@ -51,13 +51,13 @@ struct DeviceTimes {
 ///
 /// # Errors
 /// As reading a rig's; [`Error::Device`] if the device that was asked for is absent or fails; [`Error::Cancelled`].
-pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
+pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     let devices = match args.device.as_str() {
         "all" => rhytid::backends::devices().devices,
         id => vec![find_device(id)?],
     };
     // Now, so that minutes of measuring are not lost to a folder that is not there.
-    let chart = args.plot.as_deref().map(WriteBeside::create).transpose()?;
+    let chart = args.plot.as_deref().map(AtomicFile::create).transpose()?;
     let size = Size { vertices: args.vertices as usize, ..Size::CHAPTER };
     let rig = match &args.rig {
         Some(path) => rig_file::read(path)?,
@@ -65,7 +65,7 @@ pub fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     };
     let memory = Memory::new();
     let options = UploadOptions { max_frames: args.frames as usize, basis: args.storage.into() };
-    let mut report = Report {
+    let mut report = BenchReport {
         version: env!("CARGO_PKG_VERSION"),
         commit: COMMIT,
         threads: rayon::current_num_threads(),
@@ -135,7 +135,7 @@ impl DeviceTimes {
     }
 }
 
-impl Report {
+impl BenchReport {
     fn to_terminal(&self) -> String {
         let batch = if self.frames == 1 {
             "one frame".to_owned()

@@ -1,7 +1,7 @@
 //! The chart of a benchmark, as SVG.
 
 use super::growth::{Point, What};
-use super::{DeviceTimes, Report};
+use super::{BenchReport, DeviceTimes};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -40,7 +40,7 @@ type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 ///
 /// # Errors
 /// [`Error::Internal`] if `plotters` fails.
-pub fn svg(report: &Report) -> Result<String> {
+pub(super) fn svg(report: &BenchReport) -> Result<String> {
     let measured: Vec<&DeviceTimes> = report.devices.iter().filter(|d| d.whole.is_some()).collect();
     let bars = HEADING + measured.len() as u32 * BAR + BELOW;
     let grows = measured.iter().any(|device| !device.growth.is_empty());
@@ -64,7 +64,7 @@ pub fn svg(report: &Report) -> Result<String> {
     Ok(svg)
 }
 
-fn draw_bars(root: &Root, report: &Report, devices: &[&DeviceTimes]) -> Drawn {
+fn draw_bars(root: &Root, report: &BenchReport, devices: &[&DeviceTimes]) -> Drawn {
     let at = |x: i32, y: u32| (x, y as i32);
     let title = format!(
         "{} vertices, {} handles, {} centres, basis in {}: ms per frame, {}",

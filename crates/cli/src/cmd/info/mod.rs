@@ -50,7 +50,7 @@ struct HandlesInfo {
 ///
 /// # Errors
 /// [`Error::Input`] if the file is not whole or of no known kind; [`Error::Io`].
-pub fn run(args: &args::Info) -> Result<()> {
+pub(super) fn run(args: &args::Info) -> Result<()> {
     let file_bytes = std::fs::metadata(&args.file).map_err(Error::io(&args.file))?.len();
     let info = Info { file: args.file.display().to_string(), file_bytes, content: read(&args.file)? };
     if args.json {

@@ -6,7 +6,7 @@ use rhytid::{Bind, Face, StrainEdges, UpAxis};
 use serde::Serialize;
 
 #[derive(Serialize)]
-pub struct ProjectInfo {
+pub(super) struct ProjectInfo {
     pub name: String,
     metres_per_unit: f64,
     up: UpAxis,
@@ -24,7 +24,7 @@ pub struct ProjectInfo {
 }
 
 impl ProjectInfo {
-    pub fn of(face: Face) -> Self {
+    pub(super) fn of(face: Face) -> Self {
         Self {
             name: face.name,
             metres_per_unit: face.metres_per_unit,
@@ -46,7 +46,7 @@ impl ProjectInfo {
         }
     }
 
-    pub fn rows(&self) -> Vec<[String; 2]> {
+    pub(super) fn rows(&self) -> Vec<[String; 2]> {
         let unit = human::unit(self.metres_per_unit);
         let bending_length = match self.bending_length {
             Some(length) => format!("{} {unit}", human::number(length)),

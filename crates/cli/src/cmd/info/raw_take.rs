@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::path::Path;
 
 #[derive(Serialize)]
-pub struct RawTakeInfo {
+pub(super) struct RawTakeInfo {
     frames: usize,
     rate: f64,
     start: f64,
@@ -23,7 +23,7 @@ pub struct RawTakeInfo {
 }
 
 impl RawTakeInfo {
-    pub fn read(path: &Path) -> Result<Self> {
+    pub(super) fn read(path: &Path) -> Result<Self> {
         let RawTake { tracks, metres_per_unit, warnings, .. } = raw_take::read(path, None)?;
         let mut missing = vec![0; tracks.labels.len()];
         let is_missing = |p: &[f64; 3]| p[0].is_nan();
@@ -45,7 +45,7 @@ impl RawTakeInfo {
         })
     }
 
-    pub fn rows(&self) -> Vec<[String; 2]> {
+    pub(super) fn rows(&self) -> Vec<[String; 2]> {
         let missing: usize = self.missing.iter().sum();
         let share = missing as f64 / (self.frames * self.markers).max(1) as f64 * 100.0;
         let with_gaps = self.missing.iter().filter(|&&n| n > 0).count();

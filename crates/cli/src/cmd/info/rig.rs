@@ -6,7 +6,7 @@ use rhytid::{BasisStorage, Mesh, Rig, UpAxis};
 use serde::Serialize;
 
 #[derive(Serialize)]
-pub struct RigInfo {
+pub(super) struct RigInfo {
     pub name: String,
     metres_per_unit: f64,
     up: UpAxis,
@@ -27,7 +27,7 @@ pub struct RigInfo {
 }
 
 impl RigInfo {
-    pub fn of(rig: Rig) -> Self {
+    pub(super) fn of(rig: Rig) -> Self {
         let (device_bytes, device_bytes_per_frame) =
             (rhytid::playback::rig_bytes(&rig), rhytid::playback::frame_bytes(&rig));
         let f16_error = BasisStorage::F16.largest_error(&rig);
@@ -60,7 +60,7 @@ impl RigInfo {
         }
     }
 
-    pub fn rows(&self) -> Vec<[String; 2]> {
+    pub(super) fn rows(&self) -> Vec<[String; 2]> {
         let unit = human::unit(self.metres_per_unit);
         let mut rows = vec![row("units", format!("{unit}, {} up", up(self.up)))];
         rows.extend(self.shape.rows(&unit));

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// What meshes, rigs and projects have in common.
 #[derive(Serialize)]
-pub struct Shape {
+pub(super) struct Shape {
     vertices: usize,
     faces: usize,
     /// Number of faces by number of corners.
@@ -21,13 +21,13 @@ pub struct Shape {
 }
 
 #[derive(Serialize)]
-pub struct Bounds {
+pub(super) struct Bounds {
     min: [f64; 3],
     max: [f64; 3],
 }
 
 impl Shape {
-    pub fn of(mesh: &Mesh) -> Self {
+    pub(super) fn of(mesh: &Mesh) -> Self {
         let mut faces_by_corners = BTreeMap::new();
         for &corners in &mesh.faces.counts {
             *faces_by_corners.entry(corners).or_insert(0) += 1;
@@ -47,7 +47,7 @@ impl Shape {
         }
     }
 
-    pub fn rows(&self, unit: &str) -> Vec<[String; 2]> {
+    pub(super) fn rows(&self, unit: &str) -> Vec<[String; 2]> {
         let by_corners = self.faces_by_corners.iter().map(|(corners, &n)| match corners {
             3 => human::counted(n, "triangle"),
             4 => human::counted(n, "quad"),
@@ -76,16 +76,16 @@ impl From<[[f64; 3]; 2]> for Bounds {
 }
 
 impl Bounds {
-    pub fn text(&self, unit: &str) -> String {
+    pub(super) fn text(&self, unit: &str) -> String {
         format!("{} {unit}", human::bounds([self.min, self.max])).trim_end().to_owned()
     }
 }
 
-pub fn row(name: &str, value: String) -> [String; 2] {
+pub(super) fn row(name: &str, value: String) -> [String; 2] {
     [name.to_owned(), value]
 }
 
-pub fn up(axis: UpAxis) -> &'static str {
+pub(super) fn up(axis: UpAxis) -> &'static str {
     match axis {
         UpAxis::Y => "Y",
         UpAxis::Z => "Z",
@@ -93,7 +93,7 @@ pub fn up(axis: UpAxis) -> &'static str {
 }
 
 /// Number and names: `3: a, b, c`.
-pub fn list(names: &[String]) -> String {
+pub(super) fn list(names: &[String]) -> String {
     match names {
         [] => "none".to_owned(),
         names => format!("{}: {}", human::count(names.len()), names.join(", ")),

@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::path::Path;
 
 #[derive(Serialize)]
-pub struct TakeInfo {
+pub(super) struct TakeInfo {
     frames: usize,
     rate: f64,
     even: bool,
@@ -23,7 +23,7 @@ pub struct TakeInfo {
 }
 
 impl TakeInfo {
-    pub fn read(path: &Path) -> Result<Self> {
+    pub(super) fn read(path: &Path) -> Result<Self> {
         let whole = take::read(path, None, take::Missing::Error);
         let gaps = whole.is_err();
         // What is wrong apart from gaps is wrong again here.
@@ -42,7 +42,7 @@ impl TakeInfo {
         })
     }
 
-    pub fn rows(&self) -> Vec<[String; 2]> {
+    pub(super) fn rows(&self) -> Vec<[String; 2]> {
         let even = if self.even { "" } else { " on average, uneven: it is resampled when animated" };
         let mut rows = vec![
             row("frames", human::count(self.frames)),

@@ -1,7 +1,7 @@
 //! A small face as files, and what every refused command has in common.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
-pub mod raw;
+pub(crate) mod raw;
 
 use assert_cmd::Command;
 use std::fmt::Write;
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 /// A bumpy square sheet with five handles, one example and a take of 20 frames at 30 frames per second, in a
 /// folder of its own. `out/` is empty.
-pub struct Fixture {
+pub(crate) struct Fixture {
     dir: TempDir,
     side: usize,
 }
@@ -21,7 +21,7 @@ pub struct Fixture {
 const HANDLES: [(&str, usize, usize); 5] =
     [("left", 2, 10), ("right", 18, 10), ("top", 10, 18), ("bottom", 10, 2), ("middle", 10, 10)];
 
-pub const PROJECT: &str = r#"
+pub(crate) const PROJECT: &str = r#"
 [mesh]
 neutral = "neutral.obj"
 units = "cm"
@@ -41,12 +41,12 @@ max_influences = 16
 "#;
 
 impl Fixture {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::with_side(21)
     }
 
     /// A sheet of `side` × `side` vertices, 10 cm wide.
-    pub fn with_side(side: usize) -> Self {
+    pub(crate) fn with_side(side: usize) -> Self {
         let fixture = Self { dir: TempDir::new().unwrap(), side };
         std::fs::create_dir(fixture.path("poses")).unwrap();
         std::fs::create_dir(fixture.path("out")).unwrap();
@@ -60,31 +60,31 @@ impl Fixture {
         fixture
     }
 
-    pub fn path(&self, name: impl AsRef<Path>) -> PathBuf {
+    pub(crate) fn path(&self, name: impl AsRef<Path>) -> PathBuf {
         self.dir.path().join(name)
     }
 
-    pub fn read(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap()
     }
 
-    pub fn read_text(&self, name: &str) -> String {
+    pub(crate) fn read_text(&self, name: &str) -> String {
         String::from_utf8(self.read(name)).unwrap()
     }
 
-    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
         std::fs::write(self.path(name), content).unwrap();
     }
 
     /// Rewrites a file with `from` replaced, which must be there.
-    pub fn replace(&self, name: &str, from: &str, to: &str) {
+    pub(crate) fn replace(&self, name: &str, from: &str, to: &str) {
         let text = self.read_text(name);
         assert!(text.contains(from), "{name} has no {from:?}");
         self.write(name, text.replacen(from, to, 1));
     }
 
     /// Vertex index of handle `h`.
-    pub fn handle(&self, h: usize) -> usize {
+    pub(crate) fn handle(&self, h: usize) -> usize {
         let (_, x, y) = HANDLES[h];
         let at = |twentieths: usize| (twentieths * (self.side - 1) + 10) / 20;
         at(y) * self.side + at(x)
@@ -99,7 +99,7 @@ impl Fixture {
     }
 
     /// The sheet as OBJ with quads and texture coordinates.
-    pub fn obj(&self, pinch: f64) -> String {
+    pub(crate) fn obj(&self, pinch: f64) -> String {
         let n = self.side;
         let mut obj = String::from("# a sheet\n");
         for v in 0..n * n {
@@ -120,7 +120,7 @@ impl Fixture {
     }
 
     /// The sheet's neutral as binary little-endian PLY.
-    pub fn ply(&self) -> Vec<u8> {
+    pub(crate) fn ply(&self) -> Vec<u8> {
         let n = self.side;
         let mut ply = format!(
             "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
@@ -143,7 +143,7 @@ impl Fixture {
     }
 
     /// A take in which the sheet is pinched and let go.
-    pub fn take(&self, frames: usize) -> String {
+    pub(crate) fn take(&self, frames: usize) -> String {
         let mut csv = String::from("time");
         for (label, ..) in HANDLES {
             write!(csv, ",{label}_x,{label}_y,{label}_z").unwrap();
@@ -160,21 +160,21 @@ impl Fixture {
     }
 
     /// `rhytid` with the fixture's folder as its working folder.
-    pub fn rhytid(&self, args: &str) -> Command {
+    pub(crate) fn rhytid(&self, args: &str) -> Command {
         let mut command = rhytid(args);
         command.current_dir(self.dir.path());
         command
     }
 
     /// Runs a command that must succeed; returns what it printed.
-    pub fn done(&self, args: &str) -> String {
+    pub(crate) fn done(&self, args: &str) -> String {
         let output = self.rhytid(args).output().unwrap();
         assert!(output.status.success(), "{args}: {}", stderr(&output));
         String::from_utf8(output.stdout).unwrap()
     }
 
     /// Runs a command that must be refused: exit code 2, one sentence with all of `words`, `out/` still empty.
-    pub fn refused(&self, args: &str, words: &[&str]) -> String {
+    pub(crate) fn refused(&self, args: &str, words: &[&str]) -> String {
         let output = self.rhytid(args).output().unwrap();
         let sentence = assert_refused(&output, words);
         self.assert_nothing_written();
@@ -182,18 +182,18 @@ impl Fixture {
     }
 
     /// `solve` must be refused.
-    pub fn solve_refused(&self, words: &[&str]) -> String {
+    pub(crate) fn solve_refused(&self, words: &[&str]) -> String {
         self.refused("solve face.toml -o out/face.safetensors", words)
     }
 
     /// Neither a file nor a temporary one.
-    pub fn assert_nothing_written(&self) {
+    pub(crate) fn assert_nothing_written(&self) {
         assert_eq!(list(&self.path("out")), Vec::<String>::new());
     }
 }
 
 /// `rhytid` with arguments separated by blanks.
-pub fn rhytid(args: &str) -> Command {
+pub(crate) fn rhytid(args: &str) -> Command {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("rhytid");
     command.args(args.split_whitespace()).env_remove("RUST_LOG").env_remove("RUST_BACKTRACE");
     // What `--device auto` remembers: not the user's, and shared by the tests. What drivers have compiled is in one place even
@@ -205,7 +205,7 @@ pub fn rhytid(args: &str) -> Command {
 }
 
 /// A folder with what the smallest demo writes, made once for all tests.
-pub fn demo() -> &'static Path {
+pub(crate) fn demo() -> &'static Path {
     static DEMO: OnceLock<TempDir> = OnceLock::new();
     DEMO.get_or_init(|| {
         let folder = TempDir::new().unwrap();
@@ -216,12 +216,12 @@ pub fn demo() -> &'static Path {
     .path()
 }
 
-pub fn stderr(output: &Output) -> String {
+pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// Asserts exit code 2 and exactly one `error:` sentence, in which all of `words` occur; returns it.
-pub fn assert_refused(output: &Output, words: &[&str]) -> String {
+pub(crate) fn assert_refused(output: &Output, words: &[&str]) -> String {
     let text = stderr(output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(!text.contains("panicked") && !text.contains("internal error"), "{text}");
@@ -235,7 +235,7 @@ pub fn assert_refused(output: &Output, words: &[&str]) -> String {
 }
 
 /// The names in a folder, hidden ones too, in order.
-pub fn list(dir: &Path) -> Vec<String> {
+pub(crate) fn list(dir: &Path) -> Vec<String> {
     let names = std::fs::read_dir(dir).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     let mut names: Vec<String> = names.collect();
     names.sort();
@@ -243,7 +243,7 @@ pub fn list(dir: &Path) -> Vec<String> {
 }
 
 /// Bytes that look like nothing, the same ones every time.
-pub fn garbage(len: usize) -> Vec<u8> {
+pub(crate) fn garbage(len: usize) -> Vec<u8> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let next = || {
         state ^= state << 13;
@@ -255,7 +255,7 @@ pub fn garbage(len: usize) -> Vec<u8> {
 }
 
 /// The keys that docs/cli.md promises for `what`: those in the first column of the table under that heading.
-pub fn documented(what: &str) -> Vec<String> {
+pub(crate) fn documented(what: &str) -> Vec<String> {
     let page = include_str!("../../../../../docs/cli.md");
     let heading = format!("\n#### {what}\n");
     let section = page.split_once(&heading).unwrap_or_else(|| panic!("no section {what}")).1;
@@ -265,7 +265,7 @@ pub fn documented(what: &str) -> Vec<String> {
 }
 
 /// Asserts that an object has exactly the documented keys.
-pub fn assert_documented(value: &serde_json::Value, what: &str) {
+pub(crate) fn assert_documented(value: &serde_json::Value, what: &str) {
     let mut promised = documented(what);
     promised.sort();
     let mut found: Vec<&String> = value.as_object().unwrap().keys().collect();

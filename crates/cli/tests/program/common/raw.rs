@@ -8,19 +8,19 @@ use std::process::Output;
 use tempfile::TempDir;
 
 /// Of the marker `j` in frame `f`, in millimetres with Z up; `None` where it was not seen.
-pub type Sample<'a> = &'a dyn Fn(usize, usize, [f64; 3]) -> Option<[f64; 3]>;
+pub(crate) type Sample<'a> = &'a dyn Fn(usize, usize, [f64; 3]) -> Option<[f64; 3]>;
 
-pub fn rig() -> PathBuf {
+pub(crate) fn rig() -> PathBuf {
     demo().join("face.safetensors")
 }
 
 /// What the raw takes are made of.
-pub fn truth() -> Take {
+pub(crate) fn truth() -> Take {
     read(&demo().join("performance.csv"), None, Missing::Error).unwrap()
 }
 
 /// A TRC file's parts, to be spoilt before it is written.
-pub struct Raw {
+pub(crate) struct Raw {
     pub folder: TempDir,
     pub labels: Vec<String>,
     pub rate: &'static str,
@@ -30,19 +30,19 @@ pub struct Raw {
 
 impl Raw {
     /// The performance, with the head turning and four markers of a cap behind those of the handles.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let take = truth();
         let frames = take.frames();
         let labels = take.labels.into_iter().chain((0..4).map(|i| format!("cap{i}"))).collect();
         Self { folder: TempDir::new().unwrap(), labels, rate: "30", units: "mm", frames }
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Writes `raw.trc`.
-    pub fn write(&self, sample: Sample<'_>) {
+    pub(crate) fn write(&self, sample: Sample<'_>) {
         const CAP: [[f64; 3]; 4] =
             [[0.0, 14.0, 5.0], [7.0, 10.0, -1.0], [-7.0, 10.0, -1.0], [0.0, 16.0, -4.0]];
         let (take, frames) = (truth(), self.frames);
@@ -72,13 +72,13 @@ impl Raw {
     }
 
     /// Runs `prepare` on it with these options; `clean.csv` comes out.
-    pub fn prepare(&self, options: &str) -> Output {
+    pub(crate) fn prepare(&self, options: &str) -> Output {
         let [raw, out] = ["raw.trc", "clean.csv"].map(|name| self.path(name).display().to_string());
         rhytid(&format!("prepare {raw} --rig {} -o {out} {options}", rig().display())).output().unwrap()
     }
 
     /// As [`Raw::prepare`], which must succeed: the clean take, what was warned of, and the report.
-    pub fn prepared(&self, options: &str) -> (Take, String, serde_json::Value) {
+    pub(crate) fn prepared(&self, options: &str) -> (Take, String, serde_json::Value) {
         let report = self.path("report");
         let output = self.prepare(&format!("{options} --report {}", report.display()));
         assert!(output.status.success(), "{}", stderr(&output));
@@ -89,7 +89,7 @@ impl Raw {
 }
 
 /// By how many millimetres a marker is off in a frame.
-pub fn off(found: &Take, truth: &Take, marker: usize, frame: usize) -> f64 {
+pub(crate) fn off(found: &Take, truth: &Take, marker: usize, frame: usize) -> f64 {
     let i = frame * truth.labels.len() + marker;
     let pairs = found.positions[i].iter().zip(&truth.positions[i]);
     10.0 * pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()

@@ -14,14 +14,14 @@ use std::sync::{Mutex, PoisonError};
 
 /// Some frames of a face, as the library evaluates them, and a folder for what the program makes of them: each file once, for
 /// all tests.
-pub struct Animation {
+pub(super) struct Animation {
     pub rig: Rig,
     pub frames: Frames,
     /// frames × 3V, in mesh units.
     pub positions: Vec<f32>,
     /// frames × 3V.
     pub normals: Vec<f32>,
-    /// How the head stands in each frame; `None` where the take does not say.
+    /// The head pose in each frame; `None` where the take does not say.
     pub head: Option<Vec<RigidMotion>>,
     dir: PathBuf,
     /// What is there of the files.
@@ -31,7 +31,7 @@ pub struct Animation {
 
 impl Animation {
     /// Solves the face and evaluates the frames `range` of the take.
-    pub fn new(face: &Face, take: &Take, range: Range<usize>) -> Self {
+    pub(super) fn new(face: &Face, take: &Take, range: Range<usize>) -> Self {
         // Where the next run's replaces it: what is made for all tests is dropped by none.
         let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("oracles").join(&face.name);
         let _ = std::fs::remove_dir_all(&dir);
@@ -64,7 +64,7 @@ impl Animation {
 
     /// Has the program write a file, on the device that the library evaluates on; returns its path. A file's name stands for its
     /// options.
-    pub fn export(&self, file: &str, options: &str) -> PathBuf {
+    pub(super) fn export(&self, file: &str, options: &str) -> PathBuf {
         let path = self.dir.join(file);
         let mut exported = self.exported.lock().unwrap_or_else(PoisonError::into_inner);
         if !exported.insert(file.to_owned()) && path.exists() {
@@ -78,13 +78,13 @@ impl Animation {
     }
 
     /// Where the vertices are in the world in a frame, counted from the first: metres, with `up` as the up axis.
-    pub fn metres(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
+    pub(super) fn metres(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
         let metres = |p| self.turned(p, up).map(|x| x * self.rig.metres_per_unit);
         self.in_world(&self.positions, frame, 1.0).map(metres).collect()
     }
 
     /// The normals in the world in a frame, counted from the first, with `up` as the up axis.
-    pub fn normals(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
+    pub(super) fn normals(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
         self.in_world(&self.normals, frame, 0.0).map(|n| self.turned(n, up)).collect()
     }
 
@@ -110,6 +110,6 @@ impl Animation {
     }
 }
 
-pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }

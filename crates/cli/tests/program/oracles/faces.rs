@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 /// The demo's face as it comes: Y up, in centimetres, a texture coordinate per vertex. Its brows rise.
-pub fn demo() -> &'static Animation {
+pub(super) fn demo() -> &'static Animation {
     static DEMO: OnceLock<Animation> = OnceLock::new();
     DEMO.get_or_init(|| {
         let face = rhytid_demo::face(2000);
@@ -19,7 +19,7 @@ pub fn demo() -> &'static Animation {
 
 /// The demo's face with Z up, in millimetres, with its texture cut down the middle, where glTF doubles vertices, and on
 /// a head that turns and moves.
-pub fn other_axes_and_units() -> &'static Animation {
+pub(super) fn other_axes_and_units() -> &'static Animation {
     static OTHER: OnceLock<Animation> = OnceLock::new();
     OTHER.get_or_init(make_other)
 }
@@ -69,7 +69,7 @@ fn cut(uvs: &Uvs, vertices: &[u32], chosen: &[bool]) -> Uvs {
 }
 
 /// The real head, where the test data is there: many parts, seams, quads among triangles; two seconds of its take.
-pub fn real_head() -> Option<&'static Animation> {
+pub(super) fn real_head() -> Option<&'static Animation> {
     static HEAD: OnceLock<Animation> = OnceLock::new();
     let data = shared("data")?;
     Some(HEAD.get_or_init(|| make_head(&data)))

@@ -8,7 +8,7 @@ use std::process::Command;
 use tempfile::TempDir;
 
 /// Frames of files, for the programs that show frames.
-pub struct Frames {
+pub(super) struct Frames {
     /// Frames per second.
     pub rate: f64,
     /// The time code of the files' first frame.
@@ -18,7 +18,7 @@ pub struct Frames {
 }
 
 /// What a program shows of a file.
-pub struct Shown {
+pub(super) struct Shown {
     /// The original's vertex number of each vertex, if the file says.
     pub ids: Option<Vec<u32>>,
     /// For each frame, where each vertex is: metres, in the program's axes.
@@ -32,7 +32,7 @@ pub struct Shown {
 }
 
 /// What USD reads from a file.
-pub struct Read {
+pub(super) struct Read {
     /// The animated attributes: their time codes and the bytes of all samples, by name.
     pub samples: BTreeMap<String, (Vec<f64>, Vec<u8>)>,
     /// The scene as text.
@@ -40,14 +40,14 @@ pub struct Read {
 }
 
 /// What Blender shows, Z up.
-pub fn blender(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
+pub(super) fn blender(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
     let python = installed("venv-blender/bin/python");
     let (report, out) = ask(Command::new(python).arg(program("blender.py")), frames.job(files));
     shown(&report, frames, out.path())
 }
 
 /// What three.js shows, Y up.
-pub fn three(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
+pub(super) fn three(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
     let mut job = frames.job(files);
     job["modules"] = json!(installed("node/node_modules/three"));
     let (report, out) = ask(Command::new("node").arg(program("three.mjs")), job);
@@ -55,7 +55,7 @@ pub fn three(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
 }
 
 /// What the USD of an environment under `target/` reads, which must be of `version`.
-pub fn usd(environment: &str, version: [u64; 3], files: &[PathBuf]) -> Vec<Read> {
+pub(super) fn usd(environment: &str, version: [u64; 3], files: &[PathBuf]) -> Vec<Read> {
     let python = installed(&format!("{environment}/bin/python"));
     let (report, out) = ask(Command::new(python).arg(program("usd.py")), json!({ "files": files }));
     assert_eq!(report["version"], json!(version), "{environment} has another USD; run `cargo xtask setup`");

@@ -26,13 +26,13 @@ const GROUP: usize = 32;
 
 /// The multiplier of a vertex in a frame.
 #[derive(Clone, Copy)]
-pub struct Pull {
+pub(super) struct Pull {
     frame: u32,
     u: [f32; 3],
 }
 
 /// Vertices near the bound or beyond it.
-pub struct Active {
+pub(super) struct Active {
     /// In ascending order.
     pub vertices: Vec<usize>,
     /// Their columns of Y, 3F numbers each.
@@ -63,7 +63,7 @@ struct Part {
 ///
 /// # Errors
 /// As [`eigen`].
-pub fn improve(fit: &mut Fit, active: &Active, bound: f32) -> Result<()> {
+pub(super) fn improve(fit: &mut Fit, active: &Active, bound: f32) -> Result<()> {
     let n = fit.q.ncols();
     let mut t: Vec<f32> =
         active.vertices.iter().flat_map(|&v| &fit.t[3 * v * n..][..3 * n]).copied().collect();

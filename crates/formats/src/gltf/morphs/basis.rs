@@ -14,7 +14,7 @@ use rhytid_core::Result;
 const STEPS: usize = 200;
 
 /// `Y ≈ W T`; the first column of W is 1.
-pub struct Basis {
+pub(super) struct Basis {
     /// The orthonormal columns of the fit, F×n.
     pub q: Mat<f64>,
     /// n×n: T is this times Qᵀ Y.
@@ -29,7 +29,7 @@ pub struct Basis {
 ///
 /// # Errors
 /// As [`eigen`].
-pub fn turn(fit: Fit) -> Result<Basis> {
+pub(super) fn turn(fit: Fit) -> Result<Basis> {
     let Fit { q, mut t, .. } = fit;
     let n = q.ncols();
     let l = cholesky(&moment(&q, &design(&q)));

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use rhytid_core::Result;
 
 /// Times that all vertices are looked at.
-pub const ROUNDS: usize = 16;
+pub(super) const ROUNDS: usize = 16;
 /// Vertices with an error above this part of the bound are looked at in every iteration.
 const NEAR: f32 = 0.75;
 /// Memory for these, in bytes. If more vertices are beyond the bound, there are too few columns.
@@ -29,7 +29,7 @@ const ACTIVE_BYTES: usize = 1 << 30;
 
 /// A factorisation `Y ≈ Q T`.
 #[derive(Clone)]
-pub struct Fit {
+pub(super) struct Fit {
     /// F×n, orthonormal, the first column constant. The others explain the less the further behind they are.
     pub q: Mat<f64>,
     /// Column-major n×3V.
@@ -43,13 +43,13 @@ impl Fit {
     ///
     /// # Errors
     /// [`rhytid_core::Error::Io`].
-    pub fn on(frames: &mut Frames, gram: &Gram, q: Mat<f64>) -> Result<Self> {
+    pub(super) fn on(frames: &mut Frames, gram: &Gram, q: Mat<f64>) -> Result<Self> {
         let t = project(frames, Attribute::Positions, &gram.center, &q)?;
         Ok(Self { q, t, pulls: vec![Vec::new(); frames.vertices()] })
     }
 
     /// The first n columns. The multipliers stay: what was hard to reach stays so.
-    pub fn first(&self, n: usize) -> Self {
+    pub(super) fn first(&self, n: usize) -> Self {
         let t = self.t.chunks(self.q.ncols()).flat_map(|t| &t[..n]).copied().collect();
         Self { q: self.q.subcols(0, n).to_owned(), t, pulls: self.pulls.clone() }
     }
@@ -60,7 +60,7 @@ impl Fit {
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`], and what `tick` returns.
-pub fn fit(
+pub(super) fn fit(
     frames: &mut Frames,
     gram: &Gram,
     mut fit: Fit,
@@ -94,7 +94,12 @@ fn stalled(history: &[usize]) -> bool {
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
-pub fn project(frames: &mut Frames, attribute: Attribute, center: &[f32], q: &Mat<f64>) -> Result<Vec<f32>> {
+pub(super) fn project(
+    frames: &mut Frames,
+    attribute: Attribute,
+    center: &[f32],
+    q: &Mat<f64>,
+) -> Result<Vec<f32>> {
     let (f, n) = (q.nrows(), q.ncols());
     let q = narrow(q);
     let mut t = vec![0.0; n * 3 * frames.vertices()];
@@ -114,7 +119,7 @@ pub fn project(frames: &mut Frames, attribute: Attribute, center: &[f32], q: &Ma
 }
 
 /// In float32.
-pub fn narrow(m: &Mat<f64>) -> Mat<f32> {
+pub(super) fn narrow(m: &Mat<f64>) -> Mat<f32> {
     Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] as f32)
 }
 
@@ -159,7 +164,7 @@ fn examine(frames: &mut Frames, gram: &Gram, fit: &Fit, bound: f32) -> Result<Ac
 }
 
 /// Q times columns of T: F numbers each.
-pub fn combine(q: &Mat<f32>, t: &[f32]) -> Vec<f32> {
+pub(super) fn combine(q: &Mat<f32>, t: &[f32]) -> Vec<f32> {
     let (f, n) = (q.nrows(), q.ncols());
     let columns = t.len() / n;
     let mut m = vec![0.0; f * columns];
@@ -170,7 +175,7 @@ pub fn combine(q: &Mat<f32>, t: &[f32]) -> Vec<f32> {
 }
 
 /// The squared distances of a vertex (3F numbers, component by component) from where it should be, for each frame.
-pub fn distances(y: &[f32], m: &[f32], squares: &mut [f32]) {
+pub(super) fn distances(y: &[f32], m: &[f32], squares: &mut [f32]) {
     let f = squares.len();
     for (c, (y, m)) in y.chunks_exact(f).zip(m.chunks_exact(f)).enumerate() {
         for ((square, y), m) in squares.iter_mut().zip(y).zip(m) {
@@ -181,7 +186,7 @@ pub fn distances(y: &[f32], m: &[f32], squares: &mut [f32]) {
 }
 
 /// T Tᵀ.
-pub fn outer(t: &[f32], n: usize) -> Mat<f64> {
+pub(super) fn outer(t: &[f32], n: usize) -> Mat<f64> {
     let mut sum = Mat::zeros(n, n);
     for part in t.chunks(64 * 3 * TASK * n) {
         let sums: Vec<Mat<f64>> = part
@@ -200,7 +205,7 @@ pub fn outer(t: &[f32], n: usize) -> Mat<f64> {
 }
 
 /// `T ← turn T`.
-pub fn follow(t: &mut [f32], turn: &Mat<f64>, n: usize) {
+pub(super) fn follow(t: &mut [f32], turn: &Mat<f64>, n: usize) {
     let turn = narrow(turn);
     t.par_chunks_mut(3 * TASK * n).for_each(|t| {
         let turned = combine(&turn, t);

@@ -13,14 +13,14 @@ use std::path::{Path, PathBuf};
 const BLOCK_BYTES: usize = 1 << 27;
 
 /// Vertices that one task works on. Sums over tasks are taken in order, so that threads do not matter.
-pub const TASK: usize = 256;
+pub(super) const TASK: usize = 256;
 
 /// Frames read before they are put in their columns.
 const ROWS: usize = 16;
 
 /// The frames of an animation, kept in a file: memory does not grow with their number.
 #[derive(Debug)]
-pub struct Frames {
+pub(crate) struct Frames {
     spool: File,
     path: PathBuf,
     vertices: usize,
@@ -29,7 +29,7 @@ pub struct Frames {
 }
 
 /// What all components of all vertices have in common between two frames.
-pub struct Gram {
+pub(crate) struct Gram {
     /// F×F, `Σ y_i · y_j` over vertices, y being the positions less their mean over the frames.
     pub matrix: Mat<f64>,
     /// 3V, that mean, as float32.
@@ -40,13 +40,13 @@ pub struct Gram {
 
 /// Which attribute of the frames to read.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Attribute {
+pub(crate) enum Attribute {
     Positions,
     Normals,
 }
 
 /// Some vertices in all frames.
-pub struct Block {
+pub(crate) struct Block {
     /// How many vertices.
     pub count: usize,
     /// Component by component, each with its F frames.
@@ -55,8 +55,8 @@ pub struct Block {
 
 impl Frames {
     /// Frames of `vertices` vertices, with normals or without. `spool` is an empty file that only this uses
-    /// (`WriteBeside::spool`); `path` is the output, for messages.
-    pub fn new(spool: File, path: &Path, vertices: usize, normals: bool) -> Self {
+    /// (`AtomicFile::spool`); `path` is the output, for messages.
+    pub(crate) fn new(spool: File, path: &Path, vertices: usize, normals: bool) -> Self {
         Self { spool, path: path.to_owned(), vertices, normals, frames: 0 }
     }
 
@@ -65,7 +65,7 @@ impl Frames {
     ///
     /// # Errors
     /// [`Error::Internal`] if a length is wrong; [`Error::Io`].
-    pub fn push(&mut self, positions: &[f32], normals: Option<&[f32]>) -> Result<()> {
+    pub(crate) fn push(&mut self, positions: &[f32], normals: Option<&[f32]>) -> Result<()> {
         let numbers = self.vertices * 3;
         if positions.len() != numbers || normals.map(<[f32]>::len) != self.normals.then_some(numbers) {
             return Err(Error::Internal("a frame has another number of vertices than its mesh".into()));
@@ -78,27 +78,27 @@ impl Frames {
     }
 
     /// The output's name.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// V.
-    pub fn vertices(&self) -> usize {
+    pub(crate) fn vertices(&self) -> usize {
         self.vertices
     }
 
     /// F.
-    pub fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         self.frames
     }
 
     /// Whether the frames have normals.
-    pub fn has_normals(&self) -> bool {
+    pub(crate) fn has_normals(&self) -> bool {
         self.normals
     }
 
     /// How many vertices a block has; the last one may have fewer.
-    pub fn block_vertices(&self) -> usize {
+    pub(crate) fn block_vertices(&self) -> usize {
         (BLOCK_BYTES / (12 * self.frames.max(1))).next_multiple_of(TASK).min(self.vertices.max(1))
     }
 
@@ -106,7 +106,7 @@ impl Frames {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn block(&mut self, attribute: Attribute, first: usize, center: &[f32]) -> Result<Block> {
+    pub(crate) fn block(&mut self, attribute: Attribute, first: usize, center: &[f32]) -> Result<Block> {
         let count = self.block_vertices().min(self.vertices - first);
         let (frames, columns) = (self.frames, 3 * count);
         let center = &center[3 * first..][..columns];
@@ -131,7 +131,7 @@ impl Frames {
     }
 
     /// The first vertices of all blocks.
-    pub fn blocks(&self) -> impl Iterator<Item = usize> + use<> {
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = usize> + use<> {
         (0..self.vertices).step_by(self.block_vertices())
     }
 
@@ -139,7 +139,7 @@ impl Frames {
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Cancelled`].
-    pub fn gram(&mut self, progress: &dyn Progress) -> Result<Gram> {
+    pub(crate) fn gram(&mut self, progress: &dyn Progress) -> Result<Gram> {
         let frames = self.frames;
         let mut matrix = Mat::zeros(frames, frames);
         let mut center = Vec::with_capacity(3 * self.vertices);

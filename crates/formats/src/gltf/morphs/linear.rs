@@ -7,7 +7,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use rhytid_core::{Error, Result};
 
 /// Eigenvalues with their vectors as columns, the largest first.
-pub struct Eigen {
+pub(super) struct Eigen {
     pub values: Vec<f64>,
     pub vectors: Mat<f64>,
 }
@@ -16,7 +16,7 @@ pub struct Eigen {
 ///
 /// # Errors
 /// [`Error::Internal`] if the iteration does not converge.
-pub fn eigen(matrix: &Mat<f64>) -> Result<Eigen> {
+pub(super) fn eigen(matrix: &Mat<f64>) -> Result<Eigen> {
     let n = matrix.nrows();
     if n == 0 {
         return Ok(Eigen { values: Vec::new(), vectors: Mat::zeros(0, 0) });
@@ -39,7 +39,7 @@ pub fn eigen(matrix: &Mat<f64>) -> Result<Eigen> {
 }
 
 /// `a b`.
-pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+pub(super) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let mut result = Mat::zeros(a.nrows(), b.ncols());
     matmul(result.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
     result
@@ -47,7 +47,7 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
 
 /// The orthonormal columns of `first`, then what is new in the columns of `from`: orthonormal, at most `most` in all.
 /// Columns that add nothing are left out.
-pub fn extend<'a>(
+pub(super) fn extend<'a>(
     first: &Mat<f64>,
     from: impl Iterator<Item = faer::ColRef<'a, f64>>,
     most: usize,
@@ -85,7 +85,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 ///
 /// # Errors
 /// As [`eigen`].
-pub fn principal(gram: &Mat<f64>) -> Result<Eigen> {
+pub(super) fn principal(gram: &Mat<f64>) -> Result<Eigen> {
     let n = gram.nrows();
     let Eigen { values, vectors } = eigen(gram)?;
     let constant = Mat::from_fn(n, 1, |_, _| 1.0 / (n as f64).sqrt());

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use rhytid_core::Result;
 
 /// What a reader computes positions from.
-pub struct Stored<'a> {
+pub(super) struct Stored<'a> {
     pub scale: f32,
     pub translation: [f32; 3],
     pub base: &'a Values,
@@ -22,7 +22,7 @@ pub struct Stored<'a> {
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
-pub fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst, f64)> {
+pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst, f64)> {
     let (f, k) = (frames.frames(), stored.targets.len());
     let scale = f64::from(stored.scale);
     let weights = Mat::from_fn(f, k, |i, j| f64::from(stored.weights[i * k + j]));

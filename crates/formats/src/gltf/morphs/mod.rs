@@ -27,13 +27,13 @@ mod search;
 #[cfg(test)]
 mod tests;
 
-pub use frames::Frames;
+pub(super) use frames::Frames;
 
 use rhytid_core::{Error, Progress, Result};
 
 /// What to aim at.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub(super) struct Settings {
     /// The furthest any vertex may be from its place in any frame, in mesh units; positive and finite.
     pub max_error: f64,
     /// More targets than this are refused; `usize::MAX` for no limit.
@@ -45,7 +45,7 @@ pub struct Settings {
 /// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to four
 /// bytes in the file.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Values {
+pub(super) enum Values {
     /// Component type 5126.
     F32(Vec<f32>),
     /// Component type 5122, normalised: n stands for n / 32767. Never −32768.
@@ -67,7 +67,7 @@ impl Values {
 
 /// One morph target.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Target {
+pub(super) struct Target {
     /// Offsets of the positions, in units of the node's scale.
     pub positions: Values,
     /// Offsets of the normals, where the frames had normals.
@@ -76,7 +76,7 @@ pub struct Target {
 
 /// Where the result is furthest from what came in.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Worst {
+pub(super) struct Worst {
     /// In mesh units; an upper bound for a reader that computes in float32.
     pub error: f64,
     /// Counted from 0.
@@ -87,7 +87,7 @@ pub struct Worst {
 
 /// A base mesh, targets and weights; the module has the equation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Morphs {
+pub(super) struct Morphs {
     /// The node's scale, the same along each axis; 1 without quantisation.
     pub scale: f32,
     /// The node's translation; 0 without quantisation.
@@ -120,7 +120,7 @@ impl Frames {
     /// # Errors
     /// [`Error::Input`] if there is no frame or no vertex, if more than `settings.most_targets` are needed, or if the
     /// bound is finer than float32 allows; [`Error::Io`]; [`Error::Cancelled`].
-    pub fn compress(mut self, settings: &Settings, progress: &dyn Progress) -> Result<Morphs> {
+    pub(super) fn compress(mut self, settings: &Settings, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
             return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));

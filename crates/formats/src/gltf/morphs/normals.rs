@@ -11,7 +11,7 @@ use rhytid_core::Result;
 const SHORTEST: f64 = 0.25;
 
 /// Normals as combinations of the basis's columns.
-pub struct Normals {
+pub(super) struct Normals {
     /// Column-major n×3V.
     t: Vec<f32>,
     spans: Vec<Span>,
@@ -26,7 +26,7 @@ impl Normals {
     ///
     /// # Errors
     /// [`rhytid_core::Error::Io`].
-    pub fn fit(frames: &mut Frames, basis: &Basis, spans: &[Span]) -> Result<Self> {
+    pub(super) fn fit(frames: &mut Frames, basis: &Basis, spans: &[Span]) -> Result<Self> {
         let n = spans.len() + 1;
         let zero = vec![0.0; 3 * frames.vertices()];
         let mut t = project(frames, Attribute::Normals, &zero, &basis.q)?;
@@ -60,12 +60,12 @@ impl Normals {
     }
 
     /// The largest offset of target k at the full range of its weights.
-    pub fn reach(&self, k: usize) -> f64 {
+    pub(super) fn reach(&self, k: usize) -> f64 {
         self.reach[k]
     }
 
     /// The offsets of target k, whose weights end at `top`.
-    pub fn target(&self, k: usize, top: f64, quantize: bool) -> Values {
+    pub(super) fn target(&self, k: usize, top: f64, quantize: bool) -> Values {
         let offsets = self.components().map(|i| self.offset(i, k) / top);
         if quantize && self.reach(k) <= top {
             Values::I8(offsets.map(to_i8).collect())
@@ -75,7 +75,7 @@ impl Normals {
     }
 
     /// The unit normals of the base mesh; (0, 0, 1) where there is none.
-    pub fn base(&self, quantize: bool) -> Values {
+    pub(super) fn base(&self, quantize: bool) -> Values {
         let unit = self.base.iter().flat_map(|&n| {
             let l = length(n);
             if l > 1e-6 { n.map(|x| x / l) } else { [0.0, 0.0, 1.0] }

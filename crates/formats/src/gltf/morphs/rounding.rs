@@ -24,7 +24,7 @@ const SHARE_OF_BASE: f64 = 0.05;
 /// A column of the basis's weights as `zero + range · w` with w from 0 to 1. The range is negative where that leaves
 /// the base mesh, at w = 0, closer to the mean.
 #[derive(Clone, Copy)]
-pub struct Span {
+pub(super) struct Span {
     pub zero: f64,
     pub range: f64,
 }
@@ -50,7 +50,7 @@ struct Positions {
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Cancelled`].
-pub fn round(
+pub(super) fn round(
     frames: &mut Frames,
     gram: &Gram,
     basis: &Basis,
@@ -209,6 +209,6 @@ fn to_i16(x: f64) -> i16 {
 }
 
 /// The normalised 8-bit integer nearest to x.
-pub fn to_i8(x: f64) -> i8 {
+pub(super) fn to_i8(x: f64) -> i8 {
     (x * 127.0).round().clamp(-127.0, 127.0) as i8
 }

@@ -20,7 +20,7 @@ const FITS: usize = 8;
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
-pub fn fewest(
+pub(super) fn fewest(
     frames: &mut Frames,
     gram: &Gram,
     start: &Eigen,

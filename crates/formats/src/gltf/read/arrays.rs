@@ -33,7 +33,7 @@ struct Compressed {
 
 impl Arrays {
     /// The elements of accessor `index`, N components each, as the numbers that they stand for.
-    pub fn vectors<const N: usize>(&mut self, index: usize) -> Result<Vec<[f64; N]>> {
+    pub(super) fn vectors<const N: usize>(&mut self, index: usize) -> Result<Vec<[f64; N]>> {
         let (view, offset, count, component, normalized) = self.layout::<N>(index)?;
         let (bytes, stride) = self.view(view)?;
         let vectors = elements::<N>(&bytes, stride, offset, count, component)
@@ -54,7 +54,7 @@ impl Arrays {
     }
 
     /// The elements of accessor `index`, `count` integers.
-    pub fn indices(&mut self, index: usize) -> Result<Vec<u32>> {
+    pub(super) fn indices(&mut self, index: usize) -> Result<Vec<u32>> {
         let integers = self.vectors::<1>(index)?;
         match self.accessor(index)?.component_type {
             Valid(found) if found.0 == ComponentType::U32 => {}
@@ -65,7 +65,7 @@ impl Arrays {
 
     /// The numbers other than 0 of accessor `index`, which has `expected` elements, with their places in ascending
     /// order.
-    pub fn nonzero(&mut self, index: usize, expected: u64) -> Result<Vec<(u64, f64)>> {
+    pub(super) fn nonzero(&mut self, index: usize, expected: u64) -> Result<Vec<(u64, f64)>> {
         let accessor = self.accessor(index)?;
         let found = accessor.count.0;
         if found != expected {

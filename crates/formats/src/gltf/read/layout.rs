@@ -68,7 +68,7 @@ enum Axis {
 }
 
 impl Layout {
-    pub fn of(root: &Root, name: &str) -> Result<Self> {
+    pub(super) fn of(root: &Root, name: &str) -> Result<Self> {
         let fault = |what: &str| Error::input(format!("{name}: {what}"));
         let ours = |what: &str| fault(&format!("{what}; expected a file that `rhytid animate` has written"));
         let known = ["KHR_mesh_quantization", meshopt::EXTENSION];

@@ -16,7 +16,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    pub fn read(arrays: &mut Arrays, layout: &Layout) -> Result<Self> {
+    pub(super) fn read(arrays: &mut Arrays, layout: &Layout) -> Result<Self> {
         check_times(arrays, layout)?;
         let mut motion = Self { weights: Vec::new(), begins: Vec::new(), head: None };
         if let Some(accessor) = layout.weights {
@@ -29,7 +29,7 @@ impl Motion {
     }
 
     /// The targets that take part in a frame, and how much.
-    pub fn weights_of(&self, frame: usize) -> &[(usize, f64)] {
+    pub(super) fn weights_of(&self, frame: usize) -> &[(usize, f64)] {
         match self.begins.get(frame..frame + 2) {
             Some(&[begin, end]) => &self.weights[begin..end],
             _ => &[],

@@ -75,7 +75,7 @@ impl Source {
     }
 
     /// `length` bytes from `offset` on; `what` they are.
-    pub fn read(&mut self, offset: u64, length: u64, what: &str) -> Result<Vec<u8>> {
+    pub(super) fn read(&mut self, offset: u64, length: u64, what: &str) -> Result<Vec<u8>> {
         if offset.checked_add(length).is_none_or(|end| end > self.length) {
             return Err(self.fault(format!(
                 "has {} bytes, and {what} would be {length} from byte {offset} on; the file is cut short or damaged",

@@ -39,7 +39,7 @@ pub(super) struct Nodes {
 
 impl Animation {
     /// Writes the keys, and adds to `nodes` the one that moves as the head does. `None` if nothing moves.
-    pub fn write(
+    pub(super) fn write(
         self,
         buffers: &mut Buffers,
         nodes: &mut Nodes,

@@ -35,12 +35,13 @@ pub(super) struct Element {
 }
 
 impl Element {
-    pub const SCALAR: Self = Self { component: ComponentType::F32, type_: Type::Scalar, normalized: false };
-    pub const VEC2: Self = Self { type_: Type::Vec2, ..Self::SCALAR };
-    pub const VEC3: Self = Self { type_: Type::Vec3, ..Self::SCALAR };
-    pub const VEC4: Self = Self { type_: Type::Vec4, ..Self::SCALAR };
+    pub(super) const SCALAR: Self =
+        Self { component: ComponentType::F32, type_: Type::Scalar, normalized: false };
+    pub(super) const VEC2: Self = Self { type_: Type::Vec2, ..Self::SCALAR };
+    pub(super) const VEC3: Self = Self { type_: Type::Vec3, ..Self::SCALAR };
+    pub(super) const VEC4: Self = Self { type_: Type::Vec4, ..Self::SCALAR };
 
-    pub fn normalized(self, component: ComponentType) -> Self {
+    pub(super) fn normalized(self, component: ComponentType) -> Self {
         Self { component, normalized: true, ..self }
     }
 
@@ -69,12 +70,12 @@ macro_rules! numbers {
 numbers!(f32, u32, u16, i16, i8);
 
 impl Buffers {
-    pub fn new(container: Container, meshopt: bool) -> Self {
+    pub(super) fn new(container: Container, meshopt: bool) -> Self {
         Self { container, meshopt, views: Vec::new(), accessors: Vec::new(), unfolded: 0 }
     }
 
     /// The corners of triangles.
-    pub fn triangles(&mut self, surface: &Surface) -> Result<Index<Accessor>> {
+    pub(super) fn triangles(&mut self, surface: &Surface) -> Result<Index<Accessor>> {
         let corners = &surface.indices;
         let bytes: Vec<u8> = corners.iter().flat_map(|i| i.to_le_bytes()).collect();
         let compressed = match self.meshopt {
@@ -88,7 +89,12 @@ impl Buffers {
 
     /// An attribute of vertices or of a morph target: V×3 `values`, and those of the copied vertices. Positions need
     /// their bounds told.
-    pub fn vectors(&mut self, values: &Values, surface: &Surface, bounds: bool) -> Result<Index<Accessor>> {
+    pub(super) fn vectors(
+        &mut self,
+        values: &Values,
+        surface: &Surface,
+        bounds: bool,
+    ) -> Result<Index<Accessor>> {
         match values {
             Values::F32(values) => self.vectors_of(values, surface, Element::VEC3, bounds),
             Values::I16(values) => {
@@ -132,7 +138,7 @@ impl Buffers {
     }
 
     /// An attribute of vertices.
-    pub fn attribute<T: Number, const N: usize>(
+    pub(super) fn attribute<T: Number, const N: usize>(
         &mut self,
         vectors: &[[T; N]],
         element: Element,
@@ -141,7 +147,7 @@ impl Buffers {
     }
 
     /// Numbers that no vertex has, such as an animation's.
-    pub fn numbers<const N: usize>(
+    pub(super) fn numbers<const N: usize>(
         &mut self,
         vectors: &[[f32; N]],
         element: Element,
@@ -160,7 +166,7 @@ impl Buffers {
     }
 
     /// `n` × `n` weights: 1 on the diagonal, of which alone anything is stored. `n` is at most 65,535.
-    pub fn identity(&mut self, n: usize) -> Result<Index<Accessor>> {
+    pub(super) fn identity(&mut self, n: usize) -> Result<Index<Accessor>> {
         let places: Vec<[u32; 1]> = (0..n).map(|k| [(k * (n + 1)) as u32]).collect();
         let places = self.view_of(&places, 4, None)?;
         let ones = self.view_of(&vec![[1.0_f32]; n], 4, None)?;
@@ -242,7 +248,7 @@ impl Buffers {
     }
 
     /// The buffers: the file's own, and the one that readers unfold what is compressed to.
-    pub fn buffers(&self) -> Vec<Buffer> {
+    pub(super) fn buffers(&self) -> Vec<Buffer> {
         let stored = Buffer {
             byte_length: USize64(self.container.length()),
             name: None,

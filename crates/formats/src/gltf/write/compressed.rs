@@ -18,7 +18,12 @@ pub(super) struct Compressed {
 }
 
 impl Compressed {
-    pub fn new(document: Document, scene: &Scene<'_>, options: &Options, max_error: f64) -> Result<Self> {
+    pub(super) fn new(
+        document: Document,
+        scene: &Scene<'_>,
+        options: &Options,
+        max_error: f64,
+    ) -> Result<Self> {
         let spool = document.buffers.container.spool()?;
         let frames = Frames::new(spool, document.path(), scene.rest.len(), scene.rest_normals.is_some());
         let settings = Settings {

@@ -4,7 +4,7 @@
 
 use crate::export::Options;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use rhytid_core::{Error, Progress, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Progress, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub(crate) enum Kind {
 /// A `.glb` or a `.gltf` with its `.bin`, being written. Dropped before the end, it leaves nothing behind.
 pub(super) struct Container {
     /// The `.glb` or `.gltf`.
-    file: WriteBeside,
+    file: AtomicFile,
     bin: Bin,
     /// Bytes of the binary part so far.
     length: u64,
@@ -37,7 +37,7 @@ pub(super) struct Container {
 
 enum Bin {
     Chunk(BufWriter<File>),
-    File(WriteBeside),
+    File(AtomicFile),
 }
 
 /// How large a file may become.
@@ -51,7 +51,7 @@ pub(super) struct Limit {
 
 impl Limit {
     /// What `options` allow, and what the kind can hold.
-    pub fn of(kind: Kind, options: &Options) -> Self {
+    pub(super) fn of(kind: Kind, options: &Options) -> Self {
         match (options.force, kind) {
             (false, _) => Self {
                 bytes: 1 << 30,
@@ -69,39 +69,39 @@ impl Limit {
 }
 
 impl Container {
-    pub fn create(path: &Path, kind: Kind, limit: Limit) -> Result<Self> {
-        let file = WriteBeside::create(path)?;
+    pub(super) fn create(path: &Path, kind: Kind, limit: Limit) -> Result<Self> {
+        let file = AtomicFile::create(path)?;
         let bin = match kind {
             Kind::Glb => Bin::Chunk(BufWriter::with_capacity(1 << 20, file.spool()?)),
-            Kind::Gltf => Bin::File(WriteBeside::create(&bin_path(path))?),
+            Kind::Gltf => Bin::File(AtomicFile::create(&bin_path(path))?),
         };
         Ok(Self { file, bin, length: 0, limit })
     }
 
     /// The `.glb` or `.gltf`.
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         self.file.path()
     }
 
     /// An unnamed file on the same disk.
-    pub fn spool(&self) -> Result<File> {
+    pub(super) fn spool(&self) -> Result<File> {
         self.file.spool()
     }
 
     /// Bytes of the binary part so far.
-    pub fn length(&self) -> u64 {
+    pub(super) fn length(&self) -> u64 {
         self.length
     }
 
     /// How the JSON refers to the binary part; `None` in a `.glb`.
-    pub fn uri(&self) -> Option<String> {
+    pub(super) fn uri(&self) -> Option<String> {
         let Bin::File(bin) = &self.bin else { return None };
         let name = bin.path().file_name().unwrap_or_default().to_string_lossy();
         Some(utf8_percent_encode(&name, IN_URI).to_string())
     }
 
     /// Adds to the binary part.
-    pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
         self.length += bytes.len() as u64;
         self.check(self.length)?;
         let written = match &mut self.bin {
@@ -119,7 +119,7 @@ impl Container {
     }
 
     /// Adds the JSON and gives the file (or both) its name. Returns the bytes written in all.
-    pub fn finish(mut self, mut json: Vec<u8>, progress: &dyn Progress) -> Result<u64> {
+    pub(super) fn finish(mut self, mut json: Vec<u8>, progress: &dyn Progress) -> Result<u64> {
         // Both parts of a GLB are multiples of four bytes; the binary part's are so already.
         json.resize(json.len().next_multiple_of(4), b' ');
         let headers = match self.bin {
@@ -149,7 +149,7 @@ impl Container {
 
 /// Writes all of a GLB. `length` of the `bytes` are its binary chunk's.
 fn glb(
-    file: &mut WriteBeside,
+    file: &mut AtomicFile,
     bytes: u64,
     json: &[u8],
     mut spool: File,

@@ -39,7 +39,7 @@ pub(super) struct About {
 
 impl About {
     /// What is known of any scene.
-    pub fn new(scene: &Scene<'_>) -> Self {
+    pub(super) fn new(scene: &Scene<'_>) -> Self {
         let material = match scene.materials.map_or(&[][..], |materials| &materials.names) {
             [only] => only,
             _ => "skin",
@@ -58,7 +58,7 @@ impl About {
     }
 
     /// Adds how the frames lie in time, from which readers that know our files count them.
-    pub fn with_time(mut self, scene: &Scene<'_>) -> Self {
+    pub(super) fn with_time(mut self, scene: &Scene<'_>) -> Self {
         self.extras["frames"] = scene.frames.into();
         self.extras["framesPerSecond"] = scene.rate.into();
         self.extras["firstTimeCode"] = scene.first_time_code.into();
@@ -75,7 +75,7 @@ pub(super) struct Placement {
 
 impl Placement {
     /// Positions are stored in mesh units.
-    pub const NONE: Self = Self { scale: 1.0, translation: [0.0; 3] };
+    pub(super) const NONE: Self = Self { scale: 1.0, translation: [0.0; 3] };
 }
 
 /// A file being written: first [`Document::base`], then each [`Document::target`].
@@ -98,7 +98,7 @@ impl Document {
     ///
     /// # Errors
     /// [`Error::Input`] if the mesh has more vertices than a glTF file can number; [`Error::Io`].
-    pub fn create(
+    pub(super) fn create(
         path: &Path,
         kind: Kind,
         scene: &Scene<'_>,
@@ -128,17 +128,17 @@ impl Document {
     }
 
     /// The file's name, for messages.
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         self.buffers.container.path()
     }
 
     /// The number of targets so far.
-    pub fn targets(&self) -> usize {
+    pub(super) fn targets(&self) -> usize {
         self.targets.len()
     }
 
     /// Writes the mesh itself, of V positions and normals.
-    pub fn base(&mut self, positions: &Values, normals: Option<&Values>) -> Result<()> {
+    pub(super) fn base(&mut self, positions: &Values, normals: Option<&Values>) -> Result<()> {
         self.indices = Some(self.buffers.triangles(&self.surface)?);
         let positions = self.vectors(positions, true)?;
         self.attributes.insert(Semantic::Positions, positions);
@@ -164,7 +164,12 @@ impl Document {
     }
 
     /// Writes what the weight 1 of a further target adds to V positions and normals.
-    pub fn target(&mut self, name: String, positions: &Values, normals: Option<&Values>) -> Result<()> {
+    pub(super) fn target(
+        &mut self,
+        name: String,
+        positions: &Values,
+        normals: Option<&Values>,
+    ) -> Result<()> {
         let positions = Some(self.vectors(positions, true)?);
         let normals = normals.map(|normals| self.vectors(normals, false)).transpose()?;
         self.targets.push(MorphTarget { positions, normals, tangents: None });
@@ -179,7 +184,7 @@ impl Document {
 
     /// Writes the rest and gives the file its name. `weights` are those of the targets where nothing is animated; all
     /// 0 if there are none.
-    pub fn finish(
+    pub(super) fn finish(
         mut self,
         placement: Placement,
         weights: Option<Vec<f32>>,

@@ -35,24 +35,24 @@ pub(super) struct Timing {
 }
 
 impl Timing {
-    pub fn new(scene: &Scene<'_>) -> Self {
+    pub(super) fn new(scene: &Scene<'_>) -> Self {
         let head = scene.head.map(<[RigidMotion]>::to_vec);
         Self { rate: scene.rate, first_time_code: scene.first_time_code, head }
     }
 
     /// The name of the target that is frame `frame`.
-    pub fn name(&self, frame: usize) -> String {
+    pub(super) fn name(&self, frame: usize) -> String {
         frame_name(self.first_time_code, frame)
     }
 
     /// The animation of `frames` frames.
-    pub fn animation(self, frames: usize, weights: Option<Weights>) -> Animation {
+    pub(super) fn animation(self, frames: usize, weights: Option<Weights>) -> Animation {
         Animation { frames, rate: self.rate, weights, head: self.head }
     }
 }
 
 impl Exact {
-    pub fn new(document: Document, scene: &Scene<'_>) -> Self {
+    pub(super) fn new(document: Document, scene: &Scene<'_>) -> Self {
         Self {
             document,
             timing: Timing::new(scene),

@@ -26,14 +26,14 @@ pub(super) struct Extent {
 
 impl Extent {
     /// Of a base of 3V coordinates.
-    pub fn new(base: &[f32]) -> Self {
+    pub(super) fn new(base: &[f32]) -> Self {
         let mut extent = Self { low: [f32::MAX; 3], high: [f32::MIN; 3], offset: 0.0 };
         extent.add(base, base);
         extent
     }
 
     /// Adds a frame.
-    pub fn add(&mut self, base: &[f32], frame: &[f32]) {
+    pub(super) fn add(&mut self, base: &[f32], frame: &[f32]) {
         for (i, (&from, &to)) in base.iter().zip(frame).enumerate() {
             self.low[i % 3] = self.low[i % 3].min(to);
             self.high[i % 3] = self.high[i % 3].max(to);
@@ -42,7 +42,7 @@ impl Extent {
     }
 
     /// The finest grid that holds it; `None` where its numbers are too large for 32 bits.
-    pub fn grid(&self) -> Option<Grid> {
+    pub(super) fn grid(&self) -> Option<Grid> {
         let middle = |axis: usize| (f64::from(self.low[axis]) + f64::from(self.high[axis])) / 2.0;
         let translation: [f32; 3] = std::array::from_fn(|axis| middle(axis) as f32);
         let reach = (0..3).flat_map(|axis| {
@@ -58,18 +58,18 @@ impl Extent {
 
 impl Grid {
     /// The node that takes the integers back to mesh units.
-    pub fn placement(&self) -> Placement {
+    pub(super) fn placement(&self) -> Placement {
         self.placement
     }
 
     /// The largest number that a reader computes with, in mesh units.
-    pub fn reach(&self) -> f64 {
+    pub(super) fn reach(&self) -> f64 {
         let Placement { scale, translation } = self.placement;
         translation.iter().fold(0.0, |largest: f64, &x| largest.max(x.abs().into())) + 2.0 * f64::from(scale)
     }
 
     /// The grid points nearest to 3V coordinates.
-    pub fn snap(&self, positions: &[f32]) -> Vec<i16> {
+    pub(super) fn snap(&self, positions: &[f32]) -> Vec<i16> {
         let Placement { scale, translation } = self.placement;
         let step = f64::from(scale) / I16;
         let snapped = positions.iter().enumerate().map(|(i, &x)| {
@@ -79,7 +79,7 @@ impl Grid {
     }
 
     /// The coordinates of a grid point, or of the sum of two.
-    pub fn position(&self, point: [i32; 3]) -> [f64; 3] {
+    pub(super) fn position(&self, point: [i32; 3]) -> [f64; 3] {
         let Placement { scale, translation } = self.placement;
         std::array::from_fn(|axis| {
             f64::from(translation[axis]) + f64::from(scale) * (f64::from(point[axis]) / I16)

@@ -17,7 +17,7 @@ pub(super) struct Measure {
 impl Measure {
     /// Vertex `at.1` of frame `at.0` was to be at `given` and is stored so that it is at `stored`, by exact
     /// arithmetic.
-    pub fn add(&mut self, at: (usize, usize), given: [f64; 3], stored: [f64; 3]) {
+    pub(super) fn add(&mut self, at: (usize, usize), given: [f64; 3], stored: [f64; 3]) {
         let squared: f64 = given.iter().zip(stored).map(|(a, b)| (a - b).powi(2)).sum();
         if squared > self.worst {
             (self.worst, self.at) = (squared, at);
@@ -31,7 +31,7 @@ impl Measure {
     /// coordinates themselves; the worst distance covers what a reader's 32-bit arithmetic adds: at most eight roundings
     /// of a number of that size along each axis (integers to fractions, their sum, scale and translation, which are
     /// rounded themselves, and a turn).
-    pub fn deviation(&self, reach: f64) -> Deviation {
+    pub(super) fn deviation(&self, reach: f64) -> Deviation {
         let rounding = f64::from(f32::EPSILON) / 2.0 * self.largest.max(reach);
         Deviation {
             worst: self.worst.sqrt() + 3.0_f64.sqrt() * 8.0 * rounding,

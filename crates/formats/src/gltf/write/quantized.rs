@@ -28,7 +28,7 @@ pub(super) struct Quantized {
 }
 
 impl Quantized {
-    pub fn new(document: Document, scene: &Scene<'_>) -> Result<Self> {
+    pub(super) fn new(document: Document, scene: &Scene<'_>) -> Result<Self> {
         let spool = BufWriter::with_capacity(1 << 20, document.buffers.container.spool()?);
         Ok(Self {
             document,

@@ -19,7 +19,12 @@ pub(super) struct Surface {
 
 impl Surface {
     /// `vertices` is V. `triangle_corners` index the corners of `faces`, and everything has been checked.
-    pub fn new(vertices: usize, faces: &Faces, triangle_corners: &[[u32; 3]], uvs: Option<&Uvs>) -> Self {
+    pub(super) fn new(
+        vertices: usize,
+        faces: &Faces,
+        triangle_corners: &[[u32; 3]],
+        uvs: Option<&Uvs>,
+    ) -> Self {
         let corners = triangle_corners.as_flattened();
         let vertex_at = |&corner: &u32| faces.indices[corner as usize];
         let mut surface = Self {
@@ -64,17 +69,17 @@ impl Surface {
     }
 
     /// W.
-    pub fn vertices(&self) -> usize {
+    pub(super) fn vertices(&self) -> usize {
         self.originals + self.copied.len()
     }
 
     /// What the W vertices have, where `of_originals` is what the V originals have.
-    pub fn spread<T: Copy>(&self, of_originals: &[T]) -> impl Iterator<Item = T> {
+    pub(super) fn spread<T: Copy>(&self, of_originals: &[T]) -> impl Iterator<Item = T> {
         of_originals.iter().copied().chain(self.copied.iter().map(|&v| of_originals[v as usize]))
     }
 
     /// For each of the W vertices the original that it is or copies.
-    pub fn ids(&self) -> impl Iterator<Item = u32> {
+    pub(super) fn ids(&self) -> impl Iterator<Item = u32> {
         (0..self.originals as u32).chain(self.copied.iter().copied())
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct Accessors<'a> {
 impl Accessors<'_> {
     /// The elements of accessor `index`, N components each, as the file's numbers mean them (integers marked as
     /// normalised are divided by their largest value). At most as many as the file has bytes.
-    pub fn vectors<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>> {
+    pub(super) fn vectors<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>> {
         let accessor = self.accessor(index)?;
         let expected = match N {
             1 => Type::Scalar,
@@ -77,7 +77,7 @@ impl Accessors<'_> {
     }
 
     /// The elements of accessor `index` as vertex indices.
-    pub fn indices(&self, index: usize) -> Result<Vec<u32>> {
+    pub(super) fn indices(&self, index: usize) -> Result<Vec<u32>> {
         match self.component(index, self.accessor(index)?)? {
             ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => {
                 Ok(self.vectors::<1>(index)?.into_iter().map(|[x]| x as u32).collect())
@@ -87,12 +87,12 @@ impl Accessors<'_> {
     }
 
     /// Number of elements, as the file announces it.
-    pub fn count(&self, index: usize) -> Result<u64> {
+    pub(super) fn count(&self, index: usize) -> Result<u64> {
         Ok(self.accessor(index)?.count.0)
     }
 
     /// Whether its elements are stored in the plain way, not by an extension.
-    pub fn is_stored(&self, index: usize) -> Result<bool> {
+    pub(super) fn is_stored(&self, index: usize) -> Result<bool> {
         let accessor = self.accessor(index)?;
         Ok(accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }

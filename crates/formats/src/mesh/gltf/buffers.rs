@@ -19,7 +19,12 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    pub fn load(root: &Root, mut blob: Option<Vec<u8>>, name: &str, external: External<'_>) -> Result<Self> {
+    pub(super) fn load(
+        root: &Root,
+        mut blob: Option<Vec<u8>>,
+        name: &str,
+        external: External<'_>,
+    ) -> Result<Self> {
         let mut buffers = Vec::new();
         for (i, buffer) in root.buffers.iter().enumerate() {
             let data = match &buffer.uri {
@@ -46,7 +51,7 @@ impl Buffers {
     }
 
     /// The bytes of buffer view `index`, and its stride if it has one.
-    pub fn view(&self, root: &Root, index: usize, name: &str) -> Result<(&[u8], Option<usize>)> {
+    pub(super) fn view(&self, root: &Root, index: usize, name: &str) -> Result<(&[u8], Option<usize>)> {
         let fail = |what: String| Err(Error::input(format!("{name}: buffer view {index} {what}")));
         let Some(view) = root.buffer_views.get(index) else {
             return fail(format!(

@@ -37,7 +37,7 @@ impl Scalar {
     }
 
     /// In bytes, in a binary file.
-    pub fn size(self) -> usize {
+    pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -71,11 +71,11 @@ pub(super) struct Header {
 }
 
 impl Header {
-    pub fn element(&self, name: &str) -> Option<&Element> {
+    pub(super) fn element(&self, name: &str) -> Option<&Element> {
         self.elements.iter().find(|e| e.name == name)
     }
 
-    pub fn parse(file: &[u8], name: &str) -> Result<Self> {
+    pub(super) fn parse(file: &[u8], name: &str) -> Result<Self> {
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
         let (mut bytes, mut lines) = (0, 0);

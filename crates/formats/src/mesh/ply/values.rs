@@ -20,7 +20,7 @@ pub(super) struct Values<'a> {
 }
 
 impl<'a> Values<'a> {
-    pub fn new(file: &'a [u8], header: &Header, name: &'a str) -> Self {
+    pub(super) fn new(file: &'a [u8], header: &Header, name: &'a str) -> Self {
         let data = file.get(header.bytes..).unwrap_or_default();
         let (rest, following): (&[u8], &[u8]) =
             if header.encoding == Encoding::Ascii { (&[], data) } else { (data, &[]) };
@@ -37,7 +37,7 @@ impl<'a> Values<'a> {
     }
 
     /// Goes to the `index`-th of `element`. ASCII: to the next line that is not blank.
-    pub fn begin(&mut self, element: &Element, index: u64) -> Result<()> {
+    pub(super) fn begin(&mut self, element: &Element, index: u64) -> Result<()> {
         if index == 0 {
             self.element.clone_from(&element.name);
             self.count = element.count;
@@ -56,7 +56,7 @@ impl<'a> Values<'a> {
     }
 
     /// ASCII: fails if the line holds more than was asked for.
-    pub fn end(&mut self) -> Result<()> {
+    pub(super) fn end(&mut self) -> Result<()> {
         if self.encoding == Encoding::Ascii && !self.rest.is_empty() {
             return self.fail(format!(
                 "{} has more numbers than the header announces; the header or the line is wrong",
@@ -67,7 +67,7 @@ impl<'a> Values<'a> {
     }
 
     /// The next number.
-    pub fn number(&mut self, scalar: Scalar) -> Result<f64> {
+    pub(super) fn number(&mut self, scalar: Scalar) -> Result<f64> {
         match self.encoding {
             Encoding::Ascii => self.word(),
             Encoding::LittleEndian => Ok(match scalar {
@@ -94,7 +94,7 @@ impl<'a> Values<'a> {
     }
 
     /// The next list, into `out`.
-    pub fn list(&mut self, count: Scalar, scalar: Scalar, out: &mut Vec<f64>) -> Result<()> {
+    pub(super) fn list(&mut self, count: Scalar, scalar: Scalar, out: &mut Vec<f64>) -> Result<()> {
         out.clear();
         for _ in 0..self.list_length(count)? {
             out.push(self.number(scalar)?);
@@ -102,7 +102,7 @@ impl<'a> Values<'a> {
         Ok(())
     }
 
-    pub fn skip_list(&mut self, count: Scalar, scalar: Scalar) -> Result<()> {
+    pub(super) fn skip_list(&mut self, count: Scalar, scalar: Scalar) -> Result<()> {
         let length = self.list_length(count)?;
         if self.encoding == Encoding::Ascii {
             for _ in 0..length {
@@ -161,11 +161,11 @@ impl<'a> Values<'a> {
     }
 
     /// The current element for a message, counted from 1 as lines are.
-    pub fn place(&self) -> String {
+    pub(super) fn place(&self) -> String {
         format!("{} {} of {}", self.element, self.index + 1, self.count)
     }
 
-    pub fn fail<T>(&self, what: String) -> Result<T> {
+    pub(super) fn fail<T>(&self, what: String) -> Result<T> {
         Err(self.error(what))
     }
 

@@ -5,7 +5,7 @@ use super::package::PackageWriter;
 use super::sample::Sample;
 use super::text::TextWriter;
 use crate::usd::layer::Layer;
-use rhytid_core::{Error, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Result};
 use std::path::{Path, PathBuf};
 
 /// The files that a layer can be written to.
@@ -41,7 +41,7 @@ pub struct LayerWriter {
 
 enum To {
     Text(Box<TextWriter>),
-    Crate(Box<CrateWriter<WriteBeside>>),
+    Crate(Box<CrateWriter<AtomicFile>>),
     Package(Box<PackageWriter>),
 }
 
@@ -51,7 +51,7 @@ impl LayerWriter {
     /// # Errors
     /// [`Error::Input`] if the folder does not exist; [`Error::Io`].
     pub fn create(path: &Path, encoding: Encoding, layer: &Layer) -> Result<Self> {
-        let file = WriteBeside::create(path)?;
+        let file = AtomicFile::create(path)?;
         let to = match encoding {
             Encoding::Text => To::Text(Box::new(TextWriter::create(file, layer)?)),
             Encoding::Crate => {

@@ -3,7 +3,7 @@
 use super::crate_file::CrateWriter;
 use super::sample::Sample;
 use crate::usd::layer::Layer;
-use rhytid_core::{Error, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek};
 use zip::write::SimpleFileOptions;
@@ -14,13 +14,13 @@ const LARGEST_LAYER: u64 = u32::MAX as u64 - (1 << 20);
 
 /// A `.usdz` file being written. Its layer is spooled, since the archive tells its size and checksum first.
 pub(super) struct PackageWriter {
-    file: WriteBeside,
+    file: AtomicFile,
     layer: CrateWriter<BufWriter<File>>,
 }
 
 impl PackageWriter {
     /// Writes everything of `layer` but samples.
-    pub(super) fn create(file: WriteBeside, layer: &Layer) -> Result<Self> {
+    pub(super) fn create(file: AtomicFile, layer: &Layer) -> Result<Self> {
         let spool = BufWriter::with_capacity(1 << 20, file.spool()?);
         let layer = CrateWriter::create(spool, layer).map_err(file.error())?;
         check_size(&file, layer.position())?;
@@ -44,7 +44,7 @@ impl PackageWriter {
     }
 }
 
-fn check_size(file: &WriteBeside, size: u64) -> Result<()> {
+fn check_size(file: &AtomicFile, size: u64) -> Result<()> {
     if size <= LARGEST_LAYER {
         return Ok(());
     }
@@ -55,7 +55,7 @@ fn check_size(file: &WriteBeside, size: u64) -> Result<()> {
 }
 
 /// The archive with its size.
-fn pack(file: WriteBeside, mut layer: BufWriter<File>) -> io::Result<(WriteBeside, u64)> {
+fn pack(file: AtomicFile, mut layer: BufWriter<File>) -> io::Result<(AtomicFile, u64)> {
     // Without the crate's clock, the date is that of zip's beginning.
     let options =
         SimpleFileOptions::default().compression_method(CompressionMethod::Stored).with_alignment(64);
@@ -75,7 +75,7 @@ mod tests {
     #[test]
     fn what_usd_could_not_read_is_refused_with_advice() {
         let folder = tempfile::tempdir().unwrap();
-        let file = WriteBeside::create(&folder.path().join("face.usdz")).unwrap();
+        let file = AtomicFile::create(&folder.path().join("face.usdz")).unwrap();
         check_size(&file, LARGEST_LAYER).unwrap();
         let message = check_size(&file, LARGEST_LAYER + 1).unwrap_err().to_string();
         assert!(message.contains("face.usdz: ") && message.contains("write .usd"), "{message}");

@@ -5,13 +5,13 @@ use super::numbers::double;
 use super::sample::Sample;
 use super::text_value::{write_float3s, write_matrix, write_path_list, write_value};
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier};
-use rhytid_core::{Error, Result, WriteBeside};
+use rhytid_core::{AtomicFile, Error, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 
 /// A `.usda` file being written.
 pub(super) struct TextWriter {
-    file: WriteBeside,
+    file: AtomicFile,
     /// The parts behind the first.
     spools: Vec<BufWriter<File>>,
     /// For each part but the last, the number of the attribute whose samples it ends with.
@@ -20,7 +20,7 @@ pub(super) struct TextWriter {
 
 impl TextWriter {
     /// Writes everything of `layer` but samples.
-    pub(super) fn create(file: WriteBeside, layer: &Layer) -> Result<Self> {
+    pub(super) fn create(file: AtomicFile, layer: &Layer) -> Result<Self> {
         let mut writer = Self { file, spools: Vec::new(), sampled: Vec::new() };
         writer.layer(layer)?;
         Ok(writer)

@@ -6,13 +6,13 @@ use rhytid_formats::export::{Frame, Options};
 use std::path::Path;
 use std::process::Command;
 
-pub use rhytid_test_support::{python, python_usd_24_3, root};
+pub(super) use rhytid_test_support::{python, python_usd_24_3, root};
 
 /// Of all formats.
-pub const EXTENSIONS: [&str; 6] = ["usd", "usdc", "usda", "usdz", "glb", "gltf"];
+pub(super) const EXTENSIONS: [&str; 6] = ["usd", "usdc", "usda", "usdz", "glb", "gltf"];
 
 /// Runs a checker and returns what it printed; its complaints fail the test.
-pub fn run(command: &mut Command) -> String {
+pub(super) fn run(command: &mut Command) -> String {
     let output =
         command.output().unwrap_or_else(|e| panic!("{command:?}: {e}; run `cargo xtask setup` first"));
     let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -22,7 +22,7 @@ pub fn run(command: &mut Command) -> String {
 
 /// The sentence of an error of the caller.
 #[track_caller]
-pub fn input_error<T>(result: rhytid_core::Result<T>) -> String {
+pub(super) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
     match result {
         Err(Error::Input(message)) => message,
         Err(other) => panic!("expected an input error, found {other:?}"),
@@ -30,7 +30,7 @@ pub fn input_error<T>(result: rhytid_core::Result<T>) -> String {
     }
 }
 
-pub fn files_in(folder: &Path) -> Vec<String> {
+pub(super) fn files_in(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// The sheet of [`animation::animation`], with a wave that runs over it while it shakes a little: what few targets can
 /// show.
-pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
+pub(super) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut animation = animation::animation(uvs, frames, seed);
     let mut random = Random(!seed);
     for (k, [positions, _]) in animation.frames.iter_mut().enumerate() {
@@ -21,7 +21,7 @@ pub fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
 }
 
 /// A head that turns and nods more than once around, given with quaternions of either sign.
-pub fn head(frames: usize) -> Vec<RigidMotion> {
+pub(super) fn head(frames: usize) -> Vec<RigidMotion> {
     (0..frames)
         .map(|k| {
             let half = 0.9 * k as f64;
@@ -37,7 +37,7 @@ pub fn head(frames: usize) -> Vec<RigidMotion> {
 }
 
 /// One way to write one animation.
-pub struct Case {
+pub(super) struct Case {
     pub animation: Animation,
     pub options: Options,
     /// `glb` or `gltf`.
@@ -48,7 +48,7 @@ pub struct Case {
 
 impl Case {
     /// Writes it to `folder` under a name of its own.
-    pub fn export(&self, folder: &Path) -> (std::path::PathBuf, Written) {
+    pub(super) fn export(&self, folder: &Path) -> (std::path::PathBuf, Written) {
         let path = folder.join(format!("{}.{}", self.label.replace(' ', "-"), self.extension));
         let written = self
             .animation
@@ -59,7 +59,7 @@ impl Case {
 }
 
 /// Every choice with every other.
-pub fn cases() -> Vec<Case> {
+pub(super) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for bits in 0..1 << 6 {
         let [compressed, quantize, meshopt, normals, with_head, z_up] =

@@ -17,7 +17,7 @@ fn node_folder() -> PathBuf {
 
 /// Runs a script of this folder. It gets the folder of npm's packages, then `files`, and prints a line of JSON for
 /// each.
-pub fn node(script: &str, files: &[PathBuf]) -> Vec<Value> {
+pub(super) fn node(script: &str, files: &[PathBuf]) -> Vec<Value> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/gltf").join(script);
     let mut lines = Vec::new();
     for files in files.chunks(256) {
@@ -34,13 +34,13 @@ pub fn node(script: &str, files: &[PathBuf]) -> Vec<Value> {
 
 /// Undoes the compression of `files` by three.js' decoder: plain GLB files beside them, whose binary parts are what the
 /// compressed parts unfold to.
-pub fn unfold(files: &[PathBuf]) -> Vec<PathBuf> {
+pub(super) fn unfold(files: &[PathBuf]) -> Vec<PathBuf> {
     node("unfold.mjs", files).iter().map(|line| line["unfolded"].as_str().unwrap().into()).collect()
 }
 
 /// The sentence of an error of the caller.
 #[track_caller]
-pub fn input_error<T>(result: rhytid_core::Result<T>) -> String {
+pub(super) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
     match result {
         Err(Error::Input(message)) => message,
         Err(other) => panic!("expected an input error, found {other:?}"),

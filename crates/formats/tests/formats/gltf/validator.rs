@@ -18,7 +18,7 @@ const HARMLESS: [&str; 5] = [
 ];
 
 /// The issues of each file: errors, warnings and infos.
-pub fn validate(files: &[PathBuf]) -> Vec<[Vec<String>; 3]> {
+pub(super) fn validate(files: &[PathBuf]) -> Vec<[Vec<String>; 3]> {
     let issues = |report: &Value| {
         ["errors", "warnings", "infos"].map(|kind| serde_json::from_value(report[kind].clone()).unwrap())
     };
@@ -26,7 +26,7 @@ pub fn validate(files: &[PathBuf]) -> Vec<[Vec<String>; 3]> {
 }
 
 /// Fails if the validator has found anything in one of `files`.
-pub fn assert_valid(files: &[PathBuf]) {
+pub(super) fn assert_valid(files: &[PathBuf]) {
     for (file, [errors, warnings, infos]) in files.iter().zip(validate(files)) {
         assert_eq!((&errors, &warnings), (&vec![], &vec![]), "{}", file.display());
         let infos: Vec<&String> =

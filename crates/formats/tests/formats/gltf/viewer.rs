@@ -7,10 +7,10 @@ use serde_json::Value;
 use std::path::Path;
 
 /// A vector, and a 4×4 matrix by columns.
-pub type Vector = [f64; 3];
-pub type Matrix = [[f64; 4]; 4];
+pub(super) type Vector = [f64; 3];
+pub(super) type Matrix = [[f64; 4]; 4];
 
-pub struct Viewer {
+pub(super) struct Viewer {
     pub document: Document,
     pub bin: Vec<u8>,
     /// W×3.
@@ -32,7 +32,7 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    pub fn open(path: &Path) -> Self {
+    pub(super) fn open(path: &Path) -> Self {
         let bytes = std::fs::read(path).unwrap();
         let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(&bytes).unwrap();
         let bin = blob.unwrap();
@@ -81,7 +81,7 @@ impl Viewer {
     }
 
     /// W positions of frame `k` in the space of the head: metres, with Y up.
-    pub fn frame(&self, k: usize) -> Vec<Vector> {
+    pub(super) fn frame(&self, k: usize) -> Vec<Vector> {
         let weights = self.weights_of(k);
         let sum = |w: usize| {
             let mut sum = self.positions[w];
@@ -94,7 +94,7 @@ impl Viewer {
     }
 
     /// W normals of frame `k`, of length 1, along the mesh's axes.
-    pub fn normals(&self, k: usize) -> Vec<Vector> {
+    pub(super) fn normals(&self, k: usize) -> Vec<Vector> {
         let weights = self.weights_of(k);
         let sum = |w: usize| {
             let mut sum = self.normals.as_ref().unwrap()[w];
@@ -112,13 +112,13 @@ impl Viewer {
         &self.weights[k * self.targets.len()..][..self.targets.len()]
     }
 
-    pub fn scene_extras(&self) -> Value {
+    pub(super) fn scene_extras(&self) -> Value {
         let scene = self.document.default_scene().unwrap();
         serde_json::from_str(scene.extras().as_ref().unwrap().get()).unwrap()
     }
 }
 
-pub fn transform(matrix: &Matrix, [x, y, z]: Vector) -> Vector {
+pub(super) fn transform(matrix: &Matrix, [x, y, z]: Vector) -> Vector {
     std::array::from_fn(|i| matrix[0][i] * x + matrix[1][i] * y + matrix[2][i] * z + matrix[3][i])
 }
 

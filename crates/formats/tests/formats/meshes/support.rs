@@ -3,12 +3,12 @@ use rhytid_formats::mesh::{Format, decode};
 use rhytid_test_support::Logged;
 
 /// The message of an input error.
-pub fn refused(bytes: &[u8], format: Format) -> String {
+pub(super) fn refused(bytes: &[u8], format: Format) -> String {
     message(decode(bytes, format, "face").map(|_| ()))
 }
 
 /// The message of an input error, which is one sentence on one line.
-pub fn message(result: rhytid_core::Result<()>) -> String {
+pub(super) fn message(result: rhytid_core::Result<()>) -> String {
     match result {
         Err(Error::Input(message)) => {
             assert!(!message.contains('\n'), "{message}");
@@ -20,19 +20,19 @@ pub fn message(result: rhytid_core::Result<()>) -> String {
 }
 
 /// Polygons as lists.
-pub fn polygons(mesh: &Mesh) -> Vec<Vec<u32>> {
+pub(super) fn polygons(mesh: &Mesh) -> Vec<Vec<u32>> {
     mesh.faces.iter().map(<[u32]>::to_vec).collect()
 }
 
 /// The texture coordinates of every corner, whichever way they are stored.
-pub fn corner_uvs(mesh: &Mesh) -> Vec<[f32; 2]> {
+pub(super) fn corner_uvs(mesh: &Mesh) -> Vec<[f32; 2]> {
     let uvs = mesh.uvs.as_ref().expect("has texture coordinates");
     let of_corner = uvs.corners.as_ref().unwrap_or(&mesh.faces.indices);
     of_corner.iter().map(|&i| uvs.values[i as usize]).collect()
 }
 
 /// What was warned of while `bytes` were read.
-pub fn decode_with_warnings(bytes: &[u8], format: Format, name: &str) -> (Mesh, Vec<String>) {
+pub(super) fn decode_with_warnings(bytes: &[u8], format: Format, name: &str) -> (Mesh, Vec<String>) {
     let logged = Logged::start();
     let mesh = decode(bytes, format, name).unwrap();
     let warnings =

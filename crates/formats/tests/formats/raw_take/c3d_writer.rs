@@ -1,11 +1,11 @@
 //! A writer of C3D files that are right, or wrong in ways that the tests choose.
 
 /// Codes of the processors.
-pub const PROCESSORS: [(&str, u8); 3] = [("intel", 84), ("dec", 85), ("sgi", 86)];
+pub(super) const PROCESSORS: [(&str, u8); 3] = [("intel", 84), ("dec", 85), ("sgi", 86)];
 
 /// A parameter's value.
 #[derive(Clone)]
-pub enum Value {
+pub(super) enum Value {
     Words(Vec<u16>),
     Floats(Vec<f32>),
     /// Each text is filled up with blanks to the longest.
@@ -14,7 +14,7 @@ pub enum Value {
 
 /// A trial as a file has it. Header and parameters can be set apart.
 #[derive(Clone)]
-pub struct C3d {
+pub(super) struct C3d {
     pub processor: u8,
     /// Coordinates are 16-bit multiples of this; `None` for floats.
     pub step: Option<f32>,
@@ -32,7 +32,7 @@ pub struct C3d {
 
 /// What differs from what the rest of the trial says.
 #[derive(Clone, Default)]
-pub struct Header {
+pub(super) struct Header {
     pub points: Option<u16>,
     pub analog: Option<u16>,
     pub frames: Option<(u16, u16)>,
@@ -44,7 +44,7 @@ pub struct Header {
 
 impl C3d {
     /// Markers `a0`, `a1` … at `rate`, in mm, each seen by two cameras.
-    pub fn new(rate: f32, frames: Vec<Vec<([f32; 3], i16)>>) -> Self {
+    pub(super) fn new(rate: f32, frames: Vec<Vec<([f32; 3], i16)>>) -> Self {
         let points = frames.first().map_or(0, Vec::len);
         let mut out = Self {
             processor: 84,
@@ -68,23 +68,23 @@ impl C3d {
     }
 
     /// Coordinates as 16-bit multiples of `step`.
-    pub fn integer(mut self, step: f32) -> Self {
+    pub(super) fn integer(mut self, step: f32) -> Self {
         self.step = Some(step);
         self.set("POINT", "SCALE", Value::Floats(vec![step]));
         self
     }
 
-    pub fn set(&mut self, group: &'static str, name: &'static str, value: Value) {
+    pub(super) fn set(&mut self, group: &'static str, name: &'static str, value: Value) {
         self.remove(group, name);
         self.parameters.push((group, name, value));
     }
 
-    pub fn remove(&mut self, group: &str, name: &str) {
+    pub(super) fn remove(&mut self, group: &str, name: &str) {
         self.parameters.retain(|(g, n, _)| (*g, *n) != (group, name));
     }
 
     /// The file; DATA_START is set to where the points are if it is 0.
-    pub fn bytes(&self) -> Vec<u8> {
+    pub(super) fn bytes(&self) -> Vec<u8> {
         let section = self.section(0);
         let data_block = 2 + section.len() / 512;
         let mut out = self.first_block(data_block as u16);
@@ -205,7 +205,7 @@ impl C3d {
 
 /// A made-up trial: all coordinates are multiples of 1/16 within ±2000; the second marker is missing from the fourth frame
 /// and filled in the fifth.
-pub fn trial(points: usize, frames: usize) -> C3d {
+pub(super) fn trial(points: usize, frames: usize) -> C3d {
     let position = |i: usize, j: usize| {
         let (i, j) = (i as f32, j as f32);
         [-700.0 + 3.0 * j + i / 16.0, 12.5 * j - i / 4.0, 1500.0 - j + ((i * 7.0) % 64.0) / 16.0]

@@ -5,7 +5,7 @@ use rhytid_core::Error;
 use rhytid_formats::usd::read;
 
 /// Reads all there is; returns the sentence if it cannot be read.
-pub fn read_all(bytes: &[u8]) -> Option<String> {
+pub(super) fn read_all(bytes: &[u8]) -> Option<String> {
     let read = || {
         let read::Opened { layer, mut samples } = read::decode(bytes.to_vec(), "face.usd")?;
         let mut numbers = Vec::new();

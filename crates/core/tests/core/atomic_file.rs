@@ -1,5 +1,5 @@
 //! Files that appear only when they are whole.
-use rhytid_core::{Error, WriteBeside};
+use rhytid_core::{AtomicFile, Error};
 use std::fs;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[track_caller]
 fn refused(path: &Path, words: &[&str]) {
-    match WriteBeside::create(path) {
+    match AtomicFile::create(path) {
         Err(Error::Input(message)) => {
             for word in words {
                 assert!(message.contains(word), "{word}: {message}");
@@ -30,7 +30,7 @@ fn dropped_before_the_end_it_leaves_nothing() {
     let path = folder.path().join("out.glb");
     // More than the buffer holds, so that bytes do reach the disk.
     let much = vec![1u8; 3 << 20];
-    let mut file = WriteBeside::create(&path).unwrap();
+    let mut file = AtomicFile::create(&path).unwrap();
     assert_eq!(file.path(), path);
     file.write_all(&much).unwrap();
     assert!(!path.exists());
@@ -38,7 +38,7 @@ fn dropped_before_the_end_it_leaves_nothing() {
     assert_eq!(names(folder.path()), [""; 0]);
 
     fs::write(&path, "old").unwrap();
-    let mut file = WriteBeside::create(&path).unwrap();
+    let mut file = AtomicFile::create(&path).unwrap();
     file.write_all(&much).unwrap();
     file.flush().unwrap();
     assert_eq!(fs::read(&path).unwrap(), b"old");
@@ -52,7 +52,7 @@ fn finished_it_is_whole() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.glb");
     for content in ["a first content", "another"] {
-        let mut file = WriteBeside::create(&path).unwrap();
+        let mut file = AtomicFile::create(&path).unwrap();
         file.write_all(b"?").unwrap();
         file.write_all(&content.as_bytes()[1..]).unwrap();
         // A length or a count is often known only at the end.
@@ -67,7 +67,7 @@ fn finished_it_is_whole() {
 #[test]
 fn a_spool_has_no_name_and_is_gone_when_dropped() {
     let folder = tempfile::tempdir().unwrap();
-    let file = WriteBeside::create(&folder.path().join("out.glb")).unwrap();
+    let file = AtomicFile::create(&folder.path().join("out.glb")).unwrap();
     let mut spool = file.spool().unwrap();
     spool.write_all(b"later").unwrap();
     spool.seek(SeekFrom::Start(0)).unwrap();
@@ -97,7 +97,7 @@ fn a_name_that_is_no_file_is_refused_before_the_work() {
 fn a_bare_name_is_in_the_current_folder() {
     // Only looked at, so that the test leaves no file in the repository.
     let name = PathBuf::from("write-beside-test.partial");
-    let file = WriteBeside::create(&name).unwrap();
+    let file = AtomicFile::create(&name).unwrap();
     assert_eq!(file.path(), name);
     drop(file);
     assert!(!name.exists());
@@ -112,7 +112,7 @@ fn others_may_read_it_as_any_new_file() {
     let ordinary = folder.path().join("ordinary");
     fs::File::create(&ordinary).unwrap();
     let path = folder.path().join("out.glb");
-    WriteBeside::create(&path).unwrap().finish().unwrap();
+    AtomicFile::create(&path).unwrap().finish().unwrap();
     assert_eq!(mode(&path), mode(&ordinary), "{:o}", mode(&path));
 }
 
@@ -121,7 +121,7 @@ fn others_may_read_it_as_any_new_file() {
 fn errors_name_the_file_that_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.glb");
-    let file = WriteBeside::create(&path).unwrap();
+    let file = AtomicFile::create(&path).unwrap();
     let error = file.error()(std::io::Error::other("no space left"));
     assert_eq!(error.to_string(), format!("{}: no space left", path.display()));
     // Somebody made a folder of that name meanwhile.

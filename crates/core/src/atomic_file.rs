@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 
 /// A file that appears under its name only when it is whole.
 ///
-/// Bytes go to a temporary file in the same folder; [`WriteBeside::finish`] renames it. Dropped before that,
+/// Bytes go to a temporary file in the same folder; [`AtomicFile::finish`] renames it. Dropped before that,
 /// the temporary file is removed and whatever stood under the name is untouched.
 #[derive(Debug)]
-pub struct WriteBeside {
+pub struct AtomicFile {
     writer: BufWriter<SteadyFile>,
     path: PathBuf,
 }
 
-impl WriteBeside {
+impl AtomicFile {
     /// Opens a temporary file beside `path`.
     ///
     /// # Errors
@@ -87,7 +87,7 @@ impl WriteBeside {
     }
 }
 
-impl Write for WriteBeside {
+impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.writer.write(bytes)
     }
@@ -97,7 +97,7 @@ impl Write for WriteBeside {
     }
 }
 
-impl Seek for WriteBeside {
+impl Seek for AtomicFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.writer.seek(to)
     }
