@@ -1,4 +1,4 @@
-//! The clean-up: from a raw take to a clean one, in pure functions, one step a file.
+//! From a raw take to a clean one: pure functions, one clean-up step a file.
 #![forbid(unsafe_code)]
 
 mod axes;
