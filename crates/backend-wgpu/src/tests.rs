@@ -1,4 +1,4 @@
-//! What cannot be seen from outside: lowered limits, and what becomes of errors.
+//! Tests of what cannot be seen from outside: lowered limits, and what becomes of errors.
 #[allow(dead_code, reason = "not every test uses all of it")]
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! What became of each marker, frame by frame: a row a marker, drawn in runs.
+//! The timeline: what became of each marker, frame by frame, a row a marker, drawn in runs.
 
 use crate::curve;
 use crate::summary::Summary;
