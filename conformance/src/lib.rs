@@ -3,6 +3,18 @@
 //! [`cases()`] are run by [`run_case`], or all of them by [`run_device`]; each [`Outcome`] is one stage of one case on one
 //! device. Each kernel's twin is given the inputs that the device's kernel had, so that a difference is pinned to one
 //! kernel and may be no larger than the rounding of that kernel alone ([`mod@tolerance`]). [`Report`] writes it all down.
+//!
+//! ```
+//! use rhytid_conformance::{Suite, run_device};
+//! use rhytid_core::{Backend, Device};
+//! use rhytid_backend_cpu::Cpu;
+//!
+//! // Any backend's device; yours too.
+//! let device = Device::open::<Cpu>(&Cpu::devices()?[0])?;
+//! let report = run_device(&device, Suite::Quick, |_name, _done, _total| true);
+//! assert!(report.outcomes.iter().all(|outcome| outcome.is_acceptable()));
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod bandwidth;

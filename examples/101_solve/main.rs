@@ -3,9 +3,9 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 101_solve -- face.safetensors
 //! ```
-//! With your own scans, `rhytid_formats::project::read("FACE.toml")` gives the `Face`.
-use rhytid_core::{Progress, Result, rig_file};
-use rhytid_solve::{examine, solve};
+//! With your own scans, `rhytid::formats::project::read("FACE.toml")` gives the `Face`.
+use rhytid::solve::{examine, solve};
+use rhytid::{Progress, Result, rig_file};
 use std::path::PathBuf;
 
 struct Lines;

@@ -3,9 +3,9 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 103_host_application -- 530000
 //! ```
-use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, NoProgress, Result, Stage, UploadOptions};
-use rhytid_solve::solve;
+use rhytid::backends::cpu::Cpu;
+use rhytid::solve::solve;
+use rhytid::{Animator, Backend, NoProgress, Result, Stage, UploadOptions};
 use std::time::Instant;
 
 fn main() -> Result<()> {

@@ -4,9 +4,9 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 104_own_renderer -- face.png
 //! ```
-use rhytid_backend_wgpu::{Wgpu, WgpuSession};
-use rhytid_core::{Animator, NoProgress, Rig, Stage, UploadOptions};
-use rhytid_solve::solve;
+use rhytid::backends::wgpu::{Wgpu, WgpuSession};
+use rhytid::solve::solve;
+use rhytid::{Animator, NoProgress, Rig, Stage, UploadOptions};
 use std::error::Error;
 use std::path::PathBuf;
 

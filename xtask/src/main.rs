@@ -7,6 +7,7 @@ mod debian;
 mod deny;
 mod fuzz;
 mod kernels;
+mod library;
 mod package;
 mod programs;
 mod python;

@@ -2,7 +2,7 @@
 use crate::programs::{Runs, build};
 use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
-use crate::{debian, kernels, setup};
+use crate::{debian, kernels, library, package, setup};
 use std::process::Command;
 
 /// The whole workspace, for any of cargo's commands.
@@ -27,9 +27,7 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("format", format)?;
     steps.step("kernels", || kernels::kernels(true))?;
     steps.step("lints", lints)?;
-    steps.step("wasm", || {
-        run(cargo(&["check", "--package", "rhytid-backend-wgpu", "--target", setup::WASM]))
-    })?;
+    steps.step("runtime alone", library::runtime)?;
     let programs = steps.step("build tests", || build(&WORKSPACE))?;
     steps.step("tests", || {
         for program in &programs {
@@ -40,6 +38,8 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
         runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))?;
         outcome(runs)
     })?;
+    steps.step("newcomer", library::newcomer)?;
+    steps.step("packages", package::package)?;
     // The layer keeps memory of its own, so that sessions do not leak is for the tests above to say.
     steps.step("validation", || {
         let devices = programs.iter().find(|program| program.target == "devices");

@@ -1,5 +1,18 @@
-//! The only list of backends: what the program, conformance and the benchmarks choose from. A new backend is one line
+//! The list of backends, the only one: what the program, conformance and the benchmarks choose from. A new backend is one line
 //! in [`BACKENDS`].
+//!
+//! ```
+//! let found = rhytid_backends::devices();
+//! for device in &found.devices {
+//!     println!("{}: {}", device.id(), device.name);
+//! }
+//! // Every backend is accounted for: it has a device, or what it lacks is said.
+//! for name in rhytid_backends::names() {
+//!     let has_device = found.devices.iter().any(|device| device.backend == name);
+//!     assert!(has_device || found.missing().iter().any(|missing| missing.backend == name));
+//! }
+//! ```
+//! Each backend's own types, for hosts that hand in their device or take its buffers, are in the module of its name.
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "cpu")]

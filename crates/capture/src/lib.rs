@@ -1,4 +1,24 @@
-//! From a raw take to a clean one: pure functions, one clean-up step a file.
+//! Capture: from a raw take to a clean one, pure functions, one clean-up step a file; and what a take does that no example
+//! shows ([`mod@coverage`]).
+//!
+//! ```
+//! use rhytid_capture::{Settings, Target, clean};
+//! use rhytid_core::{NoProgress, RawTake};
+//!
+//! # let face = rhytid_demo::face(1_000);
+//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let mut tracks = rhytid_demo::performance(&face);
+//! // `rig` from rhytid_core::rig_file, `tracks` as rhytid_formats::raw_take reads them. A marker is hidden for a while:
+//! let markers = tracks.labels.len();
+//! (40..48).for_each(|frame| tracks.positions[frame * markers + 5] = RawTake::MISSING);
+//!
+//! let raw = RawTake { tracks, in_head_space: true, ..RawTake::default() };
+//! let cleaned = clean(raw, &Target::of(&rig), &Settings::default(), &NoProgress)?;
+//! assert!(cleaned.take.positions.iter().flatten().all(|x| x.is_finite()));
+//! // What was filled is not to be trusted as what was measured.
+//! assert!(cleaned.take.confidence.is_some_and(|confidence| confidence[44 * markers + 5] < 1.0));
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod axes;

@@ -2,6 +2,16 @@
 //!
 //! Everything is a continuous function of a flat domain (see `shape`), sampled at the vertices of a grid, so that
 //! the face is the same at every resolution.
+//!
+//! ```
+//! let face = rhytid_demo::face(2_000);
+//! let take = rhytid_demo::performance(&face);
+//! // The take has every handle, near where the neutral has it.
+//! let first = take.handle_positions(&face.handles.labels)?;
+//! let rest = face.neutral.positions[face.handles.vertices[0] as usize];
+//! assert!((f64::from(first[0]) - rest[0]).abs() < 1.0);
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
 #![forbid(unsafe_code)]
 
 mod curve;

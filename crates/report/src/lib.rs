@@ -1,16 +1,20 @@
 //! The report of a clean-up: what it found in a raw take and did to it, as a page that needs nothing else and as JSON.
 //! `docs/report.md` says what is on it.
 //!
-//! ```no_run
-//! # fn main() -> rhytid_core::Result<()> {
-//! # let (raw, rig) = (rhytid_core::RawTake::default(), rhytid_core::rig_file::read("face.safetensors".as_ref())?);
+//! ```
 //! use rhytid_capture::{Cleaned, Settings, Target, clean};
+//! use rhytid_core::{NoProgress, RawTake};
 //!
-//! let Cleaned { take, report, .. } = clean(raw, &Target::of(&rig), &Settings::default(), &rhytid_core::NoProgress)?;
-//! // The folder `report` with report.html and report.json.
-//! rhytid_report::write("report".as_ref(), "session.c3d", &report, &take, &rig)?;
-//! # Ok(())
-//! # }
+//! # let face = rhytid_demo::face(1_000);
+//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let raw = RawTake { tracks: rhytid_demo::performance(&face), in_head_space: true, ..RawTake::default() };
+//! # let folder = tempfile::tempdir().unwrap();
+//! # let folder = folder.path();
+//! // `rig` from rhytid_core::rig_file, `raw` from rhytid_formats::raw_take.
+//! let Cleaned { take, report } = clean(raw, &Target::of(&rig), &Settings::default(), &NoProgress)?;
+//! rhytid_report::write(folder, "session.c3d", &report, &take, &rig)?;
+//! assert!(folder.join("report.html").is_file() && folder.join("report.json").is_file());
+//! # Ok::<(), rhytid_core::Error>(())
 //! ```
 #![forbid(unsafe_code)]
 

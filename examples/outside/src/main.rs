@@ -1,0 +1,22 @@
+//! A newcomer's program: loads a rig, takes any device, plays a take and reads positions.
+use rhytid::formats::take::Missing;
+use rhytid::playback::{CleanUp, Playback, PlaybackOptions, Selection, choose_devices, read_take};
+use rhytid::{NoProgress, Result, rig_file};
+use std::path::Path;
+
+fn main() -> Result<()> {
+    let rig = rig_file::read(Path::new("face.safetensors"))?;
+    let take = read_take(Path::new("performance.csv"), &rig, Missing::Error, &CleanUp::default(), &NoProgress)?;
+    let selection = Selection::all(take)?;
+    let devices = choose_devices("auto", &NoProgress)?.devices;
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
+    let (mut frames, mut farthest) = (0, 0.0_f32);
+    playback.play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {
+        let moved = frame.positions.iter().zip(rig.rest.as_flattened()).map(|(x, rest)| (x - rest).abs());
+        farthest = moved.fold(farthest, f32::max);
+        frames += 1;
+        Ok(())
+    })?;
+    println!("{frames} frames of {} vertices, which move by {farthest:.3} at the most", rig.vertices());
+    Ok(())
+}
