@@ -72,7 +72,8 @@ pub(crate) fn check() -> Result {
     steps.print();
     runs.print();
     println!(
-        "\nleft for `cargo xtask test`, beside the kernels' freshness, WebAssembly, validation and documentation:"
+        "\nleft for `cargo xtask test`, beside the kernels' freshness, the runtime alone and in browsers, a newcomer's crate, the \
+         packages, validation and documentation:"
     );
     for left_out in LEFT_OUT {
         println!("  {left_out}: {}", left_out.why);

@@ -4,6 +4,18 @@
 //! bring it along, or the system has it (Debian: `ocl-icd-libopencl1`). It finds the drivers. Where there is no loader, or
 //! no driver, [`Backend::devices`](rhytid_core::Backend::devices) is empty, and [`has_loader`] tells which it is.
 //!
+//! ```
+//! use rhytid_backend_opencl::{OpenCl, has_loader};
+//! use rhytid_core::Backend;
+//!
+//! let devices = OpenCl::devices()?;
+//! for device in &devices {
+//!     println!("{}: {}, {}", device.id(), device.name, device.driver);
+//! }
+//! assert!(has_loader() || devices.is_empty());
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
+//!
 //! `opencl-sys` has OpenCL's types, constants and the functions' signatures. `loader.rs` finds the functions, and `cl.rs` is
 //! the small part of OpenCL that is needed here.
 #![allow(unsafe_code, reason = "OpenCL is a C interface")]

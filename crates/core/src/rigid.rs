@@ -1,5 +1,5 @@
 //! Rigid motions.
-/// How a rigid body stands: turned, then moved.
+/// A rigid motion, such as a head pose: a turn, then a move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidMotion {
     /// A quaternion of length 1: x, y, z, w.

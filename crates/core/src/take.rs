@@ -10,7 +10,7 @@ pub struct Take {
     pub times: Vec<f64>,
     /// frames × M positions.
     pub positions: Vec<[f64; 3]>,
-    /// How the head stands in the world in each frame; `None` where it is not known.
+    /// The head pose in the world in each frame; `None` where it is not known.
     pub head: Option<Vec<RigidMotion>>,
     /// frames × M: how far each position is to be trusted, from 0 (a guess) to 1 (measured); `None` where all are 1.
     pub confidence: Option<Vec<f32>>,

@@ -229,7 +229,7 @@ mod tests {
         let rig = solve(&face, &NoProgress)?.cast::<f32>();
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
-        let mut player = Playback { rig: &rig, evaluator, batch };
+        let mut playback = Playback { rig: &rig, evaluator, batch };
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
         let options = PlaybackOptions {
             stage: OutputStage::Full,
@@ -240,7 +240,7 @@ mod tests {
         };
         let (provenance, corners) =
             (Provenance::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
-        let rest_normals = player.rest_normals()?;
+        let rest_normals = playback.rest_normals()?;
         let scene = Scene {
             rest_normals: Some(&rest_normals),
             velocities: true,
@@ -249,7 +249,7 @@ mod tests {
         };
         let mut exporter = animation::create(path, &scene, &export::Options::default())?;
         let mut frame = 0;
-        player.play(&selection, options, &NoProgress, |shown| {
+        playback.play(&selection, options, &NoProgress, |shown| {
             let normals = shown.normals.filter(|_| refused != Some(frame));
             frame += 1;
             exporter.frame(Frame { normals, ..shown })

@@ -128,10 +128,10 @@ fn verify_refuses_what_cannot_be_compared() {
     f.done("animate face.safetensors take.csv --device cpu:0 -o later.usda");
     let made = f.read_text("later.usda");
     for (known, unknown, what) in [
-        ("string stage = \"full\"", "string stage = \"pores\"", "the stage “pores”"),
-        ("string missing = \"error\"", "string missing = \"leave\"", "the way with missing markers “leave”"),
-        ("string head = \"keep\"", "string head = \"nod\"", "the way with the head's motion “nod”"),
-        ("double fps = 0\n", "double fps = -1\n", "the rate “-1”"),
+        (r#""stage" = "full""#, r#""stage" = "pores""#, "the stage “pores”"),
+        (r#""missing" = "error""#, r#""missing" = "leave""#, "the way with missing markers “leave”"),
+        (r#""head" = "keep""#, r#""head" = "nod""#, "the way with the head's motion “nod”"),
+        ("\"fps\" = 0\n", "\"fps\" = -1\n", "the rate “-1”"),
     ] {
         assert!(made.contains(known), "{known}");
         f.write("later.usda", made.replace(known, unknown));
