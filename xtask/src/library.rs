@@ -1,4 +1,5 @@
 //! The library as others use it: what a game links, in a browser too, and a newcomer's crate outside the workspace.
+use crate::package;
 use crate::run::{Result, cargo, copy, output, root, run};
 use crate::setup::WASM;
 use std::fs;
@@ -50,7 +51,9 @@ pub(crate) fn newcomer() -> Result {
     copy(&root().join("Cargo.lock"), &outside.join("Cargo.lock"))?;
     let mut build = cargo(&["build", "--quiet", "--manifest-path"]);
     build.arg(outside.join("Cargo.toml")).arg("--target-dir").arg(&target);
-    build.env("CARGO_PROFILE_DEV_OPT_LEVEL", "2").env("CARGO_PROFILE_DEV_DEBUG", "line-tables-only");
+    let profiles = demo.join("profiles.toml");
+    fs::write(&profiles, package::profiles()?).map_err(io)?;
+    build.arg("--config").arg(profiles);
     run(build)?;
 
     let mut play = std::process::Command::new(target.join("debug/outside"));

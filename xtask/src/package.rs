@@ -49,9 +49,15 @@ fn manifest(folder: &Path) -> Result<String> {
         let (name, _) = package.rsplit_once('-').ok_or_else(|| format!("{package} has no version"))?;
         writeln!(text, "{name} = {{ path = \"{package}\" }}").expect("writing to a string");
     }
-    let ours = fs::read_to_string(root().join("Cargo.toml")).map_err(io)?;
+    Ok(text + &profiles()?)
+}
+
+/// The repository's profiles, which its Cargo.toml ends with: with them others share what is compiled.
+pub(crate) fn profiles() -> Result<String> {
+    let path = root().join("Cargo.toml");
+    let ours = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let profiles = ours.find("\n[profile.").ok_or("Cargo.toml has no profile")?;
-    Ok(text + &ours[profiles..])
+    Ok(ours[profiles..].to_owned())
 }
 
 /// Removes a folder, if it is there.

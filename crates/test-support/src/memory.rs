@@ -32,7 +32,7 @@ mod tests {
     #[test]
     fn what_is_allocated_is_seen() {
         let before = super::resident();
-        let block = vec![1_u8; 64 << 20];
+        let block = std::hint::black_box(vec![1_u8; 64 << 20]);
         let (now, peak) = (super::resident(), super::peak());
         assert!(now >= before + (60 << 20) && peak >= now, "{before}, {now}, {peak}: {}", block.len());
         assert!(super::peak_of(std::process::id()) >= Some(peak));
