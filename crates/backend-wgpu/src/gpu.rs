@@ -117,7 +117,7 @@ impl Gpu {
 
     /// A browser goes on by itself, and lets nobody wait.
     #[cfg(target_arch = "wasm32")]
-    pub fn wait(&self, _: &wgpu::SubmissionIndex, _: &str) -> Result<()> {
+    pub(crate) fn wait(&self, _: &wgpu::SubmissionIndex, _: &str) -> Result<()> {
         Ok(())
     }
 
