@@ -2,7 +2,7 @@
 
 use super::frames::{Attribute, Frames, TASK};
 use super::linear::product;
-use super::{Values, Worst};
+use super::values::{Values, Worst};
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use rhytid_core::Result;
