@@ -31,7 +31,7 @@ mod values;
 
 pub use frames::Frames;
 pub use settings::Settings;
-pub use values::{Morphs, Target, Values, Worst};
+pub use values::{Morphs, Values};
 
 use rhytid_core::{Error, Progress, Result};
 
