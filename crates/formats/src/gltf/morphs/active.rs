@@ -17,8 +17,9 @@ use rhytid_core::Result;
 
 /// Iterations until all vertices are looked at again.
 const ITERATIONS: usize = 8;
-/// What is pulled is pulled a little further than to the bound: then finitely many iterations suffice.
-const PULL_TO: f32 = 0.95;
+/// What is pulled is pulled a little further than to the bound: then finitely many iterations suffice. The further,
+/// the fewer; but at 0.9 a head's animation needs 47 targets that at 0.93 and 0.95 needs 46.
+const PULL_TO: f32 = 0.93;
 /// Parts that the vertices are divided into: sums over a part are added in order, so that threads do not matter.
 const PARTS: usize = 64;
 /// Vertices that are looked at together.

@@ -1,4 +1,4 @@
-//! Which columns to store: a fit's, turned so that rounding the targets does the least harm.
+//! The choice of columns to store: a fit's, turned so that rounding the targets does the least harm.
 //!
 //! The errors of rounded targets reach a frame through its weights. With independent errors of the same size in all
 //! targets, their variance in frame f is the squared length of row f of the weights. The D-optimal design, a weight

@@ -1,6 +1,5 @@
 //! The frames in a file, read back in blocks of vertices with all their frames.
 
-use super::step;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
@@ -36,6 +35,37 @@ pub(crate) struct Gram {
     pub center: Vec<f32>,
     /// Vertices that move.
     pub moving: usize,
+}
+
+/// The positions less their mean, of which the block that was read last is kept: an animation that is one block is
+/// read once for the whole search.
+pub(super) struct Centred<'a> {
+    /// The frames.
+    pub frames: &'a mut Frames,
+    /// What they have in common.
+    pub gram: &'a Gram,
+    kept: Option<(usize, Block)>,
+}
+
+impl<'a> Centred<'a> {
+    /// Nothing is read yet.
+    pub(super) fn new(frames: &'a mut Frames, gram: &'a Gram) -> Self {
+        Self { frames, gram, kept: None }
+    }
+
+    /// The block that begins with vertex `first`.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub(super) fn block(&mut self, first: usize) -> Result<&Block> {
+        // The old block makes room before the new one is read.
+        let kept = self.kept.take().filter(|kept| kept.0 == first);
+        let block = match kept {
+            Some((_, block)) => block,
+            None => self.frames.block(Attribute::Positions, first, &self.gram.center)?,
+        };
+        Ok(&self.kept.insert((first, block)).1)
+    }
 }
 
 /// Which attribute of the frames to read.
@@ -146,7 +176,7 @@ impl Frames {
         let mut moving = 0;
         let zero = vec![0.0; 3 * self.vertices];
         for first in self.blocks() {
-            step(progress, "compare the frames", first, self.vertices)?;
+            progress.step("compare the frames", first as u64, self.vertices as u64)?;
             let block = self.block(Attribute::Positions, first, &zero)?;
             let mean = |column: &[f32]| column.iter().copied().map(f64::from).sum::<f64>() / frames as f64;
             let means: Vec<f32> = block.values.par_chunks(frames).map(|column| mean(column) as f32).collect();
@@ -177,7 +207,7 @@ impl Frames {
             }
             center.extend(means);
         }
-        step(progress, "compare the frames", self.vertices, self.vertices)?;
+        progress.step("compare the frames", self.vertices as u64, self.vertices as u64)?;
         Ok(Gram { matrix, center, moving })
     }
 }

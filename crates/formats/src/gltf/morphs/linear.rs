@@ -1,4 +1,4 @@
-//! What of linear algebra is needed here, with one order of every sum.
+//! The linear algebra that is needed here, with one order of every sum.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};

@@ -1,8 +1,8 @@
-//! How far the numbers of the file are from what came in.
+//! The distance of the numbers of the file from what came in.
 
 use super::frames::{Attribute, Frames, TASK};
 use super::linear::product;
-use super::{Values, Worst};
+use super::values::{Values, Worst};
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use rhytid_core::Result;

@@ -1,10 +1,10 @@
 //! Normals for the weights that the positions have: least squares over the frames.
 
-use super::Values;
 use super::basis::Basis;
 use super::fit::{follow, project};
 use super::frames::{Attribute, Frames};
 use super::rounding::{Span, to_i8};
+use super::values::Values;
 use rhytid_core::Result;
 
 /// A base normal shorter than this is made longer only by as much, or its vertex's offsets would grow without bound.

@@ -1,4 +1,4 @@
-//! From a basis to the numbers of the file: weights within 0 and 1, offsets as float32 or as small integers.
+//! The way from a basis to the numbers of the file: weights within 0 and 1, offsets as float32 or as small integers.
 //!
 //! A target and its weights can be scaled against each other, so an integer target needs no more levels than there
 //! are steps of a size that matters in its motion: its weights then end below 1. All targets get the same step in
@@ -9,7 +9,8 @@ use super::basis::Basis;
 use super::frames::{Frames, Gram};
 use super::measure::{Stored, measure};
 use super::normals::Normals;
-use super::{Morphs, Settings, Target, Values, Worst, step};
+use super::settings::Settings;
+use super::values::{Morphs, Target, Values, Worst};
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
 
@@ -64,7 +65,7 @@ pub(super) fn round(
     let mut size = FIRST_STEP * settings.max_error;
     let mut done = 0;
     let (positions, weights, worst, rms) = loop {
-        step(progress, NAME, done, tries)?;
+        progress.step(NAME, done as u64, tries as u64)?;
         let positions = if settings.quantize {
             integers(gram, basis, &spans, size, settings.max_error, normals.as_ref())
         } else {
@@ -80,7 +81,7 @@ pub(super) fn round(
         }
         size *= FINER;
     };
-    step(progress, NAME, tries, tries)?;
+    progress.step(NAME, tries as u64, tries as u64)?;
     let Positions { scale, translation, base, targets, tops } = positions;
     let targets = targets.into_iter().enumerate().map(|(k, positions)| Target {
         positions,

@@ -1,9 +1,8 @@
 //! The least number of targets for which a fit is found.
 
 use super::fit::{self, Fit};
-use super::frames::{Frames, Gram};
+use super::frames::{Centred, Frames, Gram};
 use super::linear::Eigen;
-use super::step;
 use rhytid_core::{Progress, Result};
 
 /// The search starts where principal components leave a mean error of this part of the bound: a face's worst vertex
@@ -32,15 +31,17 @@ pub(super) fn fewest(
     let most = most.min(start.vectors.ncols() - 1);
     let total = FITS * fit::ROUNDS;
     let mut fits = 0;
+    let mut centred = Centred::new(frames, gram);
     let mut attempt = |targets: usize, best: Option<&Fit>| {
         let before = fits * fit::ROUNDS;
         fits += 1;
-        let mut tick = |round: usize| step(progress, NAME, (before + round).min(total - 1), total);
+        let mut tick =
+            |round: usize| progress.step(NAME, (before + round).min(total - 1) as u64, total as u64);
         let from = match best {
             Some(best) => best.first(targets + 1),
-            None => Fit::on(frames, gram, start.vectors.subcols(0, targets + 1).to_owned())?,
+            None => Fit::on(centred.frames, gram, start.vectors.subcols(0, targets + 1).to_owned())?,
         };
-        let found = fit::fit(frames, gram, from, bound, &mut tick)?;
+        let found = fit::fit(&mut centred, from, bound, &mut tick)?;
         log::debug!("{targets} morph targets: {}", if found.is_some() { "enough" } else { "too few" });
         Ok::<_, rhytid_core::Error>(found)
     };
@@ -64,7 +65,7 @@ pub(super) fn fewest(
         };
         stride *= 2;
     }
-    step(progress, NAME, total, total)?;
+    progress.step(NAME, total as u64, total as u64)?;
     Ok(best.map(|best| best.1))
 }
 

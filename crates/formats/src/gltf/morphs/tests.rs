@@ -1,5 +1,7 @@
 //! Made-up animations with a known answer; every error is computed anew from the stored numbers.
 
+use super::fit::{Fit, fit};
+use super::frames::Centred;
 use super::{Frames, Morphs, Settings, Values};
 use rhytid_core::{Error, NoProgress, Progress, Result};
 use std::path::Path;
@@ -181,6 +183,49 @@ fn fewer_targets_than_principal_components_need() {
     let components = principal_components_needed(&animation, 0.05);
     let found = morphs.targets.len();
     assert!(found * 5 <= components * 4, "{found} targets, {components} principal components");
+}
+
+/// A fit that is exact but for one vertex that nothing has pulled yet: the work is on the vertices near the bound, and
+/// that this one is beyond it shows only where all are looked at.
+#[test]
+fn a_vertex_that_nothing_pulled_is_found_beyond_the_bound() {
+    let (count, columns, bound) = (700, 4, 1e-2);
+    let animation = made_up(40, count, columns - 1);
+    // The first, one between two tasks, one of the last task.
+    for vertex in [0, 256, 690] {
+        let mut frames = spooled(&animation, None);
+        let gram = frames.gram(&NoProgress).unwrap();
+        let q = super::linear::principal(&gram.matrix).unwrap().vectors.subcols(0, columns).to_owned();
+        let mut start = Fit::on(&mut frames, &gram, q).unwrap();
+        assert!(worst(&start, &animation, &gram.center).0 < 1e-4);
+        start.t[3 * vertex * columns] += 1.0;
+        let (error, at) = worst(&start, &animation, &gram.center);
+        assert!(error > 10.0 * bound && at == vertex);
+        assert!(start.pulls.iter().all(Vec::is_empty));
+        let mut centred = Centred::new(&mut frames, &gram);
+        let found = fit(&mut centred, start, bound, &mut |_| Ok(())).unwrap().unwrap();
+        let (error, at) = worst(&found, &animation, &gram.center);
+        assert!(error <= bound * 1.0001, "vertex {at} is off by {error}");
+    }
+}
+
+/// The largest distance of a vertex from its place, with that vertex.
+fn worst(fit: &Fit, animation: &[Vec<f32>], center: &[f32]) -> (f64, usize) {
+    let n = fit.q.ncols();
+    let mut worst = (0.0, 0);
+    for (f, frame) in animation.iter().enumerate() {
+        for v in 0..frame.len() / 3 {
+            let off = |i: usize| {
+                let m: f64 = (0..n).map(|k| fit.q[(f, k)] * f64::from(fit.t[i * n + k])).sum();
+                m + f64::from(center[i]) - f64::from(frame[i])
+            };
+            let error = (3 * v..3 * v + 3).map(|i| off(i).powi(2)).sum::<f64>().sqrt();
+            if error > worst.0 {
+                worst = (error, v);
+            }
+        }
+    }
+    worst
 }
 
 /// How many plain principal components keep every vertex within the bound.

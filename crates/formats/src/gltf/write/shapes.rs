@@ -42,12 +42,13 @@ pub(crate) fn write_shapes(
 fn plain(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progress) -> Result<Written> {
     let normals = shapes.rest_normals.map(|normals| Values::F32(unit_normals(normals.as_flattened())));
     document.base(&Values::F32(shapes.rest.as_flattened().to_vec()), normals.as_ref())?;
+    let count = shapes.shapes.len() as u64;
     for (k, Shape { name, offsets, normal_offsets }) in shapes.shapes.iter().enumerate() {
-        step(progress, k, shapes)?;
+        progress.step("shapes", k as u64, count)?;
         let values = |offsets: &Vec<[f32; 3]>| Values::F32(offsets.as_flattened().to_vec());
         document.target(name.clone(), &values(offsets), normal_offsets.as_ref().map(values).as_ref())?;
     }
-    step(progress, shapes.shapes.len(), shapes)?;
+    progress.step("shapes", count, count)?;
     document.finish(Placement::NONE, None, None, None, progress)
 }
 
@@ -72,8 +73,9 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
     document.base(&Values::I16(base.clone()), shown.as_ref())?;
 
     let mut measure = Measure::default();
+    let count = shapes.shapes.len() as u64;
     for (k, shape) in shapes.shapes.iter().enumerate() {
-        step(progress, k, shapes)?;
+        progress.step("shapes", k as u64, count)?;
         let points = offsets(&base, &grid.snap(&moved(shape)));
         let vectors = |points| <[i16]>::as_chunks::<3>(points).0;
         let stored = vectors(&base).iter().zip(vectors(&points));
@@ -89,12 +91,7 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
         });
         document.target(shape.name.clone(), &Values::I16(points), to_normals.as_ref())?;
     }
-    step(progress, shapes.shapes.len(), shapes)?;
+    progress.step("shapes", count, count)?;
     let error = Some(measure.deviation(grid.reach()));
     document.finish(grid.placement(), None, None, error, progress)
-}
-
-fn step(progress: &dyn Progress, done: usize, shapes: &Shapes<'_>) -> Result<()> {
-    progress.report("shapes", done as u64, shapes.shapes.len() as u64);
-    if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
 }
