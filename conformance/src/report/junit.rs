@@ -1,5 +1,5 @@
 //! The report as JUnit XML.
-use super::Report;
+use super::contents::Report;
 use crate::outcome::{Outcome, Verdict};
 use quick_junit::{NonSuccessKind, SerializeError, TestCase, TestCaseStatus, TestSuite};
 use std::time::Duration;

@@ -1,5 +1,5 @@
 //! The report as a page in Markdown.
-use super::{Report, number, small};
+use super::contents::{Report, number, small};
 use crate::outcome::Outcome;
 use crate::{DeviceReport, Suite, tolerance};
 use rhytid_core::{DeviceKind, Stage};

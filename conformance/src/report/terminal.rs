@@ -1,5 +1,5 @@
 //! The report as a table for the terminal.
-use super::{Report, number, small};
+use super::contents::{Report, number, small};
 use std::fmt::Write;
 
 /// The report in plain text.

@@ -1,5 +1,5 @@
 //! The eyes' openings and lids.
-use super::{EYE_CUT, EYE_LINE, Site};
+use super::site::{EYE_CUT, EYE_LINE, Site};
 use crate::curve::{Curve, bell, plateau, ramp, soft_max};
 
 /// The eyeball's centre; the lids lie on it.

@@ -1,5 +1,5 @@
 //! The mouth's opening and lips.
-use super::{MOUTH_CUT, MOUTH_LINE, Site};
+use super::site::{MOUTH_CUT, MOUTH_LINE, Site};
 use crate::curve::{Curve, bell, pair, ramp, soft_max};
 use glam::DVec3;
 

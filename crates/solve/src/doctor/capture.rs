@@ -1,5 +1,6 @@
 //! Findings between the mesh, its handles, its examples and its unit.
-use super::{Report, Severity, count, first_few, length};
+use super::finding::{Report, Severity};
+use super::words::{count, first_few, length};
 use crate::driven::DrivenComponents;
 use crate::triangulate::triangulate;
 use glam::DVec3;

@@ -1,5 +1,6 @@
 //! Findings that make a solve impossible.
-use super::{Report, Severity, count, first_few};
+use super::finding::{Report, Severity};
+use super::words::{count, first_few};
 use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;
 use rhytid_core::{Face, StrainEdges};

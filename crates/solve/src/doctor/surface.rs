@@ -1,5 +1,6 @@
 //! Findings of the neutral mesh as a surface.
-use super::{Report, Severity, count, first_few};
+use super::finding::{Report, Severity};
+use super::words::{count, first_few};
 use crate::driven::DrivenComponents;
 use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;
