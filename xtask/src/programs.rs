@@ -176,20 +176,22 @@ fn run(name: &str, mut command: Command) -> Result<Counts> {
     let mut child =
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(|e| cannot_run(&shown, &e))?;
     let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
+    // The chores' own tests are counted too, and what they make up must not be.
+    let (out, err): (Box<dyn Write + Send>, Box<dyn Write + Send>) = match cfg!(test) {
+        true => (Box::new(std::io::sink()), Box::new(std::io::sink())),
+        false => (Box::new(std::io::stdout()), Box::new(std::io::stderr())),
+    };
     let mut counts = Counts::default();
     let mut skipped = BTreeMap::new();
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            // The chores' own tests are counted too: what they make up must not be.
-            let echo: Box<dyn Write> =
-                if cfg!(test) { Box::new(std::io::sink()) } else { Box::new(std::io::stderr()) };
-            lines(stderr, echo, |line| {
+            lines(stderr, err, |line| {
                 if let Some((test, why)) = line.strip_prefix(SKIPPED).and_then(|said| said.split_once(": ")) {
                     skipped.insert(test.to_owned(), why.to_owned());
                 }
             });
         });
-        lines(stdout, std::io::stdout(), |line| counts.add(line));
+        lines(stdout, out, |line| counts.add(line));
     });
     counts.skipped = skipped;
     let status = child.wait().map_err(|e| format!("`{shown}`: {e}"))?;
