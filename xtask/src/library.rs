@@ -1,6 +1,6 @@
 //! The library as others use it: what a game links, in a browser too, and a newcomer's crate outside the workspace.
 use crate::package;
-use crate::run::{Result, cargo, copy, output, root, run};
+use crate::run::{Result, cargo, command, copy, output, root, run};
 use crate::setup::WASM;
 use std::fs;
 
@@ -37,13 +37,14 @@ pub(crate) fn runtime() -> Result {
     run(cargo(&[&["check", "--target", WASM], &RUNTIME[..]].concat()))
 }
 
-/// Builds the newcomer's crate and runs it on a demo face, which the program makes.
+/// Builds the newcomer's crate and runs it on a demo face, which the program makes; after [`crate::programs::build`].
 pub(crate) fn newcomer() -> Result {
     let (target, outside) = (root().join("target"), root().join("examples/outside"));
     let demo = target.join("outside");
     let io = |e: std::io::Error| format!("{}: {e}", demo.display());
     fs::create_dir_all(&demo).map_err(io)?;
-    let mut make = cargo(&["run", "--quiet", "--", "--quiet", "demo", "--vertices", "2000"]);
+    // The program that the tests have built: for itself alone, cargo would build it with other features of its dependencies.
+    let mut make = command(target.join("debug/rhytid"), &["--quiet", "demo", "--vertices", "2000"]);
     make.arg(&demo);
     run(make)?;
 
