@@ -35,7 +35,7 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
-    /// Pack every crate that is published, and check that the packages compile.
+    /// Pack every crate that is published, and check that the packages compile and serve a newcomer.
     Package,
     /// Check the dependencies' licences, versions, sources and advisories with cargo-deny.
     Deny,

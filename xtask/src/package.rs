@@ -1,16 +1,27 @@
-//! `cargo xtask package`: packs every crate that is published, and checks that what is packed compiles by itself.
-use crate::run::{Result, cargo, command, root, run};
+//! `cargo xtask package`: packs every crate that is published, and checks that what is packed compiles by itself and
+//! serves a newcomer.
+use crate::run::{Result, cargo, command, copy, output, root, run};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 /// The members of the workspace that are not published.
 const PRIVATE: [&str; 5] =
     ["rhytid-examples", "rhytid-peers", "rhytid-test-support", "xtask", "xtask-kernels"];
 
+/// What the unpacked packages are compiled with. The program finds its way by measuring, so that ours is not slow; the
+/// rest is compiled in the least time.
+const PROFILES: &str =
+    "\n[profile.dev]\nopt-level = 1\ndebug = false\n\n[profile.dev.package.\"*\"]\nopt-level = 0\n";
+
+/// How a crate of the repository's names the library, and how everyone else does.
+const LIBRARY: (&str, &str) = ("rhytid = { path = \"../../crates/rhytid\" }", "rhytid = \"*\"");
+
 /// Packs as `cargo publish --workspace` would. Cargo's own check builds each package from nothing, for as long as
 /// everything else together; so the packages are unpacked side by side instead, as a workspace where each stands
-/// for its namesake on crates.io, and checked at once with the dependencies that are there already.
+/// for its namesake on crates.io, and built at once. With them stands `examples/outside`, a newcomer's crate that knows
+/// the library by its name alone; it plays a take that the packed program makes.
 pub(crate) fn package() -> Result {
     let target = root().join("target");
     let packages = target.join("package");
@@ -31,33 +42,66 @@ pub(crate) fn package() -> Result {
             run(unpack)?;
         }
     }
-    fs::write(unpacked.join("Cargo.toml"), manifest(&unpacked)?).map_err(io)?;
-    fs::copy(root().join("Cargo.lock"), unpacked.join("Cargo.lock")).map_err(io)?;
-    let mut check = cargo(&["check", "--workspace", "--target-dir"]);
-    check.arg(&target).current_dir(&unpacked);
-    run(check)?;
+    let patches = patches(&unpacked)?;
+    newcomer(&unpacked)?;
+    let manifest =
+        format!("[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n{patches}{PROFILES}");
+    fs::write(unpacked.join("Cargo.toml"), manifest).map_err(io)?;
+    copy(&root().join("Cargo.lock"), &unpacked.join("Cargo.lock"))?;
+    // Apart from what the repository's own crates are compiled to: other versions of theirs, in other profiles.
+    let built = target.join("unpacked");
+    let mut build = cargo(&["build", "--workspace", "--target-dir"]);
+    build.arg(&built).current_dir(&unpacked);
+    run(build)?;
+    play(&built.join("debug"))?;
     remove(&unpacked)
 }
 
-/// A workspace of all the packages in `folder`, with the repository's profiles.
-fn manifest(folder: &Path) -> Result<String> {
+/// A line for each of the packages in `folder`, which makes it what crates.io has under its name.
+fn patches(folder: &Path) -> Result<String> {
     let io = |e: std::io::Error| format!("{}: {e}", folder.display());
-    let mut text = "[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n".to_owned();
+    let mut text = String::new();
     let folders: std::io::Result<Vec<_>> = fs::read_dir(folder).map_err(io)?.collect();
     for package in folders.map_err(io)? {
         let package = package.file_name().to_string_lossy().into_owned();
         let (name, _) = package.rsplit_once('-').ok_or_else(|| format!("{package} has no version"))?;
         writeln!(text, "{name} = {{ path = \"{package}\" }}").expect("writing to a string");
     }
-    Ok(text + &profiles()?)
+    Ok(text)
 }
 
-/// The repository's profiles, which its Cargo.toml ends with: with them others share what is compiled.
-pub(crate) fn profiles() -> Result<String> {
-    let path = root().join("Cargo.toml");
-    let ours = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let profiles = ours.find("\n[profile.").ok_or("Cargo.toml has no profile")?;
-    Ok(ours[profiles..].to_owned())
+/// Copies `examples/outside` to the packages in `folder`, as its author would have it.
+fn newcomer(folder: &Path) -> Result {
+    let (ours, theirs) = (root().join("examples/outside"), folder.join("outside"));
+    let io = |e: std::io::Error| format!("{}: {e}", ours.display());
+    fs::create_dir_all(theirs.join("src")).map_err(io)?;
+    copy(&ours.join("src/main.rs"), &theirs.join("src/main.rs"))?;
+    let manifest = fs::read_to_string(ours.join("Cargo.toml")).map_err(io)?;
+    if !manifest.contains("[workspace]\n") || !manifest.contains(LIBRARY.0) {
+        return Err(format!("{}: Cargo.toml has no [workspace] or not “{}”", ours.display(), LIBRARY.0));
+    }
+    let manifest = manifest.replace("[workspace]\n", "").replace(LIBRARY.0, LIBRARY.1);
+    fs::write(theirs.join("Cargo.toml"), manifest).map_err(io)
+}
+
+/// Has the newcomer's program among `programs` play a take on a face, both made by the packed program.
+fn play(programs: &Path) -> Result {
+    let demo = programs.join("demo");
+    let io = |e: std::io::Error| format!("{}: {e}", demo.display());
+    fs::create_dir_all(&demo).map_err(io)?;
+    let mut make = command(programs.join("rhytid"), &["--quiet", "demo", "--vertices", "2000"]);
+    make.arg(&demo);
+    run(make)?;
+    let mut play = Command::new(programs.join("outside"));
+    play.current_dir(&demo);
+    let said = output(play).ok_or("examples/outside failed")?;
+    eprintln!("{said}");
+    let take = fs::read_to_string(demo.join("performance.csv")).map_err(io)?;
+    let frames = take.lines().count() - 1;
+    if said.starts_with(&format!("{frames} frames of ")) && !said.contains("by 0.000") {
+        return Ok(());
+    }
+    Err(format!("examples/outside: expected {frames} frames that move, found “{said}”"))
 }
 
 /// Removes a folder, if it is there.

@@ -2,7 +2,7 @@
 use crate::programs::{Runs, build};
 use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
-use crate::{debian, kernels, library, package, setup};
+use crate::{debian, library, package, setup};
 use std::process::Command;
 
 /// The whole workspace, for any of cargo's commands.
@@ -25,7 +25,6 @@ pub(crate) fn test() -> Result {
 fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("setup", setup::setup)?;
     steps.step("format", format)?;
-    steps.step("kernels", || kernels::kernels(true))?;
     steps.step("lints", lints)?;
     steps.step("runtime alone", library::runtime)?;
     let programs = steps.step("build tests", || build(&WORKSPACE))?;
@@ -38,7 +37,6 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
         runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))?;
         outcome(runs)
     })?;
-    steps.step("newcomer", library::newcomer)?;
     steps.step("packages", package::package)?;
     // The layer keeps memory of its own, so that sessions do not leak is for the tests above to say.
     steps.step("validation", || {
