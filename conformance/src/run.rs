@@ -65,7 +65,7 @@ pub fn run_case_against(device: &Device, case: &Case, reference: ReferenceOf) ->
         Err(error) => {
             let verdict = match &error {
                 Error::Device { kind: DeviceErrorKind::Unsupported, .. } => Verdict::NotSupported,
-                Error::Device { kind: DeviceErrorKind::OutOfMemory, .. } if case.timed => {
+                Error::Device { kind: DeviceErrorKind::OutOfMemory, .. } if case.large => {
                     Verdict::NotSupported
                 }
                 _ => Verdict::Fail,

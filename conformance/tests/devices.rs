@@ -70,7 +70,9 @@ impl Tested {
 }
 
 fn of_device(info: &DeviceInfo, head: &Arc<OnceLock<Option<Head>>>) -> Vec<Trial> {
-    let cases = cases(Suite::Full);
+    let mut cases = cases(Suite::Full);
+    // Tests say what is right; how fast it is, `rhytid conform` says.
+    cases.iter_mut().for_each(|case| case.timed = false);
     let tested = Arc::new(Tested {
         info: info.clone(),
         device: OnceLock::new(),

@@ -10,10 +10,8 @@ use std::process::Command;
 const PRIVATE: [&str; 5] =
     ["rhytid-examples", "rhytid-peers", "rhytid-test-support", "xtask", "xtask-kernels"];
 
-/// What the unpacked packages are compiled with. The program finds its way by measuring, so that ours is not slow; the
-/// rest is compiled in the least time.
-const PROFILES: &str =
-    "\n[profile.dev]\nopt-level = 1\ndebug = false\n\n[profile.dev.package.\"*\"]\nopt-level = 0\n";
+/// What the unpacked packages are compiled with: in the least time.
+const PROFILES: &str = "\n[profile.dev]\ndebug = false\n";
 
 /// How a crate of the repository's names the library, and how everyone else does.
 const LIBRARY: (&str, &str) = ("rhytid = { path = \"../../crates/rhytid\" }", "rhytid = \"*\"");
