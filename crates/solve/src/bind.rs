@@ -4,8 +4,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-/// Gives every vertex that is not driven the basis row of the closest point of the driven surface: the
-/// barycentric mean of the three rows there. The vertex keeps its offset from that point. Of triangles that
+/// Gives every vertex of which `binds` is true, none of them driven, the basis row of the closest point of the driven
+/// surface: the barycentric mean of the three rows there. The vertex keeps its offset from that point. Of triangles that
 /// are equally close, the first is taken.
 ///
 /// `rest` is V×3, `basis` V×H. Without a driven triangle nothing is bound.
@@ -13,6 +13,7 @@ pub(crate) fn bind_nearest(
     rest: &[[f64; 3]],
     triangles: &[[u32; 3]],
     driven: &[bool],
+    binds: impl Fn(usize) -> bool,
     handles: usize,
     basis: &mut [f64],
 ) {
@@ -27,7 +28,7 @@ pub(crate) fn bind_nearest(
         return;
     }
     let surface = RTree::bulk_load(surface);
-    let bound: Vec<usize> = (0..rest.len()).filter(|&v| !driven[v]).collect();
+    let bound: Vec<usize> = (0..rest.len()).filter(|&v| binds(v)).collect();
     let rows: Vec<Vec<f64>> = bound
         .par_iter()
         .map(|&v| {
@@ -128,7 +129,7 @@ mod tests {
         for i in 0..3 {
             basis[i * 3 + i] = 1.0;
         }
-        bind_nearest(&rest, &[[0, 1, 2], [3, 4, 5]], &driven, 3, &mut basis);
+        bind_nearest(&rest, &[[0, 1, 2], [3, 4, 5]], &driven, |v| !driven[v], 3, &mut basis);
         let expected = [[0.5, 0.25, 0.25], [0.5, 0.5, 0.0], [1.0, 0.0, 0.0]];
         for (got, expected) in basis[9..].iter().zip(expected.as_flattened()) {
             assert!((got - expected).abs() < 1e-12, "{basis:?}");

@@ -11,7 +11,9 @@ const VERTICES_AT_ONCE: usize = 4096;
 /// The features of the centres (N×F, the rest pose first) and the detail of the examples (P×V×3 in mesh units,
 /// components along t, b, n of the frames on the large-scale result).
 ///
-/// `rig` needs everything up to its influences. The detail is zero where `moves` says that a vertex does not.
+/// `rig` needs everything up to its influences. The detail is zero where `moves` says that a vertex does not. `add` is given
+/// the positions of the handles in an example, and adds to the V×3 positions that the basis gives what else the large scale
+/// has.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`].
@@ -21,18 +23,16 @@ pub(crate) fn features_and_detail(
     topology: &Topology,
     examples: &[Example],
     moves: impl Fn(usize) -> bool + Sync,
+    add: impl Fn(&[[f64; 3]], &mut [[f64; 3]]),
     progress: &dyn Progress,
 ) -> Result<(Vec<f64>, Vec<[f64; 3]>)> {
     let (vertices, edges) = (rig.vertices(), rig.strain_edges.len());
     let mut features = vec![0.0; (examples.len() + 1) * edges];
     let mut detail = vec![[0.0; 3]; examples.len() * vertices];
-    let at_handles = |positions: &[[f64; 3]]| -> Vec<[f64; 3]> {
-        rig.handles.iter().map(|&v| positions[v as usize]).collect()
-    };
-    let handle_rest = at_handles(&rig.rest);
+    let handle_rest = at_handles(rig, &rig.rest);
     for (j, example) in examples.iter().enumerate() {
         progress.step("detail", j as u64, examples.len() as u64)?;
-        let handle_positions = at_handles(&example.positions);
+        let handle_positions = at_handles(rig, &example.positions);
         strain::strain(
             strain::Params { frames: 1, handles: rig.handles.len() as u32, strain_edges: edges as u32 },
             &handle_positions,
@@ -41,7 +41,8 @@ pub(crate) fn features_and_detail(
             rest_lengths,
             &mut features[(j + 1) * edges..][..edges],
         );
-        let smooth = smooth(rig, &handle_rest, &handle_positions);
+        let mut smooth = smooth(rig, &handle_rest, &handle_positions);
+        add(&handle_positions, &mut smooth);
         detail[j * vertices..][..vertices].par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(
             |(v, d)| {
                 let n = normals::vertex_normal(&smooth, &rig.triangles, topology.vertex_triangles.at(v));
@@ -56,7 +57,12 @@ pub(crate) fn features_and_detail(
     Ok((features, detail))
 }
 
-/// The large-scale positions of all vertices.
+/// Where the handles are among V positions.
+pub(crate) fn at_handles(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    rig.handles.iter().map(|&v| positions[v as usize]).collect()
+}
+
+/// The positions of all vertices that the basis gives.
 fn smooth(rig: &Rig<f64>, handle_rest: &[[f64; 3]], handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let handles = rig.handles.len();
     let mut smooth = vec![[0.0; 3]; rig.vertices()];

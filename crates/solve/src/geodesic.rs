@@ -27,6 +27,27 @@ impl Ord for Distance {
     }
 }
 
+/// The distance of every vertex from vertex `from` along the edges of the rest mesh, into `distances`, V; infinite where it
+/// cannot be reached.
+pub fn distances(positions: &[[f64; 3]], topology: &Topology, from: u32, distances: &mut [f64]) {
+    let position = |v: u32| DVec3::from_array(positions[v as usize]);
+    distances.fill(f64::INFINITY);
+    distances[from as usize] = 0.0;
+    let mut queue = BinaryHeap::from([Reverse((Distance(0.0), from))]);
+    while let Some(Reverse((Distance(distance), v))) = queue.pop() {
+        if distance > distances[v as usize] {
+            continue;
+        }
+        for &w in topology.neighbors(v as usize) {
+            let candidate = distance + position(v).distance(position(w));
+            if candidate < distances[w as usize] {
+                distances[w as usize] = candidate;
+                queue.push(Reverse((Distance(candidate), w)));
+            }
+        }
+    }
+}
+
 /// The handle that is nearest to each vertex along the edges of the rest mesh (ties: the lowest handle);
 /// `None` where no handle can be reached.
 pub fn voronoi_cells(positions: &[[f64; 3]], topology: &Topology, handles: &[u32]) -> Vec<Option<u32>> {

@@ -38,6 +38,7 @@ mod driven;
 pub mod geodesic;
 pub mod influences;
 pub mod laplacian;
+mod learned;
 mod rbf;
 mod sparse;
 mod system;
@@ -56,6 +57,7 @@ pub mod internals {
     pub use crate::cholesky::Factor;
     pub use crate::dissection::{Dissection, Graph, Part, dissect};
     pub use crate::driven::DrivenComponents;
+    pub use crate::learned::{Learned, LearnedSettings, learn};
     pub use crate::sparse::Columns;
     pub use crate::system::System;
 }
@@ -109,7 +111,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
     let mut basis = basis::basis(rest, &triangles, handles, &driven, bending_length, progress)?;
     if face.settings.bind == Bind::Nearest {
         progress.step("bind", 0, 1)?;
-        bind::bind_nearest(rest, &triangles, &driven, handles.len(), &mut basis);
+        bind::bind_nearest(rest, &triangles, &driven, |v| !driven[v], handles.len(), &mut basis);
         progress.step("bind", 1, 1)?;
     }
 
@@ -156,8 +158,15 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
     };
 
     let moves = |v: usize| driven[v] || face.settings.bind == Bind::Nearest;
-    let (pose_features, detail) =
-        detail::features_and_detail(&rig, &rest_lengths, &topology, &face.examples, moves, progress)?;
+    let (pose_features, detail) = detail::features_and_detail(
+        &rig,
+        &rest_lengths,
+        &topology,
+        &face.examples,
+        moves,
+        |_, _| (),
+        progress,
+    )?;
     rig.pose_features = pose_features;
     rig.rbf_weights = rbf::rbf_weights(
         &rig.pose_features,

@@ -1,4 +1,5 @@
-//! Section 2's matrix, A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ².
+//! Sparse symmetric matrices over the vertices of a mesh: section 2's, A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ², and
+//! that which smooths, M − (σ²/2) C.
 use crate::dissection::Graph;
 use crate::laplacian::Laplacian;
 use crate::sparse::Columns;
@@ -10,25 +11,45 @@ const ROWS_AT_ONCE: usize = 4096;
 /// A vertex that is not in an order has this place in it.
 pub(crate) const NONE: u32 = u32::MAX;
 
+/// What a matrix is made of.
+enum Energy {
+    /// −C + ℓ² C M⁻¹ C, with ℓ².
+    Shell(f64),
+    /// M − (σ²/2) C, with σ²/2.
+    Smoothing(f64),
+}
+
 /// A, row by row: its entries are made when they are asked for.
 pub struct System {
     mass: Vec<f64>,
-    bending: f64,
+    energy: Energy,
     /// Which vertices share an edge of the mesh, each with itself: where C has entries.
     rings: Graph,
     /// C, in the order of `rings`.
     laplacian: Vec<f64>,
-    /// Where A has entries: two rings.
+    /// Where A has entries: two rings for the shell's, one for that which smooths.
     pattern: Graph,
 }
 
 impl System {
-    /// For ℓ in mesh units.
+    /// The thin shell's, for ℓ in mesh units.
     pub fn new(laplacian: Laplacian, bending_length: f64) -> Self {
         let (rings, values) = rows(&laplacian);
         let pattern = two_rings(&rings);
-        let bending = bending_length * bending_length;
-        Self { mass: laplacian.mass, bending, rings, laplacian: values, pattern }
+        let energy = Energy::Shell(bending_length * bending_length);
+        Self { mass: laplacian.mass, energy, rings, laplacian: values, pattern }
+    }
+
+    /// That which smooths, for σ in mesh units.
+    pub fn smoothing(laplacian: Laplacian, sigma: f64) -> Self {
+        let (rings, values) = rows(&laplacian);
+        let energy = Energy::Smoothing(0.5 * sigma * sigma);
+        Self { mass: laplacian.mass, energy, pattern: rings.clone(), rings, laplacian: values }
+    }
+
+    /// M of a vertex.
+    pub fn mass(&self, v: u32) -> f64 {
+        self.mass[v as usize]
     }
 
     /// Where A has entries.
@@ -51,10 +72,19 @@ impl System {
                 values[at] += scale * c;
             }
         };
-        for (m, c) in self.laplacian_row(v) {
-            add(self.bending * c / self.mass[m as usize], m);
+        match self.energy {
+            Energy::Shell(bending) => {
+                for (m, c) in self.laplacian_row(v) {
+                    add(bending * c / self.mass[m as usize], m);
+                }
+                add(-1.0, v);
+            }
+            Energy::Smoothing(half) => {
+                add(-half, v);
+                let diagonal = pattern.partition_point(|&w| w < v);
+                values[diagonal] += self.mass[v as usize];
+            }
         }
-        add(-1.0, v);
     }
 
     fn laplacian_row(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {

@@ -1,0 +1,125 @@
+//! How much of the linear band is believed (step 7 of the learned method): what predicts examples best that are left out.
+use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
+use super::neighborhoods::LinearInfluences;
+use rayon::prelude::*;
+use rhytid_core::Result;
+
+/// s and λ that are tried where a project names none.
+pub(crate) const SHARES: [f64; 2] = [0.2, 1.0];
+/// As [`SHARES`].
+pub(crate) const RIDGES: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
+
+/// Leaving out one of two examples or fewer tells nothing.
+const FEWEST_EXAMPLES: usize = 3;
+
+/// Taken where there are fewer examples.
+const UNSEEN: (f64, f64) = (0.2, 1e-2);
+
+/// Vertices that are looked at.
+const SAMPLES: usize = 1024;
+
+/// A choice of s and λ, and what it is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// s.
+    pub share: f64,
+    /// λ.
+    pub ridge: f64,
+    /// The RMS distance, in mesh units, from the smooth part of each example to what the others predict, over a sample of
+    /// the surface; NaN where there are too few examples to leave one out.
+    pub leave_one_out: f64,
+}
+
+/// Every pair of `shares` and `ridges`, neither of them empty, with its error, and the best of them (of equals the first).
+///
+/// `area` is the mass of each vertex, 0 at those that are not looked at, such as handles; the sample is fixed by it, and the
+/// bits do not depend on the number of threads. σ_m is `marker_noise` in mesh units; `smooth` is Ŵ, V×P×3.
+///
+/// # Errors
+/// As [`VertexSystem::solve`].
+pub(crate) fn choose(
+    strains: &VectorStrains,
+    influences: &LinearInfluences,
+    smooth: &[[f64; 3]],
+    area: &[f64],
+    (shares, ridges): (&[f64], &[f64]),
+    marker_noise: f64,
+) -> Result<(Candidate, Vec<Candidate>)> {
+    let examples = strains.examples();
+    let pairs = || shares.iter().flat_map(|&share| ridges.iter().map(move |&ridge| (share, ridge)));
+    let count = shares.len() * ridges.len();
+    if examples < FEWEST_EXAMPLES {
+        let (share, ridge) =
+            pairs().find(|pair| *pair == UNSEEN).or_else(|| pairs().next()).unwrap_or(UNSEEN);
+        let only = Candidate { share, ridge, leave_one_out: f64::NAN };
+        return Ok((only, vec![only]));
+    }
+    let squares: Vec<Vec<f64>> = sample(area)
+        .into_par_iter()
+        .map_init(
+            || (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![[0.0; 3]; examples]),
+            |(system, z, errors), v| {
+                let of_vertex = v * influences.per_vertex..(v + 1) * influences.per_vertex;
+                system.assemble(
+                    strains,
+                    &influences.features[of_vertex.clone()],
+                    &influences.weights[of_vertex],
+                );
+                let smooth = &smooth[v * examples..][..examples];
+                pairs()
+                    .map(|(share, ridge)| {
+                        let settings = LinearSettings { share, ridge, marker_noise };
+                        if system.solve(settings, smooth.as_flattened(), z)? {
+                            system.leave_one_out(z, errors);
+                        } else {
+                            errors.copy_from_slice(smooth);
+                        }
+                        Ok(errors.as_flattened().iter().map(|x| x * x).sum())
+                    })
+                    .collect::<Result<Vec<f64>>>()
+            },
+        )
+        .collect::<Result<_>>()?;
+    let mean = |i: usize| {
+        squares.iter().map(|of_vertex| of_vertex[i]).sum::<f64>() / (squares.len() * examples) as f64
+    };
+    let candidates: Vec<Candidate> = pairs()
+        .zip(0..count)
+        .map(|((share, ridge), i)| Candidate { share, ridge, leave_one_out: mean(i).sqrt() })
+        .collect();
+    let best =
+        candidates.iter().copied().reduce(|a, b| if b.leave_one_out < a.leave_one_out { b } else { a });
+    let unseen = Candidate { share: UNSEEN.0, ridge: UNSEEN.1, leave_one_out: f64::NAN };
+    Ok((best.unwrap_or(unseen), candidates))
+}
+
+/// Vertices at equal distances in the sum of the areas: a vertex of a large area may be there more than once.
+fn sample(area: &[f64]) -> Vec<usize> {
+    let total: f64 = area.iter().sum();
+    if total <= 0.0 {
+        return Vec::new();
+    }
+    let mut vertices = Vec::with_capacity(SAMPLES);
+    let mut sum = 0.0;
+    for (v, area) in area.iter().enumerate() {
+        sum += area;
+        while vertices.len() < SAMPLES && (vertices.len() as f64 + 0.5) / SAMPLES as f64 * total < sum {
+            vertices.push(v);
+        }
+    }
+    vertices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sample_goes_by_area() {
+        let found = sample(&[1.0, 0.0, 3.0]);
+        assert_eq!(found.len(), SAMPLES);
+        assert_eq!(found.iter().filter(|v| **v == 0).count(), SAMPLES / 4);
+        assert!(!found.contains(&1));
+        assert!(sample(&[0.0; 3]).is_empty());
+    }
+}

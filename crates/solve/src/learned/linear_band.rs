@@ -1,0 +1,374 @@
+//! The linear band (step 6 of the learned method): what the shell leaves of the examples, as a linear function of what the
+//! nearby handles do relative to each other.
+use super::neighborhoods::LinearInfluences;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::{Mat, Par};
+use rhytid_core::{Error, Result};
+
+/// What is learned, and how much is believed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LinearSettings {
+    /// s in [0, 1]: the part of the kernel in which each axis does as it likes.
+    pub(crate) share: f64,
+    /// λ > 0: what is added to the diagonal, as a part of its mean.
+    pub(crate) ridge: f64,
+    /// σ_m ≥ 0: the standard deviation of a marker's noise per axis, in mesh units.
+    pub(crate) marker_noise: f64,
+}
+
+/// The features of the examples and of the noise: those of strain edges, `D_e = (u_b − u_a)/l_e`, before those of
+/// anchors, `D_h = u_h/L`.
+pub(crate) struct VectorStrains {
+    /// (F + H)×3P: feature by feature, x, y, z of one example after the other.
+    of_examples: Vec<f64>,
+    /// What noise of variance 1 adds to |D|² per axis: `2/l_e²`, `1/L²`.
+    noise: Vec<f64>,
+    /// The ends of the strain edges, and their rest lengths.
+    strain_edges: Vec<[u32; 2]>,
+    rest_lengths: Vec<f64>,
+    /// L in mesh units.
+    mean: f64,
+    examples: usize,
+}
+
+impl VectorStrains {
+    /// Of P examples' displacements of the handles, P×H.
+    pub(crate) fn new(
+        displacements: &[Vec<[f64; 3]>],
+        strain_edges: &[[u32; 2]],
+        rest_lengths: &[f64],
+        mean: f64,
+    ) -> Self {
+        let handles = displacements.first().map_or(0, Vec::len);
+        let mut of_examples = Vec::with_capacity((strain_edges.len() + handles) * displacements.len() * 3);
+        for (&[a, b], length) in strain_edges.iter().zip(rest_lengths) {
+            for u in displacements {
+                of_examples.extend((0..3).map(|c| (u[b as usize][c] - u[a as usize][c]) / length));
+            }
+        }
+        for h in 0..handles {
+            displacements.iter().for_each(|u| of_examples.extend(u[h].map(|c| c / mean)));
+        }
+        let noise = rest_lengths.iter().map(|l| 2.0 / (l * l));
+        let noise = noise.chain(std::iter::repeat_n(1.0 / (mean * mean), handles)).collect();
+        Self {
+            of_examples,
+            noise,
+            strain_edges: strain_edges.to_vec(),
+            rest_lengths: rest_lengths.to_vec(),
+            mean,
+            examples: displacements.len(),
+        }
+    }
+
+    /// P.
+    pub(crate) fn examples(&self) -> usize {
+        self.examples
+    }
+
+    /// D of feature `e`, 3P.
+    fn feature(&self, e: u32) -> &[f64] {
+        &self.of_examples[e as usize * 3 * self.examples..][..3 * self.examples]
+    }
+
+    /// D of all features in the examples, P×(F + H).
+    pub(crate) fn by_example(&self) -> Vec<[f64; 3]> {
+        let features = self.noise.len();
+        let at = |p: usize, e: usize| {
+            let first = (e * self.examples + p) * 3;
+            [0, 1, 2].map(|c| self.of_examples[first + c])
+        };
+        (0..self.examples).flat_map(|p| (0..features).map(move |e| at(p, e))).collect()
+    }
+
+    /// Adds `weight` times the feature `e`, which is linear in the displacements, to a row over the handles.
+    fn add_to_row(&self, e: u32, weight: f64, row: &mut [f64]) {
+        match self.strain_edges.get(e as usize) {
+            Some(&[a, b]) => {
+                let slope = weight / self.rest_lengths[e as usize];
+                row[b as usize] += slope;
+                row[a as usize] -= slope;
+            }
+            None => row[e as usize - self.strain_edges.len()] += weight / self.mean,
+        }
+    }
+}
+
+/// One vertex's system, and memory for the next one's.
+pub(crate) struct VertexSystem {
+    size: usize,
+    kernel: Mat<f64>,
+    factor: Mat<f64>,
+    inverse: Mat<f64>,
+    scratch: MemBuffer,
+    /// κ, P×P.
+    kappa: Vec<f64>,
+    trace: f64,
+    noise: f64,
+}
+
+impl VertexSystem {
+    /// For P examples.
+    pub(crate) fn new(examples: usize) -> Self {
+        let size = 3 * examples;
+        let factor = llt::factor::cholesky_in_place_scratch::<f64>(size, Par::Seq, Default::default());
+        let inverse = llt::inverse::inverse_scratch::<f64>(size, Par::Seq);
+        Self {
+            size,
+            kernel: Mat::zeros(size, size),
+            factor: Mat::zeros(size, size),
+            inverse: Mat::zeros(size, size),
+            scratch: MemBuffer::new(factor.or(inverse)),
+            kappa: vec![0.0; examples * examples],
+            trace: 0.0,
+            noise: 0.0,
+        }
+    }
+
+    /// Takes up a vertex, which listens to `features` with the weights ω: K1 and κ, whatever the settings.
+    pub(crate) fn assemble(&mut self, strains: &VectorStrains, features: &[u32], weights: &[f64]) {
+        let size = self.size;
+        self.kernel.fill(0.0);
+        self.noise = 0.0;
+        for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+            let d = strains.feature(e);
+            self.noise += w * strains.noise[e as usize];
+            for (j, dj) in d.iter().enumerate() {
+                let wd = w * dj;
+                for (to, di) in self.kernel.col_as_slice_mut(j)[j..].iter_mut().zip(&d[j..]) {
+                    *to += wd * di;
+                }
+            }
+        }
+        self.trace = (0..size).map(|i| self.kernel[(i, i)]).sum();
+        let examples = size / 3;
+        for p in 0..examples {
+            for q in 0..=p {
+                let sum = (0..3).map(|c| self.kernel[(3 * p + c, 3 * q + c)]).sum();
+                self.kappa[p * examples + q] = sum;
+                self.kappa[q * examples + p] = sum;
+            }
+        }
+    }
+
+    /// z of `(((1−s) K1 + s K3)/τ + (λ + n/τ) I) z = Ŵ`, where `smooth` is Ŵ, 3P; all 0, and false, where no example moves
+    /// what the vertex listens to. [`VertexSystem::leave_one_out`] can be asked after it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the matrix is not positive definite, which a λ above 0 forbids.
+    pub(crate) fn solve(&mut self, settings: LinearSettings, smooth: &[f64], z: &mut [f64]) -> Result<bool> {
+        z.fill(0.0);
+        let tau = self.tau();
+        if tau <= 0.0 {
+            return Ok(false);
+        }
+        let (size, examples) = (self.size, self.size / 3);
+        let s = settings.share;
+        let diagonal = settings.ridge + settings.marker_noise.powi(2) * self.noise / tau;
+        for j in 0..size {
+            for i in j..size {
+                let shared = if i % 3 == j % 3 { self.kappa[i / 3 * examples + j / 3] } else { 0.0 };
+                self.factor[(i, j)] = ((1.0 - s) * self.kernel[(i, j)] + s * shared) / tau;
+            }
+            self.factor[(j, j)] += diagonal;
+        }
+        llt::factor::cholesky_in_place(
+            self.factor.as_mut(),
+            Default::default(),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        )
+        .map_err(|e| Error::Internal(format!("a vertex's linear band has no solution: {e:?}")))?;
+        z.copy_from_slice(smooth);
+        self.substitute(z);
+        Ok(true)
+    }
+
+    /// L Lᵀ x = x, in place.
+    fn substitute(&self, x: &mut [f64]) {
+        let size = self.size;
+        for j in 0..size {
+            let column = self.factor.col_as_slice(j);
+            x[j] /= column[j];
+            let xj = x[j];
+            for (x, l) in x[j + 1..].iter_mut().zip(&column[j + 1..]) {
+                *x -= l * xj;
+            }
+        }
+        for j in (0..size).rev() {
+            let column = self.factor.col_as_slice(j);
+            let sum: f64 = x[j + 1..].iter().zip(&column[j + 1..]).map(|(x, l)| x * l).sum();
+            x[j] = (x[j] - sum) / column[j];
+        }
+    }
+
+    /// What each example would have been off by, had it been left out: `e_p = (A_pp)⁻¹ z_p`, with A the inverse of the
+    /// matrix that [`VertexSystem::solve`] gave `z` with; P×3 in mesh units.
+    pub(crate) fn leave_one_out(&mut self, z: &[f64], errors: &mut [[f64; 3]]) {
+        llt::inverse::inverse(
+            self.inverse.as_mut(),
+            self.factor.as_ref(),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        for (p, error) in errors.iter_mut().enumerate() {
+            // Only the lower triangle is there.
+            let a = |i: usize, j: usize| self.inverse[(3 * p + i.max(j), 3 * p + i.min(j))];
+            let block = glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(i % 3, i / 3)));
+            *error = (block.inverse() * glam::DVec3::from_slice(&z[3 * p..][..3])).to_array();
+        }
+    }
+
+    /// τ: the mean of K1's diagonal.
+    pub(crate) fn tau(&self) -> f64 {
+        self.trace / self.size as f64
+    }
+}
+
+/// What the linear band adds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearBand {
+    /// ΔB, V×H: what goes into the basis.
+    pub basis_correction: Vec<f64>,
+    /// c, V×P×3 in mesh units; empty where s = 0.
+    pub example_weights: Vec<[f64; 3]>,
+    /// What each example would be off by if it were left out, V×P×3 in mesh units.
+    pub leave_one_out: Vec<[f64; 3]>,
+}
+
+/// Solves the linear band of every vertex: `smooth` is Ŵ, V×P×3, and 0 at `handles`, where nothing is learned.
+///
+/// # Errors
+/// As [`VertexSystem::solve`].
+pub(crate) fn linear_band(
+    strains: &VectorStrains,
+    influences: &LinearInfluences,
+    handles: &[u32],
+    smooth: &[[f64; 3]],
+    settings: LinearSettings,
+) -> Result<LinearBand> {
+    use rayon::prelude::*;
+    let (examples, count) = (strains.examples, handles.len());
+    let vertices = influences.weights.len() / influences.per_vertex;
+    let mut is_handle = vec![false; vertices];
+    handles.iter().for_each(|&v| is_handle[v as usize] = true);
+    let mut band = LinearBand {
+        basis_correction: vec![0.0; vertices * count],
+        example_weights: vec![[0.0; 3]; if settings.share > 0.0 { vertices * examples } else { 0 }],
+        leave_one_out: vec![[0.0; 3]; vertices * examples],
+    };
+    if examples == 0 {
+        return Ok(band);
+    }
+    let mut no_weights: Vec<[[f64; 3]; 0]> = vec![[]; vertices];
+    let weights: Vec<&mut [[f64; 3]]> = if settings.share > 0.0 {
+        band.example_weights.chunks_mut(examples).collect()
+    } else {
+        no_weights.iter_mut().map(|none| none.as_mut_slice()).collect()
+    };
+    band.basis_correction
+        .par_chunks_mut(count)
+        .zip(weights)
+        .zip(band.leave_one_out.par_chunks_mut(examples))
+        .zip(smooth.par_chunks(examples))
+        .enumerate()
+        .filter(|(v, _)| !is_handle[*v])
+        .map_init(
+            || (VertexSystem::new(examples), vec![0.0; 3 * examples]),
+            |(system, z), (v, (((row, c), errors), smooth))| {
+                let of_vertex = v * influences.per_vertex..(v + 1) * influences.per_vertex;
+                let features = &influences.features[of_vertex.clone()];
+                let omega = &influences.weights[of_vertex];
+                system.assemble(strains, features, omega);
+                if !system.solve(settings, smooth.as_flattened(), z)? {
+                    errors.copy_from_slice(smooth);
+                    return Ok(());
+                }
+                let scale = (1.0 - settings.share) / system.tau();
+                for (&e, &w) in features.iter().zip(omega).filter(|(_, w)| **w > 0.0) {
+                    let sum: f64 = z.iter().zip(strains.feature(e)).map(|(z, d)| z * d).sum();
+                    strains.add_to_row(e, scale * w * sum, row);
+                }
+                for (c, z) in c.iter_mut().zip(z.as_chunks::<3>().0) {
+                    *c = z.map(|z| settings.share / system.tau() * z);
+                }
+                system.leave_one_out(z, errors);
+                Ok(())
+            },
+        )
+        .collect::<Result<()>>()?;
+    Ok(band)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers without a pattern, in −1..1.
+    fn number(i: usize) -> f64 {
+        ((i as f64 * 12.9898).sin() * 43758.5453).fract()
+    }
+
+    /// The matrix by its definition, for the features `features` with the weights ω.
+    fn matrix(
+        strains: &VectorStrains,
+        features: &[u32],
+        omega: &[f64],
+        settings: LinearSettings,
+    ) -> Mat<f64> {
+        let (size, s) = (3 * strains.examples, settings.share);
+        let d = |e: u32, p: usize, c: usize| strains.feature(e)[3 * p + c];
+        let k1 = |p: usize, c: usize, q: usize, e: usize| -> f64 {
+            features.iter().zip(omega).map(|(&f, w)| w * d(f, p, c) * d(f, q, e)).sum()
+        };
+        let kappa = |p: usize, q: usize| (0..3).map(|c| k1(p, c, q, c)).sum::<f64>();
+        let tau = (0..strains.examples).map(|p| kappa(p, p)).sum::<f64>() / size as f64;
+        let noise: f64 = features.iter().zip(omega).map(|(&f, w)| w * strains.noise[f as usize]).sum();
+        let diagonal = settings.ridge + settings.marker_noise.powi(2) * noise / tau;
+        Mat::from_fn(size, size, |i, j| {
+            let (p, c, q, e) = (i / 3, i % 3, j / 3, j % 3);
+            let shared = if c == e { kappa(p, q) } else { 0.0 };
+            let ridge = if i == j { diagonal } else { 0.0 };
+            ((1.0 - s) * k1(p, c, q, e) + s * shared) / tau + ridge
+        })
+    }
+
+    #[test]
+    fn leaving_an_example_out_is_as_if_it_had_never_been() {
+        use faer::linalg::solvers::Solve;
+        let (examples, handles) = (5, 6);
+        let displacements: Vec<Vec<[f64; 3]>> = (0..examples)
+            .map(|p| (0..handles).map(|h| [0, 1, 2].map(|c| number(100 * p + 10 * h + c))).collect())
+            .collect();
+        let edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0]];
+        let strains = VectorStrains::new(&displacements, &edges, &[1.0, 1.5, 0.7, 1.0, 2.0, 1.2], 1.1);
+        let (features, omega) = ([0, 1, 2, 7, 9], [0.4, 0.3, 0.2, 0.06, 0.04]);
+        let smooth: Vec<f64> = (0..3 * examples).map(|i| number(1000 + i)).collect();
+        for share in [0.0, 0.2, 1.0] {
+            let settings = LinearSettings { share, ridge: 1e-3, marker_noise: 0.02 };
+            let mut system = VertexSystem::new(examples);
+            let (mut z, mut errors) = (vec![0.0; 3 * examples], vec![[0.0; 3]; examples]);
+            system.assemble(&strains, &features, &omega);
+            assert!(system.solve(settings, &smooth, &mut z).unwrap());
+            system.leave_one_out(&z, &mut errors);
+
+            let whole = matrix(&strains, &features, &omega, settings);
+            for (p, error) in errors.iter().enumerate() {
+                let others: Vec<usize> = (0..3 * examples).filter(|i| i / 3 != p).collect();
+                let of_others =
+                    Mat::from_fn(others.len(), others.len(), |i, j| whole[(others[i], others[j])]);
+                let right = Mat::from_fn(others.len(), 1, |i, _| smooth[others[i]]);
+                let without = of_others.partial_piv_lu().solve(&right);
+                for c in 0..3 {
+                    let row = 3 * p + c;
+                    let predicted: f64 =
+                        others.iter().enumerate().map(|(i, &j)| whole[(row, j)] * without[(i, 0)]).sum();
+                    let expected = smooth[row] - predicted;
+                    assert!((error[c] - expected).abs() < 1e-9, "{share} {p} {c}: {error:?}, not {expected}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! What each vertex listens to (steps 4 and 5 of the learned method): strain edges by the distance along the mesh, and
+//! the nearest handles as anchors.
+use crate::geodesic::distances;
+use crate::topology::Topology;
+use rayon::prelude::*;
+
+/// Handles that a vertex of a driven part has as anchors.
+const ANCHORS: usize = 8;
+
+/// The part of a vertex's weights that its anchors have; its strain edges have the rest.
+const ANCHORS_SHARE: f64 = 0.1;
+
+/// The influence at which the chapter cuts, and which is taken off all: a weight reaches zero where it would be cut.
+const THRESHOLD: f64 = 0.025;
+
+/// The width of an anchor's weight in mean rest lengths, on the surface and around a rigid part.
+const WIDTH_ON_SURFACE: f64 = 1.5;
+const WIDTH_AROUND_RIGID: f64 = 2.0;
+
+/// Distances along the edges of the rest mesh.
+pub(crate) struct Distances {
+    /// H×V; infinite between parts.
+    along: Vec<f64>,
+    vertices: usize,
+}
+
+impl Distances {
+    /// From each of `handles` to every vertex.
+    pub(crate) fn new(rest: &[[f64; 3]], topology: &Topology, handles: &[u32]) -> Self {
+        let vertices = rest.len();
+        let mut along = vec![f64::INFINITY; handles.len() * vertices];
+        along
+            .par_chunks_mut(vertices.max(1))
+            .zip(handles)
+            .for_each(|(along, &handle)| distances(rest, topology, handle, along));
+        Self { along, vertices }
+    }
+
+    /// g between handle `h` and vertex `v` in mesh units.
+    pub(crate) fn get(&self, h: u32, v: usize) -> f64 {
+        self.along[h as usize * self.vertices + v]
+    }
+}
+
+/// α of every vertex.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EdgeInfluences {
+    /// V×K indices of strain edges, ascending; K = min(`max_influences`, F).
+    pub edges: Vec<u32>,
+    /// α, V×K: at least 0, with the sum 1, or all 0 where no strain edge can be reached.
+    pub weights: Vec<f64>,
+}
+
+/// The K strain edges of smallest `s = g_va + g_vb − g_ab` (ties: the lower edge index), and
+/// `α = max(exp(−ln 40 · (s − min s)/gap) − 0.025, 0)` over their sum, with `gap = max(s_(K+1) − s_(1), 0.1 L)`; where a
+/// vertex reaches no more than K edges, the last of them stands for the (K+1)-th.
+///
+/// `mean` is L, the mean rest length, in mesh units.
+pub(crate) fn edge_influences(
+    distances: &Distances,
+    handles: &[u32],
+    strain_edges: &[[u32; 2]],
+    mean: f64,
+    max_influences: usize,
+) -> EdgeInfluences {
+    let (vertices, k) = (distances.vertices, max_influences.min(strain_edges.len()));
+    let mut edges = vec![0; vertices * k];
+    let mut weights = vec![0.0; vertices * k];
+    if k == 0 {
+        return EdgeInfluences { edges, weights };
+    }
+    let between: Vec<f64> =
+        strain_edges.iter().map(|&[a, b]| distances.get(a, handles[b as usize] as usize)).collect();
+    edges.par_chunks_mut(k).zip(weights.par_chunks_mut(k)).enumerate().for_each_init(
+        || Vec::with_capacity(strain_edges.len()),
+        |order, (v, (edges, weights))| {
+            order.clear();
+            let lengths = strain_edges.iter().zip(&between).enumerate();
+            let all = lengths
+                .map(|(i, (&[a, b], length))| (distances.get(a, v) + distances.get(b, v) - length, i as u32));
+            order.extend(all.filter(|(s, _)| s.is_finite()));
+            if order.is_empty() {
+                return;
+            }
+            let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+            let last = k.min(order.len() - 1);
+            let last = order.select_nth_unstable_by(last, nearer).1.0;
+            order.truncate(k);
+            let least = order.iter().fold(f64::INFINITY, |least, &(s, _)| least.min(s));
+            let gap = (last - least).max(0.1 * mean);
+            order.sort_unstable_by_key(|&(_, edge)| edge);
+            let alpha = |s: f64| ((THRESHOLD.ln() * (s - least) / gap).exp() - THRESHOLD).max(0.0);
+            let sum: f64 = order.iter().map(|&(s, _)| alpha(s)).sum();
+            for (i, &(s, edge)) in order.iter().enumerate() {
+                edges[i] = edge;
+                weights[i] = alpha(s) / sum;
+            }
+        },
+    );
+    EdgeInfluences { edges, weights }
+}
+
+/// ω: what the linear band of every vertex listens to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearInfluences {
+    /// V×(K + 8): strain edges count from 0, the handles' anchors from F.
+    pub features: Vec<u32>,
+    /// V×(K + 8), at least 0, with the sum 1 unless a vertex reaches no handle.
+    pub weights: Vec<f64>,
+    /// K + 8.
+    pub per_vertex: usize,
+}
+
+/// What a vertex of a part without a handle listens to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Listens {
+    /// Of a driven part: for itself.
+    Itself,
+    /// Of a part that follows: as this vertex of the driven surface.
+    As(u32),
+    /// Of a rigid part: as all of it, by the straight distance from this point, its centroid.
+    At([f64; 3]),
+}
+
+/// 0.9 α on a vertex's edges, and 0.1 `ν = exp(−(g² − min g²)/(1.5 L)²)` on its [`ANCHORS`] nearest handles, over their
+/// sum; a vertex that reaches no edge, and parts without a handle, have anchors alone.
+///
+/// `listens` is V long; F is `strain_edges`; `mean` is L.
+pub(crate) fn linear_influences(
+    rest: &[[f64; 3]],
+    handles: &[u32],
+    distances: &Distances,
+    alpha: &EdgeInfluences,
+    listens: &[Listens],
+    strain_edges: usize,
+    mean: f64,
+) -> LinearInfluences {
+    let vertices = rest.len();
+    let k = alpha.edges.len().checked_div(vertices).unwrap_or(0);
+    let per_vertex = k + ANCHORS;
+    let mut features = vec![strain_edges as u32; vertices * per_vertex];
+    let mut weights = vec![0.0; vertices * per_vertex];
+    let first_anchor = strain_edges as u32;
+    features.par_chunks_mut(per_vertex).zip(weights.par_chunks_mut(per_vertex)).enumerate().for_each(
+        |(v, (features, weights))| {
+            let (edges, edge_weights) = (&alpha.edges[v * k..][..k], &alpha.weights[v * k..][..k]);
+            let has_edges = listens[v] == Listens::Itself && edge_weights.iter().any(|&w| w > 0.0);
+            let (start, share) = if has_edges { (k, ANCHORS_SHARE) } else { (0, 1.0) };
+            if has_edges {
+                features[..k].copy_from_slice(edges);
+                for (to, w) in weights[..k].iter_mut().zip(edge_weights) {
+                    *to = (1.0 - ANCHORS_SHARE) * w;
+                }
+            }
+            let straight = |h: u32, from: [f64; 3]| {
+                let to = rest[handles[h as usize] as usize];
+                (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt()
+            };
+            let distance = |h: u32| match listens[v] {
+                Listens::Itself => distances.get(h, v),
+                Listens::As(w) => distances.get(h, w as usize),
+                Listens::At(centroid) => straight(h, centroid),
+            };
+            let (room, width) = match listens[v] {
+                Listens::Itself => (ANCHORS, WIDTH_ON_SURFACE),
+                Listens::As(_) => (per_vertex, WIDTH_ON_SURFACE),
+                Listens::At(_) => (per_vertex, WIDTH_AROUND_RIGID),
+            };
+            let anchors = nearest(handles.len() as u32, room, distance);
+            let Some(&(least, _)) = anchors.first() else { return };
+            let nu = |g: f64| (-(g * g - least * least) / (width * mean).powi(2)).exp();
+            let sum: f64 = anchors.iter().map(|&(g, _)| nu(g)).sum();
+            for (i, &(g, h)) in anchors.iter().enumerate() {
+                features[start + i] = first_anchor + h;
+                weights[start + i] = share * nu(g) / sum;
+            }
+        },
+    );
+    LinearInfluences { features, weights, per_vertex }
+}
+
+/// Up to `count` of `handles` handles at a finite distance, the nearest first (ties: the lower handle).
+fn nearest(handles: u32, count: usize, distance: impl Fn(u32) -> f64) -> Vec<(f64, u32)> {
+    let mut all: Vec<(f64, u32)> =
+        (0..handles).map(|h| (distance(h), h)).filter(|(g, _)| g.is_finite()).collect();
+    all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    all.truncate(count);
+    all
+}

@@ -1,0 +1,92 @@
+//! Parts without a handle (step 1 of the learned method): which are rigid, and which follow the driven surface.
+use super::neighborhoods::Listens;
+use crate::driven::DrivenComponents;
+use faer::{Mat, Side};
+use glam::DVec3;
+use rayon::prelude::*;
+use rhytid_core::Example;
+use rstar::RTree;
+use rstar::primitives::GeomWithData;
+
+/// A part is rigid if in every example its RMS distance to its best rigid motion is below this part of its RMS radius.
+const RIGID_WITHIN: f64 = 0.03;
+
+/// As what each vertex listens: a part without a handle is rigid if it is in all of `examples`, and follows otherwise.
+pub(crate) fn listens(rest: &[[f64; 3]], parts: &DrivenComponents, examples: &[Example]) -> Vec<Listens> {
+    let count = parts.component.iter().max().map_or(0, |last| *last as usize + 1);
+    let mut members = vec![Vec::new(); count];
+    let without_handle = (0..rest.len() as u32).filter(|&v| !parts.driven[v as usize]);
+    without_handle.for_each(|v| members[parts.component[v as usize] as usize].push(v));
+    let is_rigid: Vec<bool> = members
+        .par_iter()
+        .map(|part| examples.iter().all(|example| is_rigid(rest, &example.positions, part)))
+        .collect();
+    let centroids: Vec<[f64; 3]> = members.iter().map(|part| centroid(rest, part).to_array()).collect();
+    let driven = (0..rest.len() as u32).filter(|&v| parts.driven[v as usize]);
+    let surface: Vec<_> = driven.map(|v| GeomWithData::new(rest[v as usize], v)).collect();
+    let surface = RTree::bulk_load(surface);
+    // Of vertices that are equally near, the lowest.
+    let closest = |x: &[f64; 3]| surface.nearest_neighbors(x).into_iter().map(|found| found.data).min();
+    (0..rest.len())
+        .into_par_iter()
+        .map(|v| match parts.component[v] as usize {
+            _ if parts.driven[v] => Listens::Itself,
+            part if is_rigid[part] => Listens::At(centroids[part]),
+            part => closest(&rest[v]).map_or(Listens::At(centroids[part]), Listens::As),
+        })
+        .collect()
+}
+
+fn centroid(positions: &[[f64; 3]], part: &[u32]) -> DVec3 {
+    let sum: DVec3 = part.iter().map(|&v| DVec3::from_array(positions[v as usize])).sum();
+    sum / part.len() as f64
+}
+
+/// By Horn (1987): the largest eigenvalue λ of a 4×4 matrix made of the correlations gives the sum of the squared distances
+/// to the best rigid motion, `Σ|a|² + Σ|b|² − 2λ`, about the two centroids.
+fn is_rigid(rest: &[[f64; 3]], example: &[[f64; 3]], part: &[u32]) -> bool {
+    let (a0, b0) = (centroid(rest, part), centroid(example, part));
+    let mut s = [[0.0; 3]; 3];
+    let mut spread = [0.0; 2];
+    for &v in part {
+        let a = (DVec3::from_array(rest[v as usize]) - a0).to_array();
+        let b = (DVec3::from_array(example[v as usize]) - b0).to_array();
+        for i in 0..3 {
+            spread[0] += a[i] * a[i];
+            spread[1] += b[i] * b[i];
+            for j in 0..3 {
+                s[i][j] += a[i] * b[j];
+            }
+        }
+    }
+    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = s;
+    let n = [
+        [xx + yy + zz, yz - zy, zx - xz, xy - yx],
+        [yz - zy, xx - yy - zz, xy + yx, zx + xz],
+        [zx - xz, xy + yx, yy - xx - zz, yz + zy],
+        [xy - yx, zx + xz, yz + zy, zz - xx - yy],
+    ];
+    let Ok(values) = Mat::from_fn(4, 4, |i, j| n[i][j]).self_adjoint_eigenvalues(Side::Lower) else {
+        return false;
+    };
+    let largest = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let squared = (spread[0] + spread[1] - 2.0 * largest).max(0.0);
+    squared <= RIGID_WITHIN.powi(2) * spread[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turned_part_is_rigid_and_a_stretched_one_is_not() {
+        let rest = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
+        let turned = rest.map(|[x, y, z]| [5.0 - y, x, z]);
+        let mirrored = rest.map(|[x, y, z]| [-x, y, z]);
+        let stretched = rest.map(|[x, y, z]| [x, y, 1.1 * z]);
+        let rigid = |example: &[[f64; 3]; 4]| is_rigid(&rest, example, &[0, 1, 2, 3]);
+        assert!(rigid(&turned));
+        assert!(!rigid(&stretched));
+        assert!(!rigid(&mirrored));
+    }
+}
