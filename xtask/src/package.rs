@@ -6,12 +6,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The members of the workspace that are not published.
-const PRIVATE: [&str; 5] =
-    ["rhytid-examples", "rhytid-peers", "rhytid-test-support", "xtask", "xtask-kernels"];
-
-/// What the unpacked packages are compiled with: in the least time.
-const PROFILES: &str = "\n[profile.dev]\ndebug = false\n";
+/// The members of the workspace that are not published. `xtask-kernels` is not either, but packed: with it, the packages'
+/// dependencies have the features that the tests have compiled them with.
+const PRIVATE: [&str; 4] = ["rhytid-examples", "rhytid-peers", "rhytid-test-support", "xtask"];
 
 /// How a crate of the repository's names the library, and how everyone else does.
 const LIBRARY: (&str, &str) = ("rhytid = { path = \"../../crates/rhytid\" }", "rhytid = \"*\"");
@@ -40,32 +37,44 @@ pub(crate) fn package() -> Result {
             run(unpack)?;
         }
     }
-    let patches = patches(&unpacked)?;
+    let manifest = manifest(&unpacked)?;
     newcomer(&unpacked)?;
-    let manifest =
-        format!("[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n{patches}{PROFILES}");
     fs::write(unpacked.join("Cargo.toml"), manifest).map_err(io)?;
     copy(&root().join("Cargo.lock"), &unpacked.join("Cargo.lock"))?;
-    // Apart from what the repository's own crates are compiled to: other versions of theirs, in other profiles.
-    let built = target.join("unpacked");
-    let mut build = cargo(&["build", "--workspace", "--target-dir"]);
-    build.arg(&built).current_dir(&unpacked);
+    // Were there examples, they would need what tests need; so the dependencies have the same features here.
+    let targets = ["--lib", "--bins", "--examples"];
+    let mut build = cargo(&[&["build", "--workspace"], &targets[..], &["--target-dir"]].concat());
+    build.arg(&target).current_dir(&unpacked);
     run(build)?;
-    play(&built.join("debug"))?;
+    play(&target.join("debug"))?;
     remove(&unpacked)
 }
 
-/// A line for each of the packages in `folder`, which makes it what crates.io has under its name.
-fn patches(folder: &Path) -> Result<String> {
+/// A workspace of all the packages in `folder`, each of which is what crates.io has under its name. Dependencies are compiled as
+/// the repository has it, and so are there already; the packages in the least time.
+fn manifest(folder: &Path) -> Result<String> {
     let io = |e: std::io::Error| format!("{}: {e}", folder.display());
-    let mut text = String::new();
+    let mut text = "[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n".to_owned();
+    let mut profile = development_profile()?;
     let folders: std::io::Result<Vec<_>> = fs::read_dir(folder).map_err(io)?.collect();
     for package in folders.map_err(io)? {
         let package = package.file_name().to_string_lossy().into_owned();
         let (name, _) = package.rsplit_once('-').ok_or_else(|| format!("{package} has no version"))?;
         writeln!(text, "{name} = {{ path = \"{package}\" }}").expect("writing to a string");
+        writeln!(profile, "{name}.opt-level = 0").expect("writing to a string");
     }
-    Ok(text)
+    Ok(text + &profile)
+}
+
+/// The repository's `[profile.dev]` and `[profile.dev.package]`, without what is of its own packages.
+fn development_profile() -> Result<String> {
+    let path = root().join("Cargo.toml");
+    let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let tables =
+        text.split_once("\n[profile.dev]\n").and_then(|(_, rest)| rest.split_once("\n[profile.release"));
+    let (tables, _) = tables.ok_or("Cargo.toml has no [profile.dev] before a [profile.release]")?;
+    let others = tables.lines().filter(|line| !line.starts_with("rhytid") && !line.starts_with("xtask"));
+    Ok(format!("\n[profile.dev]\n{}\n", others.collect::<Vec<_>>().join("\n").trim_end()))
 }
 
 /// Copies `examples/outside` to the packages in `folder`, as its author would have it.

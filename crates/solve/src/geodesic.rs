@@ -112,4 +112,59 @@ mod tests {
         assert_eq!(cells[..16], expected);
         assert_eq!(touching_cells(&topology, &cells), [[0, 2], [1, 2]]);
     }
+
+    /// A grid of 7 × 6 quads of 3 by 4, each cut in two, so that all lengths are whole numbers and many are equal; `bend` moves
+    /// its vertices by up to that much.
+    fn grid(bend: f64) -> (Vec<[f64; 3]>, Topology) {
+        let number = |i: u32| ((f64::from(i) * 12.9898).sin() * 43758.5453).fract();
+        let at = |i: u32| {
+            [3.0 * f64::from(i % 8) + bend * number(i), 4.0 * f64::from(i / 8), bend * number(100 + i)]
+        };
+        let quads = (0..6).flat_map(|row| (0..7).map(move |column| 8 * row + column));
+        let triangles: Vec<[u32; 3]> = quads.flat_map(|a| [[a, a + 1, a + 9], [a, a + 9, a + 8]]).collect();
+        ((0..56).map(at).collect(), Topology::new(56, &triangles))
+    }
+
+    /// All distances by Floyd and Warshall.
+    fn all_distances(positions: &[[f64; 3]], topology: &Topology) -> Vec<Vec<f64>> {
+        let position = |v: usize| DVec3::from_array(positions[v]);
+        let count = positions.len();
+        let mut all = vec![vec![f64::INFINITY; count]; count];
+        for v in 0..count {
+            all[v][v] = 0.0;
+            for &w in topology.neighbors(v) {
+                all[v][w as usize] = position(v).distance(position(w as usize));
+            }
+        }
+        for k in 0..count {
+            for i in 0..count {
+                for j in 0..count {
+                    all[i][j] = all[i][j].min(all[i][k] + all[k][j]);
+                }
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn distances_and_cells_are_those_of_every_way_there_is() {
+        let handles = [50, 3, 20, 23, 5];
+        for bend in [0.0, 2.5] {
+            let (positions, topology) = grid(bend);
+            let all = all_distances(&positions, &topology);
+            let mut found = vec![0.0; positions.len()];
+            for &h in &handles {
+                distances(&positions, &topology, h, &mut found);
+                for (v, distance) in found.iter().enumerate() {
+                    assert!((distance - all[h as usize][v]).abs() < 1e-12, "from {h} to {v}");
+                }
+            }
+            for (v, cell) in voronoi_cells(&positions, &topology, &handles).into_iter().enumerate() {
+                let of_handle = |h: usize| all[handles[h] as usize][v];
+                let nearest =
+                    (0..handles.len()).min_by(|a, b| of_handle(*a).total_cmp(&of_handle(*b))).unwrap();
+                assert_eq!(cell, Some(nearest as u32), "vertex {v}, bent by {bend}");
+            }
+        }
+    }
 }
