@@ -130,10 +130,10 @@ mod tests {
         let position = |v: usize| DVec3::from_array(positions[v]);
         let count = positions.len();
         let mut all = vec![vec![f64::INFINITY; count]; count];
-        for v in 0..count {
-            all[v][v] = 0.0;
+        for (v, of_vertex) in all.iter_mut().enumerate() {
+            of_vertex[v] = 0.0;
             for &w in topology.neighbors(v) {
-                all[v][w as usize] = position(v).distance(position(w as usize));
+                of_vertex[w as usize] = position(v).distance(position(w as usize));
             }
         }
         for k in 0..count {

@@ -1,5 +1,6 @@
 //! The folds (step 9 of the learned method): the chapter's kernel made zero at the rest pose.
 use super::neighborhoods::EdgeInfluences;
+use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Error, Result};
 use rhytid_kernels::detail::feature_distance;
@@ -38,12 +39,12 @@ pub(crate) fn folds(
     let rows = folds.weights.par_chunks_mut(centers).zip(&mut folds.constants);
     rows.enumerate()
         .map_init(
-            || (vec![0.0; examples * examples], vec![0.0; examples], vec![[0.0; 3]; examples]),
+            || (vec![0.0; examples * examples], vec![0.0; examples], vec![DVec3::ZERO; examples]),
             |(matrix, lengths, w), (v, (weights, constant))| {
                 for (p, w) in w.iter_mut().enumerate() {
-                    *w = detail[p * vertices + v];
+                    *w = DVec3::from_array(detail[p * vertices + v]);
                 }
-                if w.iter().all(|d| *d == [0.0; 3]) {
+                if w.iter().all(|d| *d == DVec3::ZERO) {
                     return Ok(());
                 }
                 let (e, alpha) = (&influences.edges[v * k..][..k], &influences.weights[v * k..][..k]);
@@ -84,7 +85,7 @@ pub(crate) fn folds(
 
 /// `A x = b` by Cholesky's factorisation; `matrix` is A's lower triangle, row-major, and `x` is b before it. False where A
 /// is not positive definite.
-fn solve(matrix: &mut [f64], x: &mut [[f64; 3]]) -> bool {
+fn solve(matrix: &mut [f64], x: &mut [DVec3]) -> bool {
     let n = x.len();
     for i in 0..n {
         for j in 0..=i {
@@ -99,16 +100,12 @@ fn solve(matrix: &mut [f64], x: &mut [[f64; 3]]) -> bool {
                 matrix[i * n + j] = rest / matrix[j * n + j];
             }
         }
-        for c in 0..3 {
-            let dot: f64 = (0..i).map(|k| matrix[i * n + k] * x[k][c]).sum();
-            x[i][c] = (x[i][c] - dot) / matrix[i * n + i];
-        }
+        let dot: DVec3 = (0..i).map(|k| matrix[i * n + k] * x[k]).sum();
+        x[i] = (x[i] - dot) / matrix[i * n + i];
     }
     for i in (0..n).rev() {
-        for c in 0..3 {
-            let dot: f64 = (i + 1..n).map(|k| matrix[k * n + i] * x[k][c]).sum();
-            x[i][c] = (x[i][c] - dot) / matrix[i * n + i];
-        }
+        let dot: DVec3 = (i + 1..n).map(|k| matrix[k * n + i] * x[k]).sum();
+        x[i] = (x[i] - dot) / matrix[i * n + i];
     }
     true
 }

@@ -262,11 +262,10 @@ pub(crate) fn linear_band(
     if examples == 0 {
         return Ok(band);
     }
-    let mut no_weights: Vec<[[f64; 3]; 0]> = vec![[]; vertices];
     let weights: Vec<&mut [[f64; 3]]> = if settings.share > 0.0 {
         band.example_weights.chunks_mut(examples).collect()
     } else {
-        no_weights.iter_mut().map(|none| none.as_mut_slice()).collect()
+        (0..vertices).map(|_| Default::default()).collect()
     };
     band.basis_correction
         .par_chunks_mut(count)
