@@ -4,6 +4,7 @@
 mod coverage;
 mod cpu;
 mod golden;
+mod learned;
 mod must_pass;
 mod mutants;
 mod real_data;

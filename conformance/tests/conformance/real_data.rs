@@ -1,6 +1,6 @@
 //! A real face and a real head with a real take: what the method promises, and how far it is from the truth.
 
-use crate::support::real::{clean_take, face, settings, solved_face};
+use crate::support::real::{self, clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions};
@@ -100,22 +100,12 @@ fn the_head_meets_its_markers_and_gives_its_examples_back() {
 
 /// Root-mean-square distances to the truth in mm, for large scale and full.
 fn errors_to_the_truth(shared: &Path, rig: &Rig<f64>) -> [f64; 2] {
-    let bytes = std::fs::read(shared.join("data/truth/rom_3.npy")).unwrap();
-    let npy = npyz::NpyFile::new(&bytes[..]).unwrap();
-    assert_eq!(npy.shape(), [100, 9409, 3]);
-    let truth: Vec<f32> = npy.into_vec().unwrap();
-    let list = std::fs::read_to_string(shared.join("data/truth/rom_3_frames.csv")).unwrap();
-    let frames: Vec<usize> =
-        list.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
-    assert_eq!(frames.len(), 100);
-
-    let markers = clean_take(shared, rig).handle_positions(&rig.labels).unwrap();
-    let (markers, _) = markers.as_chunks::<3>();
+    let (frames, truth) = real::truth(shared);
+    let markers = real::clean_handles(shared, rig);
     let mut sums = [0.0; 2];
     for (&frame, truth) in frames.iter().zip(truth.chunks_exact(9409 * 3)) {
         let h = rig.handles.len();
-        let pose: Vec<[f64; 3]> = markers[frame * h..][..h].iter().map(|p| p.map(f64::from)).collect();
-        let results = evaluate(rig, &pose);
+        let results = evaluate(rig, &markers[frame * h..][..h]);
         for (sum, positions) in sums.iter_mut().zip([&results.large_scale, &results.positions]) {
             let compared = positions[..COMPARED].as_flattened().iter().zip(truth);
             *sum += compared.map(|(x, t)| (x - f64::from(*t)).powi(2)).sum::<f64>();

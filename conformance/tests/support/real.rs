@@ -52,3 +52,21 @@ pub(crate) fn clean_take(shared: &Path, rig: &Rig<f64>) -> Take {
     let path = shared.join("data/takes/rom_3_clean.csv");
     take::read(&path, Some(&rig.labels), take::Missing::Error).unwrap()
 }
+
+/// Frames of [`clean_take`] of which there is a truth, and the face's positions in them, frames × 9409 × 3 in cm.
+pub(crate) fn truth(shared: &Path) -> (Vec<usize>, Vec<f32>) {
+    let bytes = std::fs::read(shared.join("data/truth/rom_3.npy")).unwrap();
+    let npy = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(npy.shape(), [100, 9409, 3]);
+    let list = std::fs::read_to_string(shared.join("data/truth/rom_3_frames.csv")).unwrap();
+    let frames: Vec<usize> =
+        list.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(frames.len(), 100);
+    (frames, npy.into_vec().unwrap())
+}
+
+/// Where the handles are in every frame of [`clean_take`], frames × H.
+pub(crate) fn clean_handles(shared: &Path, rig: &Rig<f64>) -> Vec<[f64; 3]> {
+    let markers = clean_take(shared, rig).handle_positions(&rig.labels).unwrap();
+    markers.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect()
+}
