@@ -185,7 +185,8 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
     for candidate in &solved.learned.candidates {
         println!("{candidate:?}");
     }
-    println!("chosen: {:?}", solved.learned.chosen);
+    let chosen = solved.learned.chosen;
+    assert_eq!((chosen.share, chosen.ridge), (0.2, 1e-2), "what the independent implementation chooses");
 
     let vertices = solved.rig.vertices();
     let rest: Vec<[f64; 3]> = solved.rig.handles.iter().map(|&v| solved.rig.rest[v as usize]).collect();

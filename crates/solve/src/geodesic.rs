@@ -27,8 +27,8 @@ impl Ord for Distance {
     }
 }
 
-/// The distance of every vertex from vertex `from` along the edges of the rest mesh, into `distances`, V; infinite where it
-/// cannot be reached.
+/// The distance of every vertex from vertex `from` along the edges of the rest mesh, into `distances`, V in the unit of
+/// `positions`, V×3; infinite where it cannot be reached.
 pub fn distances(positions: &[[f64; 3]], topology: &Topology, from: u32, distances: &mut [f64]) {
     let position = |v: u32| DVec3::from_array(positions[v as usize]);
     distances.fill(f64::INFINITY);

@@ -4,6 +4,7 @@ use super::neighborhoods::LinearInfluences;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, Par};
+use rayon::prelude::*;
 use rhytid_core::{Error, Result};
 
 /// What is learned, and how much is believed.
@@ -249,7 +250,6 @@ pub(crate) fn linear_band(
     smooth: &[[f64; 3]],
     settings: LinearSettings,
 ) -> Result<LinearBand> {
-    use rayon::prelude::*;
     let (examples, count) = (strains.examples, handles.len());
     let vertices = influences.weights.len() / influences.per_vertex;
     let mut is_handle = vec![false; vertices];
