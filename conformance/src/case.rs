@@ -52,10 +52,17 @@ impl Case {
     }
 
     fn of_sizes(sizes: Sizes) -> Self {
+        Self::new(Self::name_of(sizes), sizes, |_| ())
+    }
+
+    fn learned_of_sizes(sizes: Sizes) -> Self {
+        Self::new(format!("learned-{}", Self::name_of(sizes)), sizes, |r| r.learned = true)
+    }
+
+    fn name_of(sizes: Sizes) -> String {
         let Sizes { vertices, handles, edges, examples, influences, frames, max_frames } = sizes;
         let batch = if frames == max_frames { "full".into() } else { format!("of-{max_frames}") };
-        let name = format!("v{vertices}-h{handles}-f{edges}-p{examples}-k{influences}-b{frames}-{batch}");
-        Self::new(name, sizes, |_| ())
+        format!("v{vertices}-h{handles}-f{edges}-p{examples}-k{influences}-b{frames}-{batch}")
     }
 
     fn quick(mut self) -> Self {
@@ -103,6 +110,20 @@ const FULL_SIZES: [[usize; 7]; 19] = [
     [4097, 89, 243, 8, 1, 4, 4],
 ];
 
+/// As [`QUICK_SIZES`], of rigs of the learned method.
+const QUICK_LEARNED_SIZES: [[usize; 7]; 2] = [[65, 8, 63, 6, 16, 2, 3], [129, 89, 243, 6, 16, 31, 32]];
+
+/// The same; P straddles what is summed at once, 8 examples, and goes as far as is promised.
+const LEARNED_SIZES: [[usize; 7]; 7] = [
+    [1, 1, 0, 1, 0, 1, 1],
+    [31, 7, 0, 3, 0, 2, 2],
+    [63, 8, 65, 8, 16, 1, 2],
+    [127, 63, 80, 9, 4, 5, 5],
+    [300, 89, 243, 64, 16, 3, 5],
+    [1025, 89, 243, 6, 16, 17, 40],
+    [2049, 300, 1000, 24, 16, 2, 2],
+];
+
 fn sizes([vertices, handles, edges, examples, influences, frames, max_frames]: [usize; 7]) -> Sizes {
     Sizes { vertices, handles, edges, examples, influences, frames, max_frames }
 }
@@ -126,6 +147,25 @@ pub fn cases(suite: Suite) -> Vec<Case> {
         Case::new("collapsed", usual, |r| r.motion = Motion::Collapsed).quick(),
         Case::new("large-units", usual, |r| r.unit = 1e12).quick(),
         Case::new("small-units", usual, |r| r.unit = 1e-12).quick(),
+        Case::new("learned-f16", usual, |r| {
+            r.small_weights = true;
+            r.learned = true;
+        })
+        .with_fp16_basis()
+        .quick(),
+        Case::new("learned-at-rest", usual, |r| {
+            r.motion = Motion::Rest;
+            r.learned = true;
+        })
+        .quick(),
+        Case::new("learned-large-units", usual, |r| {
+            r.unit = 1e12;
+            r.learned = true;
+        }),
+        Case::new("learned-small-units", usual, |r| {
+            r.unit = 1e-12;
+            r.learned = true;
+        }),
         Case::new("f16-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |r| {
             r.small_weights = true;
         })
@@ -139,7 +179,9 @@ pub fn cases(suite: Suite) -> Vec<Case> {
         )
         .with_fp16_basis(),
     ]);
+    cases.extend(QUICK_LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n)).quick()));
     cases.extend(FULL_SIZES.map(|n| Case::of_sizes(sizes(n))));
+    cases.extend(LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n))));
     cases.extend((1..=6).map(|seed| {
         let sizes = Sizes::random(seed);
         Case::new(format!("random-{seed}"), sizes, |r| r.seed = seed)

@@ -41,7 +41,7 @@ pub use must_pass::{check_must_pass, must_pass};
 pub use numbers::Numbers;
 pub use outcome::{Measured, Outcome, Verdict, device_label, kernel_name, stage_name};
 pub use report::Report;
-pub use run::{ReferenceOf, run_case, run_case_against};
+pub use run::{ReferenceOf, run_case, run_case_against, stored};
 pub use suite::{DeviceReport, missing_devices, no_device, required_backends, run_device, unknown_backends};
 pub use twin::{Results, evaluate, squared_differences};
 

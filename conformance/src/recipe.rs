@@ -1,6 +1,6 @@
 //! Rigs made of random numbers from fixed seeds, each with something that is hard on a kernel.
 use crate::{Built, Numbers};
-use rhytid_core::{Faces, Rig, UpAxis};
+use rhytid_core::{Faces, Learned, Rig, UpAxis};
 
 /// Sizes of a rig, and of a batch.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +64,8 @@ pub(crate) struct Recipe {
     pub coincident_poses: bool,
     /// Whether the basis has numbers of all sizes down to 10⁻⁸, as a real one does.
     pub small_weights: bool,
+    /// Whether it is a rig of the learned method.
+    pub learned: bool,
 }
 
 impl Sizes {
@@ -94,6 +96,7 @@ impl Recipe {
             unit: 1.0,
             coincident_poses: false,
             small_weights: false,
+            learned: false,
         }
     }
 
@@ -133,7 +136,7 @@ impl Recipe {
                 basis.copy_within((v - 1) * handles..v * handles, v * handles);
             }
         }
-        let rig = Rig {
+        let mut rig = Rig {
             name: "random".into(),
             metres_per_unit: 0.01 / self.unit,
             up_axis: UpAxis::Y,
@@ -153,14 +156,49 @@ impl Recipe {
             tangent_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
             pose_features,
             rbf_weights: (0..vertices * centers).map(|_| unit(vector(&mut numbers, 2.0))).collect(),
-            // No kernel reads them.
+            // Where they are, the learned method alone wants to know.
             example_handles: vec![[0.0; 3]; examples * handles],
+            learned: None,
             strain_edges,
             rest,
             handles: handle_vertices,
         };
         let handle_positions = self.handle_positions(&rig, &mut numbers);
+        if self.learned {
+            self.learn(&mut rig, &mut numbers);
+        }
         Built { rig, handle_positions }
+    }
+
+    /// Makes the rig one of the learned method: anything of the right shapes.
+    fn learn(&self, rig: &mut Rig, numbers: &mut Numbers) {
+        let (vertices, examples) = (rig.vertices(), rig.example_names.len());
+        let unit = |p: [f64; 3]| p.map(|c| (c * self.unit) as f32);
+        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from));
+        let rest: Vec<[f64; 3]> = rest.collect();
+        rig.example_handles = (0..examples)
+            .flat_map(|_| &rest)
+            .map(|rest| {
+                let u = vector(numbers, 0.5);
+                std::array::from_fn(|c| (rest[c] + self.unit * u[c]) as f32)
+            })
+            .collect();
+        let per_vertex = (rig.influences() + ANCHORS).min(rig.features());
+        let features = (0..vertices).flat_map(|_| numbers.some_below(rig.features(), per_vertex)).collect();
+        let mut weights = |_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 };
+        rig.learned = Some(Learned {
+            share: 0.2,
+            ridge: 1e-2,
+            fold_ridge: 1e-3,
+            marker_noise: 0.0,
+            features,
+            feature_weights: (0..vertices * per_vertex).map(&mut weights).collect(),
+            // It is in the basis: no kernel reads it.
+            feature_gains: vec![0.0; vertices * per_vertex],
+            example_weights: (0..vertices * examples).map(|_| unit(vector(numbers, 2.0))).collect(),
+            fold_constants: (0..vertices).map(|_| unit(vector(numbers, 2.0))).collect(),
+            variances: vec![0.0; vertices],
+        });
     }
 
     fn width(&self) -> usize {
@@ -260,6 +298,9 @@ impl Recipe {
         positions
     }
 }
+
+/// What a vertex listens to besides its strain edges.
+const ANCHORS: usize = 8;
 
 /// In [`Surface::ZeroArea`], each so-manieth vertex lies on the one before it.
 const ON_TOP: usize = 10;

@@ -20,7 +20,7 @@ pub struct Expected {
 /// A case, and every stage of it as a device gave it.
 #[derive(Debug)]
 pub struct Found {
-    /// The rig; its basis as it is stored.
+    /// The rig; its basis and the weights of its linear band as they are stored.
     pub rig: Rig<f64>,
     /// How the basis is stored.
     pub basis: BasisStorage,
@@ -106,6 +106,7 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
         found.handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, rest)).collect();
     let roundings = tolerance::large_scale(handles);
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
+    let band = linear_band(found, &displacements);
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let row = &rig.basis[v * handles..][..handles];
         let u = &displacements[frame * handles..][..handles];
@@ -123,9 +124,56 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
         std::array::from_fn(|c| {
             let value = rig.rest[v][c] + sum[c];
             let sum = gamma(roundings) * sizes[c] + flushed[c] + roundings * TINY;
-            Expected { value, bound: sum + tolerance::POSITION * EPSILON * (value.abs() + sum) }
+            let bound = sum + tolerance::POSITION * EPSILON * (value.abs() + sum);
+            let Some(band) = &band else { return Expected { value, bound } };
+            // It is added to what the basis gives, which is a position in f32 by then.
+            let offset = band[frame * rig.vertices() + v][c];
+            let (value, bound) = (value + offset.value, bound + offset.bound);
+            Expected { value, bound: bound + tolerance::POSITION * EPSILON * (value.abs() + bound) }
         })
     })
+}
+
+/// What the linear band adds to every vertex of every frame; `None` where the rig has none.
+fn linear_band(found: &Found, displacements: &[[f64; 3]]) -> Option<Vec<[Expected; 3]>> {
+    let rig = &found.rig;
+    let learned = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty())?;
+    let (handles, examples, features) = (rig.handles.len(), rig.example_names.len(), rig.features());
+    let per_vertex = learned.features_per_vertex();
+    let vectors = rig.example_vectors();
+    // T, and the sizes that its roundings are relative to.
+    let tables: Vec<(f64, f64)> = displacements
+        .chunks_exact(handles)
+        .flat_map(|u| vectors.iter().enumerate().map(move |(i, vector)| (u, i % features, vector)))
+        .map(|(u, e, vector)| {
+            let ends = match rig.strain_edges.get(e) {
+                Some(&[a, b]) => [u[b as usize], u[a as usize]],
+                None => [u[e - rig.strain_edges.len()], [0.0; 3]],
+            };
+            let size: f64 = (0..3).map(|c| (ends[0][c].abs() + ends[1][c].abs()) * vector[c].abs()).sum();
+            (vec3::dot(vec3::sub(ends[0], ends[1]), *vector), size)
+        })
+        .collect();
+    let roundings = gamma(tolerance::linear_band(per_vertex, examples));
+    let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
+    Some(of_vertices(found.frames(), rig.vertices(), |frame, v| {
+        let range = v * per_vertex..(v + 1) * per_vertex;
+        let listens = || learned.features[range.clone()].iter().zip(&learned.feature_weights[range.clone()]);
+        let mut offset = [Expected::default(); 3];
+        for (p, c) in learned.example_weights[v * examples..][..examples].iter().enumerate() {
+            let table = &tables[(frame * examples + p) * features..][..features];
+            let kappa: f64 = listens().map(|(&e, omega)| omega * table[e as usize].0).sum();
+            let size: f64 = listens().map(|(&e, omega)| omega * table[e as usize].1).sum();
+            for (offset, c) in offset.iter_mut().zip(c) {
+                offset.value += c * kappa;
+                // Each product of T may vanish, and each with ω, and that with c.
+                let flushed = (5.0 * per_vertex as f64 * c.abs() + 1.0) * TINY;
+                let kept = if c.abs() < smallest { (c * kappa).abs() } else { 0.0 };
+                offset.bound += roundings * c.abs() * size + flushed + kept;
+            }
+        }
+        offset
+    }))
 }
 
 /// `v / |v|`, where each component of v is known within `error` (0 for all of a v that must be 0).
@@ -182,7 +230,8 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
     let (edges, k, n) = (rig.strain_edges.len(), rig.influences(), rig.centers());
     let features: Vec<f64> = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
-    let roundings = gamma(tolerance::detail(n, k));
+    let terms = n + usize::from(rig.learned.is_some());
+    let roundings = gamma(tolerance::detail(terms, k));
     let (_, pivots) = detail::pivoted(&rig.rbf_weights, n);
     // Squares that vanish take their root's distance with them.
     let flushed = (2.0 * k as f64 * TINY).sqrt();
@@ -200,14 +249,16 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
             .collect();
         let w = &rig.rbf_weights[v * n..][..n];
         let pivot = pivots[v] as usize;
+        let constants = rig.learned.as_ref().map_or([0.0; 3], |learned| learned.fold_constants[v]);
         let mut d = [Expected::default(); 3];
         for (c, d) in d.iter_mut().enumerate() {
             let all: f64 = w.iter().map(|w| w[c]).sum();
             let mut terms = vec![(all.abs(), distances[pivot])];
             let others = (0..n).filter(|&j| j != pivot);
             terms.extend(others.map(|j| (w[j][c].abs(), distances[j] + distances[pivot])));
-            d.value = w.iter().zip(&distances).map(|(w, r)| w[c] * r).sum();
+            d.value = constants[c] + w.iter().zip(&distances).map(|(w, r)| w[c] * r).sum::<f64>();
             d.bound = terms.iter().map(|(w, r)| roundings * w * r + flushed * w + TINY).sum();
+            d.bound += roundings * constants[c].abs();
         }
         d
     })

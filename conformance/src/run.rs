@@ -143,10 +143,11 @@ pub(crate) fn examine(
     Ok(examined)
 }
 
-/// The rig with its basis as a device has it.
-fn stored(mut rig: Rig, basis: BasisStorage) -> Rig {
+/// The rig with its basis and the weights of its linear band as a device has them.
+pub fn stored(mut rig: Rig, basis: BasisStorage) -> Rig {
     if basis == BasisStorage::F16 {
-        rig.basis.iter_mut().for_each(|b| *b = f16::from_f32(*b).to_f32());
+        let c = rig.learned.iter_mut().flat_map(|learned| learned.example_weights.as_flattened_mut());
+        rig.basis.iter_mut().chain(c).for_each(|x| *x = f16::from_f32(*x).to_f32());
     }
     rig
 }
@@ -244,11 +245,15 @@ fn stage_bytes(built: &Built, basis: BasisStorage, stage: Stage) -> u64 {
     let (k, n, t) = (rig.influences(), rig.centers(), rig.triangles.len());
     let frames = built.handle_positions.len() / (3 * h);
     let basis_bytes = if basis == BasisStorage::F16 { 2 } else { 4 };
+    let c = rig.learned.as_ref().map_or(0, |learned| learned.example_weights.len() * 3);
+    let listens =
+        if c == 0 { 0 } else { 2 * rig.learned.as_ref().map_or(0, |learned| learned.features.len()) };
+    let b = if rig.learned.is_some() { 12 * v } else { 0 };
     let (constant, of_frame) = match stage {
         Stage::Strain => (12 * f + 12 * h, 12 * h + 4 * f),
-        Stage::LargeScale => (12 * v + basis_bytes * v * h + 12 * h, 12 * h + 12 * v),
+        Stage::LargeScale => (12 * v + basis_bytes * (v * h + c) + 4 * listens + 12 * h, 12 * h + 12 * v),
         Stage::LargeScaleNormals | Stage::Normals => (24 * t + 4 * (v + 1), 24 * v),
-        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n + 4 * v, 4 * f + 12 * v),
+        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n + 4 * v + b, 4 * f + 12 * v),
         Stage::Positions => (4 * v, 48 * v),
     };
     (constant + frames * of_frame) as u64

@@ -1,7 +1,9 @@
 //! The twins of all kernels, run one after the other.
 use rhytid_core::{Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{Real, detail, differences, fine_scale, large_scale, normals, strain};
+use rhytid_kernels::{
+    Real, detail, differences, fine_scale, large_scale, linear_band, normals, products, strain, vec3,
+};
 
 /// Every stage of a batch, as the twin computes them.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,6 +67,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         handle_positions,
         &mut results.large_scale,
     );
+    add_linear_band(rig, &handle_rest, handle_positions, &mut results.large_scale);
     let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
     let normals_of = |positions: &[[T; 3]], vertex_normals: &mut [[T; 3]]| {
         let params = normals::Params::whole(frames, vertices);
@@ -72,6 +75,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     };
     normals_of(&results.large_scale, &mut results.large_scale_normals);
     let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
+    let no_constants = vec![[T::ZERO; 3]; if rig.learned.is_none() { vertices } else { 0 }];
     detail::detail(
         detail::Params::whole(frames, vertices, strain_edges, rig.centers()),
         &squared_differences(rig, &results.strain),
@@ -81,6 +85,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
             influence_weights: &rig.influence_weights,
             rbf_weights: &rbf_weights,
             pivots: &pivots,
+            constants: rig.learned.as_ref().map_or(&no_constants[..], |learned| &learned.fold_constants),
         },
         &mut results.detail,
     );
@@ -94,6 +99,40 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     );
     normals_of(&results.positions, &mut results.normals);
     results
+}
+
+/// Adds the linear band to what the basis gives, where the rig has one.
+fn add_linear_band<T: Real>(
+    rig: &Rig<T>,
+    handle_rest: &[[T; 3]],
+    handle_positions: &[[T; 3]],
+    positions: &mut [[T; 3]],
+) {
+    let Some(learned) = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()) else {
+        return;
+    };
+    let (handles, features, examples) = (handle_rest.len(), rig.features(), rig.example_names.len());
+    let frames = handle_positions.len() / handles;
+    let rest = handle_rest.iter().cycle();
+    let displacements: Vec<[T; 3]> =
+        handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, *rest)).collect();
+    let [handles, strain_edges] = [handles, rig.strain_edges.len()].map(|n| n as u32);
+    let params = products::Params { frames: frames as u32, handles, strain_edges, examples: examples as u32 };
+    let mut table = vec![T::ZERO; frames * differences::table_len(features, examples)];
+    products::products(params, &displacements, &rig.strain_edges, &rig.example_vectors(), &mut table);
+    let basis_positions = positions.to_vec();
+    linear_band::linear_band(
+        linear_band::Params::whole(frames, rig.vertices(), features, examples),
+        &basis_positions,
+        &table,
+        &linear_band::Buffers {
+            per_vertex: learned.features_per_vertex(),
+            features: &learned.features,
+            weights: &learned.feature_weights,
+            example_weights: &learned.example_weights,
+        },
+        positions,
+    );
 }
 
 /// What the kernel `differences` makes of a batch's features.

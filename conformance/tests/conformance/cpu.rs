@@ -63,12 +63,14 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
         Stage::Detail => {
             let params = detail::Params::whole(frames, vertices, rig.strain_edges.len(), rig.centers());
             let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
+            let no_constants = vec![[0.0; 3]; vertices];
             let buffers = detail::Buffers {
                 influences: rig.influences(),
                 influence_edges: &rig.influence_edges,
                 influence_weights: &rig.influence_weights,
                 rbf_weights: &rbf_weights,
                 pivots: &pivots,
+                constants: rig.learned.as_ref().map_or(&no_constants[..], |learned| &learned.fold_constants),
             };
             let table = squared_differences(rig, &widened(Stage::Strain));
             detail::detail(params, &table, &buffers, &mut out);

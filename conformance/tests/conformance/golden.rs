@@ -3,8 +3,8 @@
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{
-    Animator, Backend, Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, Stage, StrainEdges,
-    UpAxis, UploadOptions,
+    Animator, Backend, Example, Face, Faces, Handles, Mesh, Method, NoProgress, Rig, Settings, Stage,
+    StrainEdges, UpAxis, UploadOptions,
 };
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
@@ -99,6 +99,7 @@ fn solve_case(case: &Case) -> Rig<f64> {
             bending_length: Some((case.bending_stiffness / case.stretch_stiffness).sqrt()),
             strain_edges: StrainEdges::Given(case.strain_edges.clone()),
             max_influences: case.max_influences,
+            method: Method::Chapter,
             ..Settings::default()
         },
     };

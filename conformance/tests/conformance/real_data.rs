@@ -3,7 +3,7 @@
 use crate::support::real::{self, clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{Animator, Backend, Bind, Face, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_core::{Animator, Backend, Bind, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 use std::path::Path;
@@ -127,7 +127,7 @@ fn the_errors_to_the_truth_are_those_of_an_independent_implementation() {
 #[test]
 fn the_default_bending_length_is_nearly_as_good_as_any() {
     let Some(shared) = shared("") else { return };
-    let mut face = face(&shared, "face", Settings::default());
+    let mut face = face(&shared, "face", Settings { method: Method::Chapter, ..Settings::default() });
     let rig = solve(&face, &NoProgress).unwrap();
     let default = errors_to_the_truth(&shared, &rig);
     println!("bending_length {:.3} (default): {default:.3?} mm", rig.bending_length);

@@ -1,8 +1,8 @@
 //! The full head through a real take: what a user sees, on any device.
-use super::real::{clean_take, face, settings};
+use super::real::{clean_take, face};
 use rayon::prelude::*;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{Device, NoProgress, Rig, Stage, UploadOptions};
+use rhytid_core::{Device, NoProgress, Rig, Settings, Stage, UploadOptions};
 use rhytid_solve::solve;
 
 /// Each so-manieth frame of the take is compared.
@@ -28,7 +28,7 @@ impl Head {
     /// `None`, said loudly, without the shared data.
     pub(crate) fn new() -> Option<Self> {
         let shared = rhytid_test_support::shared("")?;
-        let face = face(&shared, "head", settings());
+        let face = face(&shared, "head", Settings::default());
         let [low, high] = face.neutral.bounds().unwrap();
         let diagonal = low.iter().zip(high).map(|(low, high)| (high - low).powi(2)).sum::<f64>().sqrt();
         // The twin evaluates what a device is given.

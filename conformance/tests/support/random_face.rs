@@ -1,7 +1,7 @@
 //! Random faces for property tests: sheets with holes, obtuse triangles and several components.
 use proptest::prelude::*;
 use rhytid_conformance::Numbers;
-use rhytid_core::{Example, Face, Faces, Handles, Mesh, Settings, UpAxis};
+use rhytid_core::{Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, Settings, UpAxis};
 
 /// A sheet of about `n × n` sheared and jittered vertices with a hole, triangles and quads.
 fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &mut Numbers) {
@@ -78,11 +78,28 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
         up_axis: UpAxis::Y,
         handles: Handles { labels: (0..vertices.len()).map(|h| format!("m{h}")).collect(), vertices },
         examples,
-        settings: Settings { max_influences: 6, ..Settings::default() },
+        settings: Settings { method: Method::Chapter, max_influences: 6, ..Settings::default() },
     }
 }
 
-/// Faces of every kind that [`random_face`] makes.
+/// The same for both methods. What is learned does not depend on the size of the mesh or the order of its vertices: the share and
+/// the ridge are given, and there is no noise.
+pub(crate) fn faces_for_both_methods() -> impl Strategy<Value = Face> {
+    let learned = LearnedSettings {
+        share: Some(0.2),
+        ridge: Some(1e-2),
+        marker_noise: 0.0,
+        ..LearnedSettings::default()
+    };
+    (faces(), prop_oneof![Just(Method::Chapter), Just(Method::Learned(learned))]).prop_map(
+        |(mut face, method)| {
+            face.settings.method = method;
+            face
+        },
+    )
+}
+
+/// Faces of every kind that [`random_face`] makes, for the chapter's method.
 pub(crate) fn faces() -> impl Strategy<Value = Face> {
     (any::<u64>(), 5usize..11, 4usize..14, 0usize..5, -1.5f64..1.5)
         .prop_map(|(seed, n, handles, examples, shear)| random_face(seed, n, handles, examples, shear))

@@ -1,10 +1,11 @@
 //! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
 //! read once for all of them.
-use crate::detail::GroupDifferences;
 use crate::group_mesh::GroupMesh;
 use crate::lanes::{load3, store3};
+use crate::linear_band::{self, LinearBand};
 use crate::lines::{GROUP, Line, Line3, PANEL};
 use crate::prefetch::Prefetch;
+use crate::tile_weights::GroupCells;
 use crate::times::Times;
 use crate::uploaded::UploadedRig;
 use glam::{Mat4, Vec4};
@@ -102,8 +103,13 @@ impl Group {
             }
         }
         let panels = self.smooth.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL));
-        panels.enumerate().for_each_init(Vec::new, |scratch, (panel, (out, rest))| {
-            rig.basis.group(rig.vectors, panel, &by_handles, rest, out, scratch);
+        let band = rig.linear_band.as_ref().map(|band| (band, band.group_table(u)));
+        let scratch = || (Vec::new(), band.as_ref().map(|(band, _)| band.scratch()));
+        panels.enumerate().for_each_init(scratch, |(of_basis, of_band), (panel, (out, rest))| {
+            rig.basis.group(rig.vectors, panel, &by_handles, rest, out, of_basis);
+            if let (Some((band, table)), Some(scratch)) = (&band, of_band) {
+                rig.vectors.run(AddBand { band, table, scratch, first: panel * PANEL, out });
+            }
         });
         times.add(Stage::LargeScale, start);
     }
@@ -180,12 +186,30 @@ fn interleave(vectors: &[Line3], mut frames: Vec<&mut [[f32; 3]]>) {
     }
 }
 
+/// A panel's linear band.
+struct AddBand<'a> {
+    band: &'a LinearBand,
+    table: &'a [GroupCells],
+    scratch: &'a mut linear_band::Scratch,
+    first: usize,
+    out: &'a mut [Line3],
+}
+
+impl WithSimd for AddBand<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.band.add_to_group(simd, self.first, self.table, self.scratch, self.out);
+    }
+}
+
 /// A panel from the large scale on.
 struct Fine<'a> {
     rig: &'a UploadedRig,
     mesh: &'a GroupMesh,
     smooth: &'a [Line3],
-    table: &'a [GroupDifferences],
+    table: &'a [GroupCells],
     scratch: &'a mut Scratch,
     first: usize,
     stage: Stage,

@@ -27,6 +27,7 @@
 //! #     pose_features: vec![],
 //! #     rbf_weights: vec![[0.0; 3]; 3],
 //! #     example_handles: vec![],
+//! #     learned: None,
 //! # };
 //! // `rig` is a triangle: its first vertex is a handle, the second follows it half the way, and the third stays.
 //! for info in Cpu::devices()? {
@@ -50,11 +51,13 @@ mod group;
 mod group_mesh;
 mod lanes;
 mod large_scale;
+mod linear_band;
 mod lines;
 mod mesh;
 mod one_frame;
 mod prefetch;
 mod session;
+mod tile_weights;
 mod times;
 mod uploaded;
 mod vectors;

@@ -1,8 +1,9 @@
 //! One frame: registers hold neighbouring vertices.
-use crate::detail::Differences;
 use crate::lanes::{load3, store3};
+use crate::linear_band::{self, LinearBand};
 use crate::lines::{Line, Line3};
 use crate::mesh::{BlockMesh, MeshScratch};
+use crate::tile_weights::FrameCells;
 use crate::times::Times;
 use crate::uploaded::UploadedRig;
 use glam::{Mat4, Vec4};
@@ -76,9 +77,15 @@ impl OneFrame {
 
     fn large_scale(&mut self, rig: &UploadedRig, u: &[[f32; 3]], times: &Times) {
         let start = Instant::now();
+        let band = rig.linear_band.as_ref().map(|band| (band, band.frame_table(u)));
+        let scratch = || (Vec::new(), band.as_ref().map(|(band, _)| band.scratch()));
         let blocks = self.smooth.par_chunks_mut(rig.block).zip(rig.rest.par_chunks(rig.block));
-        blocks.enumerate().for_each_init(Vec::new, |scratch, (i, (out, rest))| {
-            rig.basis.frame(rig.vectors, i * rig.block, u, rest, out, scratch);
+        blocks.enumerate().for_each_init(scratch, |(of_basis, of_band), (i, (out, rest))| {
+            let first = i * rig.block;
+            rig.basis.frame(rig.vectors, first, u, rest, out, of_basis);
+            if let (Some((band, table)), Some(scratch)) = (&band, of_band) {
+                rig.vectors.run(AddBand { band, table, scratch, first, out });
+            }
         });
         times.add(Stage::LargeScale, start);
     }
@@ -106,12 +113,32 @@ impl OneFrame {
     }
 }
 
+/// A block's linear band.
+struct AddBand<'a> {
+    band: &'a LinearBand,
+    table: &'a [FrameCells],
+    scratch: &'a mut linear_band::Scratch,
+    first: usize,
+    out: &'a mut [[f32; 3]],
+}
+
+impl WithSimd for AddBand<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (i, out) in self.out.chunks_mut(TILE).enumerate() {
+            self.band.add_to_frame(simd, self.first / TILE + i, self.table, self.scratch, out);
+        }
+    }
+}
+
 /// A block from the large scale on.
 struct Fine<'a> {
     rig: &'a UploadedRig,
     mesh: &'a BlockMesh,
     smooth: &'a [[f32; 3]],
-    table: &'a [Differences],
+    table: &'a [FrameCells],
     scratch: &'a mut Scratch,
     stage: Stage,
     out: &'a mut [[f32; 3]],

@@ -2,6 +2,7 @@
 use crate::blocks::block_length;
 use crate::detail::Detail;
 use crate::large_scale::Basis;
+use crate::linear_band::LinearBand;
 use crate::mesh::BlockMesh;
 use crate::vectors::Vectors;
 use rhytid_core::{BasisStorage, Rig};
@@ -14,6 +15,7 @@ pub(crate) struct UploadedRig {
     /// V rest positions.
     pub rest: Vec<[f32; 3]>,
     pub basis: Basis,
+    pub linear_band: Option<LinearBand>,
     pub detail: Detail,
     /// Vertices of a block.
     pub block: usize,
@@ -30,6 +32,7 @@ impl UploadedRig {
             vectors: Vectors::Widest,
             rest: rig.rest.clone(),
             basis: Basis::new(rig, storage),
+            linear_band: LinearBand::new(rig, storage),
             detail: Detail::new(rig),
             block,
             meshes: BlockMesh::all(

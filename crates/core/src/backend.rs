@@ -66,7 +66,7 @@ impl UploadOptions {
     }
 }
 
-/// How a device keeps the basis, by far the largest part of a rig.
+/// How a device keeps the basis and the weights of the linear band, by far the largest parts of a rig.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BasisStorage {
     /// As the rig has it, fp32.
@@ -78,15 +78,41 @@ pub enum BasisStorage {
 }
 
 impl BasisStorage {
-    /// How far rounding the basis of `rig` can move any vertex, as a part of the largest displacement of a handle:
-    /// `max_v Σ_h |B_vh − B'_vh|`, B' being the basis as it is kept. 0 for [`BasisStorage::F32`].
+    /// How far rounding the basis of `rig`, and c where it has a linear band, can move any vertex along an axis, as a part of
+    /// the largest displacement of a handle: `max_v (Σ_h |B_vh − B'_vh| + Σ_p |c_vp − c'_vp| Σ_e ω_ve |E_pe|)`, B' and c'
+    /// being as they are kept, and |E_pe| the most that feature e of example p can make of displacements of 1. 0 for
+    /// [`BasisStorage::F32`].
     pub fn largest_error(self, rig: &Rig) -> f64 {
-        let kept = |b: f32| match self {
-            Self::F32 => b,
-            Self::F16 => f16::from_f32(b).to_f32(),
+        if self == Self::F32 {
+            return 0.0;
+        }
+        let error = |x: &f32| f64::from((x - f16::from_f32(*x).to_f32()).abs());
+        let of_rows: Vec<f64> =
+            rig.basis.par_chunks(rig.handles.len().max(1)).map(|row| row.iter().map(error).sum()).collect();
+        let Some(learned) = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()) else {
+            return of_rows.into_iter().fold(0.0, f64::max);
         };
-        let error = |row: &[f32]| row.iter().map(|&b| f64::from((b - kept(b)).abs())).sum();
-        rig.basis.par_chunks(rig.handles.len().max(1)).map(error).reduce(|| 0.0, f64::max)
+        let (features, per_vertex) = (rig.features(), learned.features_per_vertex());
+        let length = |e: &[f32; 3]| e.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt();
+        // The two ends of a strain edge can move apart by twice as much as either moves.
+        let ends = |e: usize| if e < rig.strain_edges.len() { 2.0 } else { 1.0 };
+        let vectors = rig.example_vectors();
+        let most: Vec<f64> =
+            vectors.iter().enumerate().map(|(i, e)| ends(i % features) * length(e)).collect();
+        let of_vertex = |(v, of_row): (usize, &f64)| {
+            let range = v * per_vertex..(v + 1) * per_vertex;
+            let listens =
+                || learned.features[range.clone()].iter().zip(&learned.feature_weights[range.clone()]);
+            let c = learned.example_weights[v * rig.example_names.len()..]
+                .iter()
+                .zip(most.chunks_exact(features));
+            let of_band = c.map(|(c, most)| {
+                let kappa: f64 = listens().map(|(&e, w)| f64::from(*w) * most[e as usize]).sum();
+                c.iter().map(error).fold(0.0, f64::max) * kappa
+            });
+            of_row + of_band.sum::<f64>()
+        };
+        of_rows.par_iter().enumerate().map(of_vertex).reduce(|| 0.0, f64::max)
     }
 }
 

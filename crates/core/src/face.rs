@@ -32,19 +32,60 @@ pub enum StrainEdges {
 /// What happens to a connected component that has no handle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bind {
-    /// It does not move.
+    /// By the learned method, what the examples show: one that is rigid in all of them moves as a solid, another follows the
+    /// closest point of the driven surface. By the chapter's, it does not move.
     #[default]
+    Auto,
+    /// It does not move.
     Rigid,
     /// Each of its vertices follows the closest point of the driven surface.
     Nearest,
+}
+
+/// How a rig is made of the examples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// What the shell leaves of the examples is learned in two bands: its smooth part as a linear function of what the handles
+    /// nearby do relative to each other, its folds from the strains.
+    Learned(LearnedSettings),
+    /// GPU Computing Gems Emerald, ch. 27: all that the shell leaves, from the strains.
+    Chapter,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::Learned(LearnedSettings::default())
+    }
+}
+
+/// What a user may say of the learned method; `docs/method.md` has the equations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LearnedSettings {
+    /// s in 0..1, the part of the linear band in which the three axes do as they like; `None` takes what predicts left-out
+    /// examples best.
+    pub share: Option<f64>,
+    /// λ, above 0: how little the examples are believed, as a part of what they say; `None` as for `share`.
+    pub ridge: Option<f64>,
+    /// μ, above 0: the same of the folds.
+    pub fold_ridge: f64,
+    /// The standard deviation of a marker's noise per axis, 0 or more, in millimetres.
+    pub marker_noise: f64,
+}
+
+impl Default for LearnedSettings {
+    fn default() -> Self {
+        Self { share: None, ridge: None, fold_ridge: 1e-3, marker_noise: 0.05 }
+    }
 }
 
 /// The choices a user has in the solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// ℓ = √(k_b/k_s) in mesh units; `None` derives it from the handles' spacing
-    /// (see `default_bending_length` of `rhytid-solve`]).
+    /// (see `default_bending_length` of `rhytid-solve`).
     pub bending_length: Option<f64>,
+    /// How the examples are learned from.
+    pub method: Method,
     /// Components without a handle.
     pub bind: Bind,
     /// The strain edges.
@@ -57,6 +98,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             bending_length: None,
+            method: Method::default(),
             bind: Bind::default(),
             strain_edges: StrainEdges::default(),
             max_influences: 16,

@@ -28,6 +28,7 @@ pub mod buffer_ring;
 mod error;
 mod face;
 pub mod human;
+mod learned;
 mod mesh;
 pub mod plan;
 mod progress;
@@ -45,7 +46,8 @@ pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
 pub use error::{DeviceErrorKind, Error, Result};
-pub use face::{Bind, Example, Face, Handles, Settings, StrainEdges};
+pub use face::{Bind, Example, Face, Handles, LearnedSettings, Method, Settings, StrainEdges};
+pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use progress::{NoProgress, Progress};
 pub use raw_take::RawTake;

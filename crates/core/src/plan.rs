@@ -4,7 +4,7 @@ mod contents;
 
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, TILE, WORKGROUP_SIZE};
-use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
+use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -41,6 +41,8 @@ pub struct Plan {
     fan_offsets: Vec<u32>,
     /// The same of its influences.
     influence_offsets: Vec<u32>,
+    /// The same of its features of the linear band.
+    feature_offsets: Vec<u32>,
     max_frames: usize,
     frames_per_slice: usize,
     buffers: Vec<PlannedBuffer>,
@@ -52,6 +54,8 @@ struct Sizes {
     handles: usize,
     edges: usize,
     centers: usize,
+    /// P where the rig has a linear band beyond its basis; 0 where there is none, and nothing is planned for it.
+    banded: usize,
 }
 
 /// A buffer to make.
@@ -146,6 +150,7 @@ impl Plan {
             handles: rig.handles.len(),
             edges: rig.strain_edges.len(),
             centers: rig.centers(),
+            banded: contents::banded(rig).map_or(0, |_| rig.example_names.len()),
         };
         let fp16_basis = options.basis == BasisStorage::F16;
         let limit = limits.max_binding_bytes.min(LARGEST_BINDING) as usize;
@@ -156,26 +161,34 @@ impl Plan {
         };
         let workgroup = WORKGROUP_SIZE as usize;
         let most_vertices = (limits.max_workgroups as usize).saturating_mul(workgroup);
-        if sizes.edges > most_vertices {
-            return Err(unsupported("the number of strain edges", sizes.edges, most_vertices));
+        let longest = if sizes.banded > 0 { sizes.features() } else { sizes.edges };
+        if longest > most_vertices {
+            return Err(unsupported("the number of strain edges and handles", longest, most_vertices));
         }
 
         let basis_bytes = sizes.handles * if fp16_basis { 2 } else { 4 };
-        let tile_bytes = TILE * basis_bytes.max(sizes.centers * 12);
+        let tile_bytes =
+            TILE * basis_bytes.max(sizes.centers * 12).max(sizes.banded * sizes.weight_bytes(fp16_basis));
         if tile_bytes > limit {
             return Err(unsupported("a binding of 16 vertices, in bytes,", tile_bytes, limit));
         }
-        let (fan_offsets, influence_offsets) = (contents::fan_offsets(rig), contents::influence_offsets(rig));
+        let [fan_offsets, influence_offsets, feature_offsets] =
+            [contents::fan_offsets(rig), contents::influence_offsets(rig), contents::feature_offsets(rig)];
         let most_tiles = (limit / tile_bytes).min(most_vertices / TILE).max(1);
         let bytes_of_rows = |part: &Range<usize>| {
-            [&fan_offsets, &influence_offsets].map(|offsets| rows(offsets, part).len() * ROW_BYTES)
+            [&fan_offsets, &influence_offsets, &feature_offsets]
+                .map(|offsets| rows(offsets, part).len() * ROW_BYTES)
         };
         let parts = parts(sizes.vertices, |part| {
             part.len() <= most_tiles * TILE && bytes_of_rows(part).iter().all(|&bytes| bytes <= limit)
         });
-        let frame_bytes = (sizes.vertices * 12).max(sizes.handles * 16).max(sizes.table_len() * 4);
+        let frame_bytes = (sizes.vertices * 12)
+            .max(sizes.handles * 16)
+            .max(sizes.table_len() * 4)
+            .max(sizes.products_len() * 4);
         let bytes_of_rows = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
-        let whole = frame_bytes.max(bytes_of_rows).max(sizes.edges * 8);
+        let whole =
+            frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(sizes.banded * sizes.features() * 12);
         if whole > limit {
             return Err(unsupported("a binding, in bytes,", whole, limit));
         }
@@ -189,6 +202,7 @@ impl Plan {
             parts,
             fan_offsets,
             influence_offsets,
+            feature_offsets,
             max_frames: options.max_frames,
             frames_per_slice,
             buffers: Vec::new(),
@@ -203,7 +217,11 @@ impl Plan {
             let bytes = (bytes as u64).max(SMALLEST_BUFFER);
             planned.push(PlannedBuffer { buffer, bytes, role });
         };
-        let of = |all: Extent| Buffer::ALL.into_iter().filter(move |&buffer| extent(buffer) == all);
+        let banded = self.sizes.banded > 0;
+        let is_planned = move |buffer: &Buffer| banded || !of_linear_band(*buffer);
+        let of = |all: Extent| {
+            Buffer::ALL.into_iter().filter(is_planned).filter(move |&buffer| extent(buffer) == all)
+        };
         for buffer in of(Extent::Rig) {
             add(buffer, Role::Constant { part: None }, self.bytes_of(buffer, &(0..self.sizes.vertices), 0));
         }
@@ -214,7 +232,7 @@ impl Plan {
         }
         for slice in 0..self.max_frames.div_ceil(self.frames_per_slice) {
             let frames = self.frames_per_slice.min(self.max_frames - slice * self.frames_per_slice);
-            for buffer in Buffer::ALL {
+            for buffer in Buffer::ALL.into_iter().filter(is_planned) {
                 let role = match extent(buffer) {
                     Extent::Rig | Extent::Part => continue,
                     Extent::Input => Role::Input { slice },
@@ -229,7 +247,7 @@ impl Plan {
 
     /// The bytes of a buffer for the vertices of a part and this many frames.
     fn bytes_of(&self, buffer: Buffer, part: &Range<usize>, frames: usize) -> usize {
-        let Sizes { vertices, handles, edges, centers } = self.sizes;
+        let Sizes { vertices, handles, edges, centers, banded } = self.sizes;
         let (tiles, tiled) = (part.len().div_ceil(TILE), part.len().next_multiple_of(TILE));
         let basis_bytes = if self.fp16_basis { 2 } else { 4 };
         match buffer {
@@ -240,17 +258,24 @@ impl Plan {
             Buffer::PoseFeatures => centers * edges * 4,
             Buffer::TangentNeighbors => vertices * 4,
             Buffer::Basis => tiled * handles * basis_bytes,
-            Buffer::InfluenceOffsets | Buffer::FanOffsets => (tiles + 1) * 4,
+            Buffer::InfluenceOffsets | Buffer::FanOffsets | Buffer::FeatureOffsets => (tiles + 1) * 4,
             Buffer::InfluenceEdges => rows(&self.influence_offsets, part).len() * 4,
             Buffer::InfluenceWeights => rows(&self.influence_offsets, part).len() * ROW_BYTES,
             Buffer::RbfWeights => tiled * centers * 12,
             Buffer::Pivots => tiled * 4,
+            Buffer::DetailConstants => tiled * 12,
+            Buffer::ExampleVectors => banded * self.sizes.features() * 12,
+            Buffer::FeaturesOfTiles => rows(&self.feature_offsets, part).len() * 4,
+            Buffer::FeatureWeights => rows(&self.feature_offsets, part).len() * ROW_BYTES,
+            Buffer::ExampleWeights => tiled * banded * self.sizes.weight_bytes(self.fp16_basis),
+            Buffer::StrainProducts => frames * self.sizes.products_len() * 4,
             Buffer::Fans => rows(&self.fan_offsets, part).len() * ROW_BYTES,
             Buffer::HandlePositions => frames * handles * 12,
             Buffer::Displacements => frames * handles * 16,
             Buffer::SquaredDifferences => frames * self.sizes.table_len() * 4,
             Buffer::Features => frames * edges * 4,
-            Buffer::LargeScalePositions
+            Buffer::BasisPositions
+            | Buffer::LargeScalePositions
             | Buffer::LargeScaleNormals
             | Buffer::LocalDetail
             | Buffer::Positions
@@ -301,18 +326,20 @@ impl Plan {
         let mut dispatches = Vec::new();
         for (slice, Slice { frames, .. }) in self.slices(frames).enumerate() {
             let frames = frames.len() as u32;
-            for (stage, kernel) in STEPS {
+            for (stage, kernel) in self.steps() {
                 let entry = kernel.entry();
                 // These are never split.
-                let edges = 0..self.sizes.edges;
+                let (edges, features) = (0..self.sizes.edges, 0..self.sizes.features());
                 let parts = match entry.each {
                     Each::StrainEdge => std::slice::from_ref(&edges),
+                    Each::Feature => std::slice::from_ref(&features),
                     Each::Vertex => &self.parts[..],
                 };
                 let frames_at_once = if entry.batched && frames > 1 { FRAMES_AT_ONCE } else { 1 };
                 for part in parts.iter().filter(|part| !part.is_empty()) {
                     let buffers = entry.bindings.iter();
-                    let buffers = buffers.map(|b| self.bound(bound(stage, b.buffer), part, slice));
+                    let buffers =
+                        buffers.map(|b| self.bound(self.buffer_for(stage, kernel, b.buffer), part, slice));
                     let in_workgroup = WORKGROUP_SIZE * entry.at_once;
                     dispatches.push(Dispatch {
                         kernel,
@@ -333,9 +360,9 @@ impl Plan {
 
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
-        let Sizes { vertices, handles, edges, centers } = self.sizes;
-        let [vertices, handles, strain_edges, centers] =
-            [vertices, handles, edges, centers].map(|n| n as u32);
+        let Sizes { vertices, handles, edges, centers, banded } = self.sizes;
+        let [vertices, handles, strain_edges, centers, examples, features] =
+            [vertices, handles, edges, centers, banded, self.sizes.features()].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
         match kernel {
             Kernel::Strain => words(&strain::Params { frames, handles, strain_edges }),
@@ -346,6 +373,16 @@ impl Plan {
                 part_vertices,
                 handles,
                 fp16_basis: u32::from(self.fp16_basis),
+            }),
+            Kernel::Products => words(&products::Params { frames, handles, strain_edges, examples }),
+            Kernel::LinearBand => words(&linear_band::Params {
+                frames,
+                vertices,
+                first_vertex,
+                part_vertices,
+                features,
+                examples,
+                fp16: u32::from(self.fp16_basis),
             }),
             Kernel::Normals => words(&normals::Params { frames, vertices, first_vertex, part_vertices }),
             Kernel::Differences => words(&differences::Params { frames, strain_edges, centers }),
@@ -374,6 +411,26 @@ impl Plan {
         })
     }
 
+    /// What runs, one after the other.
+    fn steps(&self) -> impl Iterator<Item = (Stage, Kernel)> {
+        let banded = self.sizes.banded > 0;
+        let of_band = |kernel: &Kernel| matches!(kernel, Kernel::Products | Kernel::LinearBand);
+        STEPS.into_iter().filter(move |(_, kernel)| banded || !of_band(kernel))
+    }
+
+    /// The buffer that is bound in the place of `buffer`: the kernel `normals` runs on two pairs, and where there is a linear
+    /// band the large scale is not ready when the basis is done.
+    fn buffer_for(&self, stage: Stage, kernel: Kernel, buffer: Buffer) -> Buffer {
+        match (stage, buffer) {
+            (Stage::LargeScaleNormals, Buffer::Positions) => Buffer::LargeScalePositions,
+            (Stage::LargeScaleNormals, Buffer::VertexNormals) => Buffer::LargeScaleNormals,
+            (_, Buffer::LargeScalePositions) if kernel == Kernel::LargeScale && self.sizes.banded > 0 => {
+                Buffer::BasisPositions
+            }
+            _ => buffer,
+        }
+    }
+
     fn find(&self, is: impl Fn(&PlannedBuffer) -> bool) -> usize {
         let found = self.buffers.iter().position(is);
         found.unwrap_or_else(|| unreachable!("every buffer of a kernel is planned"))
@@ -385,12 +442,29 @@ impl Sizes {
     fn table_len(&self) -> usize {
         differences::table_len(self.edges, self.centers)
     }
+
+    /// F + H.
+    fn features(&self) -> usize {
+        self.edges + self.handles
+    }
+
+    /// The numbers of a frame's `strain_products`.
+    fn products_len(&self) -> usize {
+        differences::table_len(self.features(), self.banded)
+    }
+
+    /// The bytes of a vertex's weight of one example.
+    fn weight_bytes(&self, fp16: bool) -> usize {
+        if fp16 { 6 } else { 12 }
+    }
 }
 
-/// What runs, one after the other.
-const STEPS: [(Stage, Kernel); 7] = [
+/// What can run, one after the other.
+const STEPS: [(Stage, Kernel); 9] = [
     (Stage::Strain, Kernel::Strain),
     (Stage::LargeScale, Kernel::LargeScale),
+    (Stage::LargeScale, Kernel::Products),
+    (Stage::LargeScale, Kernel::LinearBand),
     (Stage::LargeScaleNormals, Kernel::Normals),
     (Stage::Detail, Kernel::Differences),
     (Stage::Detail, Kernel::Detail),
@@ -438,6 +512,7 @@ fn extent(buffer: Buffer) -> Extent {
         | Buffer::StrainEdges
         | Buffer::RestLengths
         | Buffer::PoseFeatures
+        | Buffer::ExampleVectors
         | Buffer::TangentNeighbors => Extent::Rig,
         Buffer::Basis
         | Buffer::InfluenceOffsets
@@ -445,10 +520,15 @@ fn extent(buffer: Buffer) -> Extent {
         | Buffer::InfluenceWeights
         | Buffer::RbfWeights
         | Buffer::Pivots
+        | Buffer::DetailConstants
+        | Buffer::FeatureOffsets
+        | Buffer::FeaturesOfTiles
+        | Buffer::FeatureWeights
+        | Buffer::ExampleWeights
         | Buffer::FanOffsets
         | Buffer::Fans => Extent::Part,
         Buffer::HandlePositions | Buffer::Displacements => Extent::Input,
-        Buffer::SquaredDifferences => Extent::Scratch,
+        Buffer::SquaredDifferences | Buffer::StrainProducts | Buffer::BasisPositions => Extent::Scratch,
         Buffer::Features => Extent::Result(Stage::Strain),
         Buffer::LargeScalePositions => Extent::Result(Stage::LargeScale),
         Buffer::LargeScaleNormals => Extent::Result(Stage::LargeScaleNormals),
@@ -458,13 +538,18 @@ fn extent(buffer: Buffer) -> Extent {
     }
 }
 
-/// The buffer that is bound in the place of `buffer` for `stage`: the kernel `normals` runs on two pairs.
-fn bound(stage: Stage, buffer: Buffer) -> Buffer {
-    match (stage, buffer) {
-        (Stage::LargeScaleNormals, Buffer::Positions) => Buffer::LargeScalePositions,
-        (Stage::LargeScaleNormals, Buffer::VertexNormals) => Buffer::LargeScaleNormals,
-        _ => buffer,
-    }
+/// Whether the linear band alone needs `buffer`.
+fn of_linear_band(buffer: Buffer) -> bool {
+    matches!(
+        buffer,
+        Buffer::ExampleVectors
+            | Buffer::FeatureOffsets
+            | Buffer::FeaturesOfTiles
+            | Buffer::FeatureWeights
+            | Buffer::ExampleWeights
+            | Buffer::StrainProducts
+            | Buffer::BasisPositions
+    )
 }
 
 fn words<T: bytemuck::NoUninit>(params: &T) -> Vec<u32> {

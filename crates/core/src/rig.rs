@@ -1,5 +1,5 @@
 //! The rig: a solved face as plain data.
-use crate::{Error, Faces, Materials, Result, UpAxis, Uvs};
+use crate::{Error, Faces, Learned, Materials, Result, UpAxis, Uvs};
 use rayon::prelude::*;
 use rhytid_kernels::{Real, strain};
 
@@ -28,7 +28,7 @@ pub struct Rig<T: Real = f32> {
     pub materials: Option<Materials>,
     /// ℓ in mesh units, as solved with (section 2).
     pub bending_length: f64,
-    /// β in 1/mesh unit (section 4); 0 where F ≤ K.
+    /// β in 1/mesh unit (section 4); 0 where F ≤ K, and by the learned method, where each vertex has its own.
     pub beta: f64,
 
     /// H vertex indices, distinct.
@@ -37,7 +37,8 @@ pub struct Rig<T: Real = f32> {
     pub triangles: Vec<[u32; 3]>,
     /// V×3 rest positions in mesh units.
     pub rest: Vec<[T; 3]>,
-    /// B, V×H (section 2): identity rows at handles, zero rows at vertices that are not driven.
+    /// B, V×H (section 2), with ΔB of the learned method in it: identity rows at handles, zero rows at vertices that do not
+    /// move.
     pub basis: Vec<T>,
     /// F pairs of handles (section 3), as indices into `handles`.
     pub strain_edges: Vec<[u32; 2]>,
@@ -53,6 +54,8 @@ pub struct Rig<T: Real = f32> {
     pub rbf_weights: Vec<[T; 3]>,
     /// P×H positions of the handles in the examples, in mesh units: evaluated, they give the examples back.
     pub example_handles: Vec<[T; 3]>,
+    /// What the learned method adds; `None` for the chapter's.
+    pub learned: Option<Learned<T>>,
 }
 
 impl<T: Real> Rig<T> {
@@ -133,6 +136,7 @@ impl<T: Real> Rig<T> {
             pose_features: self.pose_features.iter().map(number).collect(),
             rbf_weights: self.rbf_weights.iter().map(vector).collect(),
             example_handles: self.example_handles.iter().map(vector).collect(),
+            learned: self.learned.as_ref().map(Learned::cast),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! The check of a rig, which everything passes that is uploaded.
-use crate::{Error, Result, Rig};
+use crate::{Error, Learned, Result, Rig};
 use std::collections::HashSet;
 
 impl Rig {
@@ -65,6 +65,7 @@ impl Rig {
         finite("pose_features", &self.pose_features)?;
         finite("rbf_weights", self.rbf_weights.as_flattened())?;
         finite("example_handles", self.example_handles.as_flattened())?;
+        self.learned.as_ref().map_or(Ok(()), |learned| self.check_learned(learned))?;
         if let Some(i) = self.influence_weights.iter().position(|a| !(0.0..=1.0).contains(a)) {
             return fail(format!("influence_weights[{i}] is {}, expected 0 to 1", self.influence_weights[i]));
         }
@@ -81,6 +82,43 @@ impl Rig {
             return fail(format!("strain_edges[{i}] has no length at rest"));
         }
         Ok(())
+    }
+
+    fn check_learned(&self, learned: &Learned) -> Result<()> {
+        let fail = |message: String| Err(Error::Input(message));
+        let (v, p, per_vertex) = (self.vertices(), self.example_names.len(), learned.features_per_vertex());
+        let c = if learned.share > 0.0 { v.saturating_mul(p) } else { 0 };
+        for (name, found, expected) in [
+            ("fold_constants", learned.fold_constants.len(), v),
+            ("features", learned.features.len(), v * per_vertex),
+            ("feature_weights", learned.feature_weights.len(), v * per_vertex),
+            ("feature_gains", learned.feature_gains.len(), v * per_vertex),
+            ("example_weights", learned.example_weights.len(), c),
+            ("variances", learned.variances.len(), v),
+        ] {
+            if found != expected {
+                return fail(format!("{name} has {found} elements, expected {expected}"));
+            }
+        }
+        for (name, number, is_right) in [
+            ("share", learned.share, (0.0..=1.0).contains(&learned.share)),
+            ("ridge", learned.ridge, learned.ridge > 0.0),
+            ("fold_ridge", learned.fold_ridge, learned.fold_ridge > 0.0),
+            ("marker_noise", learned.marker_noise, learned.marker_noise >= 0.0),
+        ] {
+            if !(number.is_finite() && is_right) {
+                return fail(format!("{name} is {number}, which is out of its range"));
+            }
+        }
+        below("features", &learned.features, self.features())?;
+        finite("feature_weights", &learned.feature_weights)?;
+        if let Some(i) = learned.feature_weights.iter().position(|w| !(0.0..=1.0).contains(w)) {
+            return fail(format!("feature_weights[{i}] is {}, expected 0 to 1", learned.feature_weights[i]));
+        }
+        finite("feature_gains", &learned.feature_gains)?;
+        finite("example_weights", learned.example_weights.as_flattened())?;
+        finite("fold_constants", learned.fold_constants.as_flattened())?;
+        finite("variances", &learned.variances)
     }
 
     fn check_faces(&self) -> Result<()> {

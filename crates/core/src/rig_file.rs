@@ -1,15 +1,18 @@
 //! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
 //!
 //! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
-use crate::{AtomicFile, Error, Faces, Materials, Result, Rig, UpAxis, Uvs};
+use crate::{AtomicFile, Error, Faces, Learned, Materials, Result, Rig, UpAxis, Uvs};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
-/// The version that this program writes and reads.
-pub const VERSION: u32 = 2;
+/// The newest version that this program writes and reads: that of a rig of the learned method.
+pub const VERSION: u32 = 3;
+
+/// The version of a rig of the chapter's method, which has not changed.
+const CHAPTER_VERSION: u32 = 2;
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
 const METADATA_KEY: &str = "rhytid";
@@ -27,9 +30,20 @@ struct Metadata {
     beta: Option<f64>,
     labels: Vec<String>,
     examples: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    learned: Option<LearnedMetadata>,
     /// Where the mesh names any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     materials: Vec<String>,
+}
+
+/// What of [`Learned`] is no array.
+#[derive(Debug, Serialize, Deserialize)]
+struct LearnedMetadata {
+    share: f64,
+    ridge: f64,
+    fold_ridge: f64,
+    marker_noise: f64,
 }
 
 /// Read apart from the rest, so that a newer file is told from a broken one.
@@ -79,15 +93,21 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
     let (v, h, f, n) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len(), rig.centers());
     let k = rig.influences();
     let metadata = Metadata {
-        version: VERSION,
+        version: if rig.learned.is_some() { VERSION } else { CHAPTER_VERSION },
         name: rig.name.clone(),
         metres_per_unit: rig.metres_per_unit,
         up_axis: rig.up_axis,
-        method: "chapter".into(),
+        method: if rig.learned.is_some() { "learned" } else { "chapter" }.into(),
         bending_length: rig.bending_length,
         beta: rig.beta.is_finite().then_some(rig.beta),
         labels: rig.labels.clone(),
         examples: rig.example_names.clone(),
+        learned: rig.learned.as_ref().map(|learned| LearnedMetadata {
+            share: learned.share,
+            ridge: learned.ridge,
+            fold_ridge: learned.fold_ridge,
+            marker_noise: learned.marker_noise,
+        }),
         materials: rig.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
     };
     let json = serde_json::to_string(&metadata).map_err(|e| Error::Internal(e.to_string()))?;
@@ -107,6 +127,20 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
         ("rbf_weights", f32s(rig.rbf_weights.as_flattened()), vec![v, n, 3]),
         ("example_handles", f32s(rig.example_handles.as_flattened()), vec![n - 1, h, 3]),
     ];
+    if let Some(learned) = &rig.learned {
+        let per_vertex = learned.features_per_vertex();
+        tensors.extend([
+            ("features", u32s(&learned.features), vec![v, per_vertex]),
+            ("feature_weights", f32s(&learned.feature_weights), vec![v, per_vertex]),
+            ("feature_gains", f32s(&learned.feature_gains), vec![v, per_vertex]),
+            ("fold_constants", f32s(learned.fold_constants.as_flattened()), vec![v, 3]),
+            ("variances", f32s(&learned.variances), vec![v]),
+        ]);
+        if !learned.example_weights.is_empty() {
+            let c = f32s(learned.example_weights.as_flattened());
+            tensors.push(("example_weights", c, vec![v, n - 1, 3]));
+        }
+    }
     if let Some(materials) = &rig.materials {
         tensors.push(("face_materials", u32s(&materials.of_face), vec![materials.of_face.len()]));
     }
@@ -150,9 +184,10 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
     })?;
     let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
     let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
-    if version != VERSION {
+    if !(CHAPTER_VERSION..=VERSION).contains(&version) {
         return Err(fail(format!(
-            "is a rig file of version {version}, expected {VERSION}; solve the rig again with this program"
+            "is a rig file of version {version}, expected {CHAPTER_VERSION} or {VERSION}; solve the rig again with this \
+             program"
         )));
     }
     let metadata: Metadata = serde_json::from_str(json).map_err(broken)?;
@@ -186,6 +221,29 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         }
         false => None,
     };
+    let learned = match metadata.learned {
+        None if version == VERSION => {
+            return Err(fail(
+                "its metadata cannot be read (missing field `learned`); solve the rig again".into(),
+            ));
+        }
+        None => None,
+        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise }) => Some(Learned {
+            share,
+            ridge,
+            fold_ridge,
+            marker_noise,
+            features: arrays.u32s("features", &[v, None])?,
+            feature_weights: arrays.f32s("feature_weights", &[v, None])?,
+            feature_gains: arrays.f32s("feature_gains", &[v, None])?,
+            example_weights: match share > 0.0 && !metadata.examples.is_empty() {
+                true => vectors(arrays.f32s("example_weights", &[v, n.map(|n| n - 1), Some(3)])?),
+                false => Vec::new(),
+            },
+            fold_constants: vectors(arrays.f32s("fold_constants", &[v, Some(3)])?),
+            variances: arrays.f32s("variances", &[v])?,
+        }),
+    };
     let rig = Rig {
         name: metadata.name,
         metres_per_unit: metadata.metres_per_unit,
@@ -211,6 +269,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         rest,
         handles,
         strain_edges,
+        learned,
     };
     match rig.check() {
         Err(Error::Input(what)) => Err(fail(format!("{what}; the file is damaged: solve the rig again"))),

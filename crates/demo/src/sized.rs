@@ -83,6 +83,7 @@ pub fn sized_rig(size: Size) -> Rig {
             .collect(),
         rbf_weights: (0..rest.len() * centers).map(|i| [0.1, 0.2, 0.3].map(|c| c * wave(i))).collect(),
         example_handles: handle_rest.repeat(size.examples),
+        learned: None,
         influence_edges: influences.edges,
         influence_weights: influences.weights,
         triangles,

@@ -1,5 +1,5 @@
 //! The one table that every language's kernels are checked against: `cargo xtask kernels --check`.
-use crate::{detail, differences, fine_scale, large_scale, normals, strain};
+use crate::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
 
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
@@ -49,6 +49,8 @@ pub enum Each {
     Vertex,
     /// Something of each strain edge.
     StrainEdge,
+    /// Something of each feature of the linear band: of each strain edge, and of each handle as an anchor.
+    Feature,
 }
 
 /// A buffer of a kernel.
@@ -171,7 +173,7 @@ impl Kernel {
 }
 
 use Buffer::*;
-use Each::{StrainEdge, Vertex};
+use Each::{Feature, StrainEdge, Vertex};
 use Element::{F32, F32x4, U32, U32x2};
 
 buffers! {
@@ -199,6 +201,18 @@ buffers! {
     RbfWeights = rbf_weights,
     /// The centre that each vertex's distances are differences to.
     Pivots = pivots,
+    /// What is added to the detail in every frame.
+    DetailConstants = detail_constants,
+    /// The vector strains of the examples, over the features' lengths.
+    ExampleVectors = example_vectors,
+    /// Where each tile's features of the linear band begin.
+    FeatureOffsets = feature_offsets,
+    /// The features that any of a tile's vertices listens to.
+    FeaturesOfTiles = features_of_tiles,
+    /// How much each of the tile's vertices listens to each of them.
+    FeatureWeights = feature_weights,
+    /// c: what each example does to each vertex.
+    ExampleWeights = example_weights,
     /// Where each tile's fans begin.
     FanOffsets = fan_offsets,
     /// The vertices around each of a tile's vertices.
@@ -211,6 +225,10 @@ buffers! {
     SquaredDifferences = squared_differences,
     /// The strains.
     Features = features,
+    /// What a frame's vector strains have in common with the examples'.
+    StrainProducts = strain_products,
+    /// What the basis makes of the smooth positions, where the linear band has more to add.
+    BasisPositions = basis_positions,
     /// The smooth positions.
     LargeScalePositions = large_scale_positions,
     /// Their normals.
@@ -249,6 +267,33 @@ kernels! {
             write(LargeScalePositions),
         ],
     }
+    /// Displacements of the handles to what their vector strains have in common with the examples'.
+    Products = products {
+        each: Feature,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(Displacements, F32x4),
+            read(StrainEdges, U32),
+            read(ExampleVectors, F32),
+            write(StrainProducts),
+        ],
+    }
+    /// What the basis makes of the smooth positions to all of them.
+    LinearBand = linear_band {
+        each: Vertex,
+        at_once: 1,
+        batched: true,
+        bindings: [
+            read(BasisPositions, F32),
+            read(StrainProducts, F32x4),
+            read(FeatureOffsets, U32),
+            read(FeaturesOfTiles, U32),
+            read(FeatureWeights, F32),
+            tiled(ExampleWeights, U32),
+            write(LargeScalePositions),
+        ],
+    }
     /// Positions to normals, large scale or final.
     Normals = normals {
         each: Vertex,
@@ -284,6 +329,7 @@ kernels! {
             read(InfluenceWeights, F32),
             tiled(RbfWeights, F32),
             tiled(Pivots, U32),
+            tiled(DetailConstants, F32),
             write(LocalDetail),
         ],
     }

@@ -60,7 +60,7 @@ impl Default for PlaybackOptions {
 /// The stages that have an output stage's positions and normals.
 fn stages(stage: OutputStage) -> [Stage; 2] {
     match stage {
-        OutputStage::LargeScale => [Stage::LargeScale, Stage::LargeScaleNormals],
+        OutputStage::LargeScale | OutputStage::Shell => [Stage::LargeScale, Stage::LargeScaleNormals],
         OutputStage::Full => [Stage::Positions, Stage::Normals],
     }
 }
@@ -103,7 +103,8 @@ impl<'a> Playback<'a> {
     /// they are not wanted) to `each`.
     ///
     /// # Errors
-    /// [`Error::Device`], [`Error::Cancelled`], and as `each`.
+    /// [`Error::Device`], [`Error::Cancelled`], and as `each`; [`Error::Input`] if the shell is wanted of a rig that has more in its
+    /// large scale: [`Rig::shell`] takes that out.
     pub fn evaluate(
         &mut self,
         handles: &[f32],
@@ -125,6 +126,11 @@ impl<'a> Playback<'a> {
         progress: &dyn Progress,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
+        if stage == OutputStage::Shell && self.rig.learned.is_some() {
+            return Err(Error::input(
+                "the rig has a linear band in its large scale; play what Rig::shell gives",
+            ));
+        }
         let (per_frame, frame) = (self.rig.handles.len() * 3, self.rig.vertices() * 3);
         let frames = handles.len() / per_frame;
         let batches = (0..frames).step_by(self.batch).map(|first| first..frames.min(first + self.batch));

@@ -1,4 +1,4 @@
-//! Geodesic Voronoi cells of the handles, for `auto` strain edges (section 3).
+//! Distances along the edges of the rest mesh, and the handles' geodesic Voronoi cells, for `auto` strain edges (section 3).
 use crate::Topology;
 use glam::DVec3;
 use std::cmp::Reverse;
@@ -27,22 +27,44 @@ impl Ord for Distance {
     }
 }
 
-/// The distance of every vertex from vertex `from` along the edges of the rest mesh, into `distances`, V in the unit of
-/// `positions`, V×3; infinite where it cannot be reached.
-pub fn distances(positions: &[[f64; 3]], topology: &Topology, from: u32, distances: &mut [f64]) {
-    let position = |v: u32| DVec3::from_array(positions[v as usize]);
-    distances.fill(f64::INFINITY);
-    distances[from as usize] = 0.0;
-    let mut queue = BinaryHeap::from([Reverse((Distance(0.0), from))]);
-    while let Some(Reverse((Distance(distance), v))) = queue.pop() {
-        if distance > distances[v as usize] {
-            continue;
-        }
-        for &w in topology.neighbors(v as usize) {
-            let candidate = distance + position(v).distance(position(w));
-            if candidate < distances[w as usize] {
-                distances[w as usize] = candidate;
-                queue.push(Reverse((Distance(candidate), w)));
+/// The edges of the rest mesh with their lengths.
+pub(crate) struct EdgeGraph<'a> {
+    topology: &'a Topology,
+    /// Of each vertex's edges, in the order of its neighbours.
+    lengths: Vec<f64>,
+}
+
+impl<'a> EdgeGraph<'a> {
+    /// Of V×3 positions.
+    pub(crate) fn new(positions: &[[f64; 3]], topology: &'a Topology) -> Self {
+        let position = |v: usize| DVec3::from_array(positions[v]);
+        let of_vertex =
+            |v: usize| topology.neighbors(v).iter().map(move |&w| position(v).distance(position(w as usize)));
+        Self { topology, lengths: (0..positions.len()).flat_map(of_vertex).collect() }
+    }
+
+    /// The neighbours of a vertex, and how far they are.
+    pub(crate) fn edges(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {
+        let lengths = &self.lengths[self.topology.neighbor_range(v as usize)];
+        self.topology.neighbors(v as usize).iter().copied().zip(lengths.iter().copied())
+    }
+
+    /// The distance of every vertex from vertex `from`, into `distances`, V; infinite where it cannot be reached, or where the way
+    /// there leads through a vertex that is farther than its `limit`.
+    pub(crate) fn distances(&self, from: u32, limit: impl Fn(u32) -> f64, distances: &mut [f64]) {
+        distances.fill(f64::INFINITY);
+        distances[from as usize] = 0.0;
+        let mut queue = BinaryHeap::from([Reverse((Distance(0.0), from))]);
+        while let Some(Reverse((Distance(distance), v))) = queue.pop() {
+            if distance > distances[v as usize] {
+                continue;
+            }
+            for (w, length) in self.edges(v) {
+                let candidate = distance + length;
+                if candidate < distances[w as usize] && candidate <= limit(w) {
+                    distances[w as usize] = candidate;
+                    queue.push(Reverse((Distance(candidate), w)));
+                }
             }
         }
     }
@@ -51,6 +73,15 @@ pub fn distances(positions: &[[f64; 3]], topology: &Topology, from: u32, distanc
 /// The handle that is nearest to each vertex along the edges of the rest mesh (ties: the lowest handle);
 /// `None` where no handle can be reached.
 pub fn voronoi_cells(positions: &[[f64; 3]], topology: &Topology, handles: &[u32]) -> Vec<Option<u32>> {
+    nearest_handles(positions, topology, handles).into_iter().map(|b| b.map(|(_, handle)| handle)).collect()
+}
+
+/// The same, with the distance before it.
+pub(crate) fn nearest_handles(
+    positions: &[[f64; 3]],
+    topology: &Topology,
+    handles: &[u32],
+) -> Vec<Option<(f64, u32)>> {
     let position = |v: u32| DVec3::from_array(positions[v as usize]);
     let mut best: Vec<Option<(f64, u32)>> = vec![None; positions.len()];
     let mut queue = BinaryHeap::new();
@@ -70,7 +101,7 @@ pub fn voronoi_cells(positions: &[[f64; 3]], topology: &Topology, handles: &[u32
             }
         }
     }
-    best.into_iter().map(|b| b.map(|(_, handle)| handle)).collect()
+    best
 }
 
 /// The pairs of handles whose cells touch: those with an edge of the mesh between them. Each pair ascending,
@@ -153,8 +184,9 @@ mod tests {
             let (positions, topology) = grid(bend);
             let all = all_distances(&positions, &topology);
             let mut found = vec![0.0; positions.len()];
+            let graph = EdgeGraph::new(&positions, &topology);
             for &h in &handles {
-                distances(&positions, &topology, h, &mut found);
+                graph.distances(h, |_| f64::INFINITY, &mut found);
                 for (v, distance) in found.iter().enumerate() {
                     assert!((distance - all[h as usize][v]).abs() < 1e-12, "from {h} to {v}");
                 }

@@ -47,6 +47,7 @@ mod topology;
 mod triangulate;
 
 pub use doctor::{Finding, Report, Severity, examine};
+pub use learned::{Candidate, FreePart};
 pub use topology::Topology;
 pub use triangulate::triangulate;
 
@@ -57,13 +58,13 @@ pub mod internals {
     pub use crate::cholesky::Factor;
     pub use crate::dissection::{Dissection, Graph, Part, dissect};
     pub use crate::driven::DrivenComponents;
-    pub use crate::learned::{Learned, LearnedSettings, learn};
+    pub use crate::learned::{Steps, learn};
     pub use crate::sparse::Columns;
     pub use crate::system::System;
 }
 
 use driven::DrivenComponents;
-use rhytid_core::{Bind, Error, Face, Progress, Result, Rig, StrainEdges};
+use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges};
 use rhytid_kernels::strain;
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
@@ -75,21 +76,76 @@ pub fn default_bending_length(rest_lengths: &[f64]) -> Option<f64> {
     (mean > 0.0).then_some(mean)
 }
 
+/// What the solve says of its work besides the rig.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Account {
+    /// The share and ridge of the linear band that were tried, the one that was taken first; none by the chapter's method.
+    pub candidates: Vec<Candidate>,
+    /// What became of the parts without a handle, in the order of their lowest vertices; none by the chapter's method.
+    pub parts: Vec<FreePart>,
+}
+
 /// Solves `face`: everything a device needs to animate it from handle positions.
 ///
-/// Takes seconds (530,000 vertices on two cores: under ten); reports to `progress` and stops when that says so.
+/// Takes seconds (530,000 vertices on two cores: under fifteen); reports to `progress` and stops when that says so.
 ///
 /// # Errors
 /// [`Error::Input`] with the first error that [`examine`] finds, or if the system cannot be factorised;
 /// [`Error::Cancelled`].
 pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
+    Ok(solve_and_account(face, progress)?.0)
+}
+
+/// The same, with what was found on the way.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f64>, Account)> {
     doctor::check(face)?;
+    let Shell { mut rig, topology, parts } = shell(face, progress)?;
+    let mut account = Account::default();
+    match face.settings.method {
+        Method::Chapter => chapter(face, &mut rig, &topology, &parts, progress)?,
+        Method::Learned(settings) => {
+            let steps = learned::learn(&mut rig, &topology, &parts, face, settings, progress)?;
+            account.candidates.push(steps.chosen);
+            account.candidates.extend(steps.candidates.iter().filter(|other| **other != steps.chosen));
+            account.parts.clone_from(&steps.parts);
+            steps.finish(settings.fold_ridge, &mut rig);
+        }
+    }
+    if let Some(v) = not_finite(&rig) {
+        return Err(Error::input(format!(
+            "the solve gives no finite result at vertex {v}: coordinates or triangles there are beyond float64; \
+             run the doctor and mend what it names"
+        )));
+    }
+    Ok((rig, account))
+}
+
+/// What both methods start from.
+#[doc(hidden)]
+pub struct Shell {
+    /// A rig without influences, features and weights, and with the thin shell's basis.
+    pub rig: Rig<f64>,
+    /// Of the rig's triangles.
+    pub topology: Topology,
+    /// Which parts have a handle.
+    pub parts: DrivenComponents,
+}
+
+/// Solves the thin shell of a face that the doctor lets through.
+///
+/// # Errors
+/// [`Error::Input`] if the system cannot be factorised; [`Error::Cancelled`].
+#[doc(hidden)]
+pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     progress.step("strain edges", 0, 1)?;
     let rest = &face.neutral.positions;
     let triangles = triangulate(&face.neutral);
     let topology = Topology::new(rest.len(), &triangles);
     let handles = &face.handles.vertices;
-    let DrivenComponents { driven, .. } = DrivenComponents::new(rest, &triangles, handles);
+    let parts = DrivenComponents::new(rest, &triangles, handles);
     let strain_edges = match &face.settings.strain_edges {
         StrainEdges::Given(edges) => edges.clone(),
         StrainEdges::Auto => {
@@ -108,28 +164,11 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         Some(length) => length,
         None => default_bending_length(&rest_lengths).unwrap_or_else(|| 0.25 * diagonal(face)),
     };
-    let mut basis = basis::basis(rest, &triangles, handles, &driven, bending_length, progress)?;
-    if face.settings.bind == Bind::Nearest {
-        progress.step("bind", 0, 1)?;
-        bind::bind_nearest(rest, &triangles, &driven, |v| !driven[v], handles.len(), &mut basis);
-        progress.step("bind", 1, 1)?;
-    }
-
-    progress.step("influences", 0, 1)?;
-    let handle_rest: Vec<[f64; 3]> = handles.iter().map(|&v| rest[v as usize]).collect();
-    let influences = influences::influences(
-        rest,
-        &handle_rest,
-        &strain_edges,
-        &rest_lengths,
-        face.settings.max_influences,
-    );
-    progress.step("influences", 1, 1)?;
-
+    let basis = basis::basis(rest, &triangles, handles, &parts.driven, bending_length, progress)?;
     progress.step("frames", 0, 1)?;
     let tangent_neighbors = tangent_frames::tangent_neighbors(rest, &triangles, &topology);
     progress.step("frames", 1, 1)?;
-    let mut rig = Rig {
+    let rig = Rig {
         name: face.name.clone(),
         metres_per_unit: face.metres_per_unit,
         up_axis: face.up_axis,
@@ -139,15 +178,15 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         uvs: face.neutral.uvs.clone(),
         materials: face.neutral.materials.clone(),
         bending_length,
-        beta: influences.beta,
+        beta: 0.0,
         handles: handles.clone(),
         tangent_neighbors,
         triangles,
         rest: rest.clone(),
         basis,
         strain_edges,
-        influence_edges: influences.edges,
-        influence_weights: influences.weights,
+        influence_edges: Vec::new(),
+        influence_weights: Vec::new(),
         pose_features: Vec::new(),
         rbf_weights: Vec::new(),
         example_handles: face
@@ -155,15 +194,48 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
             .iter()
             .flat_map(|e| handles.iter().map(|&v| e.positions[v as usize]))
             .collect(),
+        learned: None,
     };
+    Ok(Shell { rig, topology, parts })
+}
 
-    let moves = |v: usize| driven[v] || face.settings.bind == Bind::Nearest;
-    let (pose_features, detail) = detail::features_and_detail(
-        &rig,
+/// Sections 4, 6 and 7: the chapter's method from the shell on.
+fn chapter(
+    face: &Face,
+    rig: &mut Rig<f64>,
+    topology: &Topology,
+    parts: &DrivenComponents,
+    progress: &dyn Progress,
+) -> Result<()> {
+    let follows = face.settings.bind == Bind::Nearest;
+    if follows {
+        progress.step("bind", 0, 1)?;
+        let (driven, handles) = (&parts.driven, rig.handles.len());
+        bind::bind_nearest(&rig.rest, &rig.triangles, driven, |v| !driven[v], handles, &mut rig.basis);
+        progress.step("bind", 1, 1)?;
+    }
+
+    progress.step("influences", 0, 1)?;
+    let rest_lengths = rig.rest_lengths();
+    let handle_rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let influences = influences::influences(
+        &rig.rest,
+        &handle_rest,
+        &rig.strain_edges,
         &rest_lengths,
-        &topology,
+        face.settings.max_influences,
+    );
+    rig.beta = influences.beta;
+    rig.influence_edges = influences.edges;
+    rig.influence_weights = influences.weights;
+    progress.step("influences", 1, 1)?;
+
+    let (pose_features, detail) = detail::features_and_detail(
+        rig,
+        &rest_lengths,
+        topology,
         &face.examples,
-        moves,
+        |v| parts.driven[v] || follows,
         |_, _| (),
         progress,
     )?;
@@ -176,13 +248,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
         rig.vertices(),
         progress,
     )?;
-    if let Some(v) = not_finite(&rig) {
-        return Err(Error::input(format!(
-            "the solve gives no finite result at vertex {v}: coordinates or triangles there are beyond float64; \
-             run the doctor and mend what it names"
-        )));
-    }
-    Ok(rig)
+    Ok(())
 }
 
 /// The length of the neutral's bounding-box diagonal.

@@ -30,9 +30,14 @@ impl Topology {
         Self { vertex_triangles, offsets, neighbors }
     }
 
+    /// Where the one-ring of vertex `v` is among those of all vertices.
+    pub(crate) fn neighbor_range(&self, v: usize) -> std::ops::Range<usize> {
+        self.offsets[v] as usize..self.offsets[v + 1] as usize
+    }
+
     /// The one-ring of vertex `v`: the vertices it shares an edge with, ascending.
     pub fn neighbors(&self, v: usize) -> &[u32] {
-        &self.neighbors[self.offsets[v] as usize..self.offsets[v + 1] as usize]
+        &self.neighbors[self.neighbor_range(v)]
     }
 }
 

@@ -1,6 +1,7 @@
 //! The toy backend with one fault.
 use crate::toy::ToySession;
 use rhytid_conformance::reference::{Found, reference};
+use rhytid_conformance::stored;
 use rhytid_core::plan::{Dispatch, PlanLimits};
 use rhytid_core::{
     Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig, Session, Stage,
@@ -137,13 +138,9 @@ impl Session for FaultySession {
                 for stage in Stage::ALL {
                     self.toy.read(stage, &mut stages[stage as usize])?;
                 }
-                let mut rig = self.rig.clone();
-                if self.basis == BasisStorage::F16 {
-                    rig.basis.iter_mut().for_each(|b| *b = half::f16::from_f32(*b).to_f32());
-                }
                 let handle_positions = self.positions.as_chunks::<3>().0;
                 let found = Found {
-                    rig: rig.cast(),
+                    rig: stored(self.rig.clone(), self.basis).cast(),
                     basis: self.basis,
                     handle_positions: handle_positions.iter().map(|p| p.map(f64::from)).collect(),
                     stages,

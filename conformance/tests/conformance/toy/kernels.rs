@@ -2,7 +2,7 @@
 use half::f16;
 use rhytid_core::plan::Dispatch;
 use rhytid_kernels::table::{Kernel, TILE, WORKGROUP_SIZE};
-use rhytid_kernels::{detail, differences, fine_scale, large_scale, normals, strain};
+use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
 
 /// Runs one dispatch: buffers are bound in the order of the kernel's table, the last is the one that it writes.
 pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
@@ -47,6 +47,56 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let at_origin = vec![[0.0; 3]; handles];
             large_scale::large_scale(params, vectors(0), &basis, &at_origin, &displacements, positions);
         }
+        Kernel::Products => {
+            let mut params: products::Params = parameters(dispatch);
+            params.frames = params.frames.min(frames);
+            let displacements: Vec<[f32; 3]> =
+                numbers(0).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+            let features = (params.strain_edges + params.handles) as usize;
+            let len = differences::table_len(features, params.examples as usize);
+            let mut all = vec![0.0; params.frames as usize * len];
+            products::products(params, &displacements, words(1).as_chunks().0, vectors(2), &mut all);
+            for (i, cells) in all.chunks_exact(8).enumerate() {
+                if i % features < invocations as usize {
+                    results[8 * i..][..8].copy_from_slice(cells);
+                }
+            }
+        }
+        Kernel::LinearBand => {
+            let mut params: linear_band::Params = parameters(dispatch);
+            let (vertices, p) = (params.part_vertices as usize, params.examples as usize);
+            let c = match params.fp16 {
+                0 => untiled(numbers(5), 3 * p, vertices),
+                _ => {
+                    let fp16: &[u16] = bytemuck::cast_slice(words(5));
+                    untiled(fp16, 3 * p, vertices)
+                        .into_iter()
+                        .map(|bits| f16::from_bits(bits).to_f32())
+                        .collect()
+                }
+            };
+            let c = c.as_chunks().0;
+            let (offsets, omegas) = (words(2), numbers(4).as_chunks::<TILE>().0);
+            params.frames = params.frames.min(frames);
+            let positions = results.as_chunks_mut::<3>().0;
+            for i in 0..params.part_vertices.min(invocations) as usize {
+                // The twin has each vertex's features: here those of its tile.
+                let at = offsets[i / TILE] as usize..offsets[i / TILE + 1] as usize;
+                let buffers = linear_band::Buffers {
+                    per_vertex: at.len(),
+                    features: &words(3)[at.clone()],
+                    weights: &omegas[at].iter().map(|row| row[i % TILE]).collect::<Vec<f32>>(),
+                    example_weights: &c[i * p..][..p],
+                };
+                for frame in 0..params.frames as usize {
+                    let len = differences::table_len(params.features as usize, p);
+                    let table = &numbers(1)[frame * len..];
+                    let v = frame * params.vertices as usize + params.first_vertex as usize + i;
+                    let offset = linear_band::vertex_offset(params, &buffers, table, 0);
+                    positions[v] = std::array::from_fn(|c| vectors(0)[v][c] + offset[c]);
+                }
+            }
+        }
         Kernel::Normals => {
             let mut params: normals::Params = parameters(dispatch);
             params.frames = params.frames.min(frames);
@@ -78,6 +128,8 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let (vertices, n) = (params.part_vertices as usize, params.centers as usize);
             let weights = untiled(numbers(4), 3 * n, vertices);
             let weights = weights.as_chunks().0;
+            let constants = untiled(numbers(6), 3, vertices);
+            let constants = constants.as_chunks().0;
             let (offsets, alphas) = (words(1), numbers(3).as_chunks::<TILE>().0);
             params.frames = params.frames.min(frames);
             let local_detail = results.as_chunks_mut().0;
@@ -90,6 +142,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     influence_weights: &alphas[at].iter().map(|row| row[i % TILE]).collect::<Vec<f32>>(),
                     rbf_weights: &weights[i * n..][..n],
                     pivots: &words(5)[i..=i],
+                    constants: &constants[i..=i],
                 };
                 for frame in 0..params.frames as usize {
                     let len = differences::table_len(params.strain_edges as usize, n);

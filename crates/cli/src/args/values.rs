@@ -8,7 +8,9 @@ use serde::Deserialize;
 /// `--stage`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum StageChoice {
-    /// The smooth deformation alone.
+    /// The thin shell alone, as it is before any example is seen.
+    Shell,
+    /// The smooth deformation alone, with what was learned of it.
     LargeScale,
     /// With the folds of the examples.
     Full,
@@ -130,6 +132,7 @@ impl From<StageChoice> for OutputStage {
         match choice {
             StageChoice::Full => Self::Full,
             StageChoice::LargeScale => Self::LargeScale,
+            StageChoice::Shell => Self::Shell,
         }
     }
 }

@@ -75,7 +75,10 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     check_options(args, Format::of(&args.output)?)?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
-    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    if args.stage == StageChoice::Shell {
+        rig = rig.shell();
+    }
     let hash = rig_file::hash(&args.rig)?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
     say_what_changes_nothing(args, &take);

@@ -5,8 +5,8 @@ use crate::args::{HeadChoice, MissingChoice, StageChoice};
 use crate::progress::{Ui, timed};
 use crate::{args, output};
 use rhytid::formats::project::{
-    self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method,
-    Project, StrainSection, Units,
+    self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection,
+    MeshSection, Method, Project, StrainSection, Units,
 };
 use rhytid::formats::{mesh, tables, take};
 use rhytid::human;
@@ -163,6 +163,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
         other => Units::MetresPerUnit(other),
     };
     Ok(Project {
+        method: Method::Learned,
         mesh: MeshSection {
             name: Some(face.name.clone()),
             neutral: "neutral.obj".into(),
@@ -176,10 +177,8 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
             bind: face.settings.bind,
         },
         strain: StrainSection { edges: Edges::Auto },
-        fine_scale: FineScaleSection {
-            method: Method::Chapter,
-            max_influences: face.settings.max_influences,
-        },
+        fine_scale: FineScaleSection { max_influences: face.settings.max_influences },
+        learned: LearnedSection::default(),
     })
 }
 

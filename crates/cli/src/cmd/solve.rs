@@ -4,7 +4,7 @@ use super::doctor;
 use crate::progress::{Ui, timed};
 use crate::{args, memory, output};
 use rhytid::human;
-use rhytid::solve::{Report, Severity};
+use rhytid::solve::{Account, Candidate, Report, Severity};
 use rhytid::{AtomicFile, Error, Progress, Result, Rig, rig_file};
 use std::path::Path;
 use std::time::Duration;
@@ -13,6 +13,8 @@ use std::time::Duration;
 pub(super) struct Solved {
     /// The rig as it was written.
     pub rig: Rig,
+    /// What was found on the way.
+    pub account: Account,
     /// Time to read the project and its meshes.
     pub reading: Duration,
     /// Time of the doctor.
@@ -48,6 +50,9 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
         human::duration(solved.solving),
         human::bytes(solved.bytes)
     ))?;
+    for line in account_lines(&solved.account, rig.metres_per_unit) {
+        output::say(&line)?;
+    }
     let steps: Vec<String> =
         ui.finished().iter().map(|(step, time)| format!("{step} {}", human::duration(*time))).collect();
     let peak = memory::peak().map_or(String::new(), |bytes| format!("; peak memory {}", human::bytes(bytes)));
@@ -64,8 +69,8 @@ pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
     let face = face?;
     let (report, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
     show(&report, ui)?;
-    let (rig, solving) = timed(|| rhytid::solve::solve(&face, ui));
-    let rig = rig?;
+    let (solved, solving) = timed(|| rhytid::solve::solve_and_account(&face, ui));
+    let (rig, account) = solved?;
     drop(face);
     if ui.cancelled() {
         return Err(Error::Cancelled);
@@ -77,7 +82,43 @@ pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
     });
     let rig = written?;
     let bytes = std::fs::metadata(output).map_err(Error::io(output))?.len();
-    Ok(Solved { rig, reading, examining, solving, writing, bytes })
+    Ok(Solved { rig, account, reading, examining, solving, writing, bytes })
+}
+
+/// What was chosen and what of, and what becomes of the parts without a handle: a line each.
+fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some((chosen, others)) = account.candidates.split_first() {
+        let named = |candidate: &Candidate| {
+            format!("share {}, ridge {}", human::number(candidate.share), human::number(candidate.ridge))
+        };
+        let error = |candidate: &Candidate| {
+            let millimetres = candidate.leave_one_out * metres_per_unit * 1e3;
+            format!("{} mm", human::number((millimetres * 1e3).round() / 1e3))
+        };
+        let mut line = format!("learned with {}", named(chosen));
+        if chosen.leave_one_out.is_finite() {
+            line += &format!(": an example that is left out comes back within {} (RMS)", error(chosen));
+        }
+        if !others.is_empty() {
+            let others: Vec<String> =
+                others.iter().map(|other| format!("{} within {}", named(other), error(other))).collect();
+            line += &format!("; {}", others.join(", "));
+        }
+        lines.push(line);
+    }
+    for (what, rigid) in [("move as solids", true), ("follow the closest skin", false)] {
+        let parts: Vec<String> = account
+            .parts
+            .iter()
+            .filter(|part| part.rigid == rigid)
+            .map(|part| format!("{} vertices from {} on", human::count(part.vertices), part.first_vertex))
+            .collect();
+        if !parts.is_empty() {
+            lines.push(format!("parts without a handle that {what}: {}", parts.join(", ")));
+        }
+    }
+    lines
 }
 
 /// Whether the rig file can be written: known before the long work rather than after it.

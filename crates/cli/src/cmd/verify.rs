@@ -30,7 +30,10 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         return fail("does not say how it was made; export it again with this program".into());
     };
     let request = Request::of(&provenance).map_err(|what| Error::input(format!("{file}: {what}")))?;
-    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    if request.stage == OutputStage::Shell {
+        rig = rig.shell();
+    }
     if rig_file::hash(&args.rig)? != provenance.rig {
         return fail(format!(
             "was made from another rig than {}; give the rig that it was made from, or export it again",

@@ -47,6 +47,28 @@ impl Plan {
             Buffer::Pivots => {
                 owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1))
             }
+            Buffer::DetailConstants => match &rig.learned {
+                Some(learned) => owned(&tiled(learned.fold_constants[part].as_flattened(), 3)),
+                None => owned(&vec![0.0f32; part.len().next_multiple_of(TILE) * 3]),
+            },
+            Buffer::ExampleVectors => owned(&rig.example_vectors()),
+            Buffer::FeatureOffsets => owned(&of_tiles(&self.feature_offsets, &part)),
+            Buffer::FeaturesOfTiles => {
+                owned(&tiles(&part).flat_map_iter(|tile| features_of(rig, tile).0).collect::<Vec<_>>())
+            }
+            Buffer::FeatureWeights => {
+                owned(&tiles(&part).flat_map_iter(|tile| features_of(rig, tile).1).collect::<Vec<_>>())
+            }
+            Buffer::ExampleWeights => {
+                let (all, examples) = (banded(rig).unwrap_or_default(), self.sizes.banded);
+                let numbers = all[of_part(examples)].as_flattened();
+                if self.fp16_basis {
+                    let fp16: Vec<u16> = numbers.iter().map(|&c| f16::from_f32(c).to_bits()).collect();
+                    owned(&tiled(&fp16, examples * 3))
+                } else {
+                    owned(&tiled(numbers, examples * 3))
+                }
+            }
             Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part)),
             Buffer::Fans => {
                 let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
@@ -55,6 +77,8 @@ impl Plan {
             Buffer::HandlePositions
             | Buffer::Displacements
             | Buffer::SquaredDifferences
+            | Buffer::StrainProducts
+            | Buffer::BasisPositions
             | Buffer::Features
             | Buffer::LargeScalePositions
             | Buffer::LargeScaleNormals
@@ -108,6 +132,16 @@ pub(super) fn influence_offsets(rig: &Rig) -> Vec<u32> {
     offsets(rig, |tile| influences_of(rig, tile).0.len())
 }
 
+/// The same of its features of the linear band.
+pub(super) fn feature_offsets(rig: &Rig) -> Vec<u32> {
+    offsets(rig, |tile| features_of(rig, tile).0.len())
+}
+
+/// c, V×P, where the rig has any.
+pub(super) fn banded(rig: &Rig) -> Option<&[[f32; 3]]> {
+    rig.learned.as_ref().map(|learned| &learned.example_weights[..]).filter(|c| !c.is_empty())
+}
+
 fn offsets(rig: &Rig, rows: impl Fn(usize) -> usize + Sync + Send) -> Vec<u32> {
     let rows: Vec<usize> = tiles(&(0..rig.vertices())).map(rows).collect();
     let ends = rows.iter().scan(0, |end, &rows| {
@@ -122,6 +156,17 @@ fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
     let k = rig.influences();
     let here = tile * TILE * k..((tile + 1) * TILE).min(rig.vertices()) * k;
     detail::tile_influences(k, &rig.influence_edges[here.clone()], &rig.influence_weights[here])
+}
+
+/// The features that a tile's vertices listen to, and ω; none where the rig has no c.
+fn features_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
+    let Some(learned) = &rig.learned else { return <_>::default() };
+    if learned.example_weights.is_empty() {
+        return <_>::default();
+    }
+    let per_vertex = learned.features_per_vertex();
+    let here = tile * TILE * per_vertex..((tile + 1) * TILE).min(rig.vertices()) * per_vertex;
+    detail::tile_influences(per_vertex, &learned.features[here.clone()], &learned.feature_weights[here])
 }
 
 /// The fans of a tile's vertices side by side, each with its vertex behind it up to the longest.

@@ -5,7 +5,7 @@ use rhytid_core::plan::{Plan, PlanLimits, Role};
 use rhytid_core::{
     BasisStorage, DeviceErrorKind, Error, HandleFrames, NoProgress, Rig, Stage, UploadOptions,
 };
-use rhytid_kernels::table::{Buffer, Kernel};
+use rhytid_kernels::table::{Buffer, Each, Kernel};
 use rhytid_solve::solve;
 
 fn rig() -> Rig {
@@ -28,27 +28,42 @@ fn large_rig(vertices: usize) -> Rig {
         rig.rbf_weights.extend_from_slice(&one.rbf_weights);
         rig.tangent_neighbors.extend(one.tangent_neighbors.iter().map(|v| v + first));
         rig.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
+        if let (Some(learned), Some(one)) = (&mut rig.learned, &one.learned) {
+            learned.features.extend_from_slice(&one.features);
+            learned.feature_weights.extend_from_slice(&one.feature_weights);
+            learned.feature_gains.extend_from_slice(&one.feature_gains);
+            learned.example_weights.extend_from_slice(&one.example_weights);
+            learned.fold_constants.extend_from_slice(&one.fold_constants);
+            learned.variances.extend_from_slice(&one.variances);
+        }
     }
     rig
 }
 
 #[test]
 fn an_ordinary_rig_is_one_part_and_one_slice() {
-    let rig = rig();
-    let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
-    assert_eq!(plan.slices(31).count(), 1);
-    let mut stages: Vec<Stage> = plan.dispatches(31).iter().map(|d| d.stage).collect();
-    assert_eq!(stages.len(), 7);
-    // Two kernels for the detail.
-    stages.dedup();
-    assert_eq!(stages, Stage::ALL);
-    // Each kernel runs, and each buffer is planned once.
-    let dispatches = plan.dispatches(31);
-    assert!(Kernel::ALL.iter().all(|kernel| dispatches.iter().any(|d| d.kernel == *kernel)));
-    let planned = |buffer| plan.buffers().iter().filter(|planned| planned.buffer == buffer).count();
-    assert_eq!(Buffer::ALL.map(planned), [1; 6 + 8 + 9]);
-    let bytes: u64 = plan.buffers().iter().map(|b| b.bytes).sum();
-    assert_eq!(plan.bytes(), bytes);
+    let learned = rig();
+    let chapter = Rig { learned: None, ..learned.clone() };
+    // Without a linear band beyond the basis, nothing is made for one: two kernels, seven buffers.
+    for (rig, kernels, buffers) in [(learned, 9, 31), (chapter, 7, 24)] {
+        let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
+        assert_eq!(plan.slices(31).count(), 1);
+        let dispatches = plan.dispatches(31);
+        let mut stages: Vec<Stage> = dispatches.iter().map(|d| d.stage).collect();
+        assert_eq!(stages.len(), kernels);
+        // Two kernels for the detail, and three for the large scale.
+        stages.dedup();
+        assert_eq!(stages, Stage::ALL);
+        // Each kernel runs, and each buffer is planned, once.
+        let runs =
+            Kernel::ALL.iter().filter(|kernel| dispatches.iter().any(|d| d.kernel == **kernel)).count();
+        assert_eq!(runs, kernels - 1, "the normals run twice");
+        let planned = |buffer| plan.buffers().iter().filter(|planned| planned.buffer == buffer).count();
+        let planned = Buffer::ALL.map(planned);
+        assert_eq!((planned.iter().max(), planned.iter().sum()), (Some(&1), buffers));
+        let bytes: u64 = plan.buffers().iter().map(|b| b.bytes).sum();
+        assert_eq!(plan.bytes(), bytes);
+    }
 }
 
 #[test]
@@ -98,13 +113,15 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                 }
                 assert_eq!(written[1].len(), frames * handles * 4);
 
-                for stage in &Stage::ALL[1..] {
+                let of_vertices = Kernel::ALL.map(Kernel::entry).map(|entry| (entry.name, entry.each));
+                let of_vertices = of_vertices.into_iter().filter(|(_, each)| *each == Each::Vertex);
+                for (name, _) in of_vertices {
                     let mut covered = vec![0; vertices * frames];
                     let mut first_frame = 0;
                     for dispatch in plan
                         .dispatches(frames)
                         .iter()
-                        .filter(|d| d.stage == *stage && d.kernel != Kernel::Differences)
+                        .filter(|d| d.kernel.name() == name && d.stage != Stage::LargeScaleNormals)
                     {
                         let [of_slice, v, first, part] = dispatch.params[..4].try_into().unwrap();
                         assert_eq!(v as usize, vertices);
@@ -121,7 +138,7 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                             first_frame += of_slice as usize;
                         }
                     }
-                    assert!(covered.iter().all(|&n| n == 1), "{stage:?}");
+                    assert!(covered.iter().all(|&n| n == 1), "{name}");
                 }
             }
         }

@@ -101,6 +101,27 @@ fn what_is_written_is_read() {
     }
 }
 
+/// What is there of files that older programs wrote, and what they read of ours.
+#[test]
+fn a_rig_of_the_chapters_method_is_a_file_of_version_2() {
+    let chapter = Rig { learned: None, ..RIG.clone() };
+    let bytes = rig_file::encode(&chapter).unwrap();
+    assert_eq!(rig_file::decode(&bytes, "x").unwrap(), chapter);
+    let (header, _) = parse(&bytes);
+    let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
+    assert_eq!((&metadata["version"], &metadata["method"]), (&json!(2), &json!("chapter")));
+    assert!(metadata.get("learned").is_none() && header.get("features").is_none());
+
+    // Without a share there are no weights of examples.
+    let mut linear = RIG.clone();
+    let learned = linear.learned.as_mut().unwrap();
+    learned.share = 0.0;
+    learned.example_weights.clear();
+    let bytes = rig_file::encode(&linear).unwrap();
+    assert!(parse(&bytes).0.get("example_weights").is_none());
+    assert_eq!(rig_file::decode(&bytes, "x").unwrap(), linear);
+}
+
 #[test]
 fn the_same_rig_gives_the_same_bytes() {
     for _ in 0..8 {
@@ -154,6 +175,12 @@ fn any_reader_of_safetensors_finds_the_arrays() {
         ("rbf_weights", "F32", json!([v, n, 3])),
         ("example_handles", "F32", json!([1, h, 3])),
         ("face_materials", "U32", json!([16])),
+        ("features", "U32", json!([v, k + 8])),
+        ("feature_weights", "F32", json!([v, k + 8])),
+        ("feature_gains", "F32", json!([v, k + 8])),
+        ("example_weights", "F32", json!([v, 1, 3])),
+        ("fold_constants", "F32", json!([v, 3])),
+        ("variances", "F32", json!([v])),
     ];
     assert_eq!(header.as_object().unwrap().len(), expected.len() + 1, "{header}");
     for (name, dtype, shape) in &expected {
@@ -181,9 +208,10 @@ fn any_reader_of_safetensors_finds_the_arrays() {
 
     let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
     let expected = json!({
-        "version": 2, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "chapter",
+        "version": 3, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "learned",
         "bending_length": RIG.bending_length, "beta": RIG.beta,
         "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"], "materials": ["skin", "lips"],
+        "learned": {"share": 0.2, "ridge": 0.01, "fold_ridge": 0.001, "marker_noise": 0.005},
     });
     assert_eq!(metadata, expected);
 }
@@ -198,13 +226,13 @@ fn files_cut_short_anywhere() {
 
 #[test]
 fn other_versions_and_other_files() {
-    for version in [0, 1, 3, u32::MAX] {
+    for version in [0, 1, 4, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        refused(&bytes, &[&format!("version {version}, expected 2"), "solve the rig again"]);
+        refused(&bytes, &[&format!("version {version}, expected 2 or 3"), "solve the rig again"]);
     }
     // A newer file may have other metadata altogether, and arrays that are missing here.
     let newer = with_metadata(|m| *m = json!({"version": 7}));
-    refused(&newer, &["version 7, expected 2"]);
+    refused(&newer, &["version 7, expected 2 or 3"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],
@@ -217,7 +245,7 @@ fn other_versions_and_other_files() {
 #[test]
 fn metadata_out_of_range() {
     let damaged = |change: &dyn Fn(&mut Value), words: &[&str]| refused(&with_metadata(change), words);
-    for key in ["name", "metres_per_unit", "up_axis", "bending_length", "labels", "examples"] {
+    for key in ["name", "metres_per_unit", "up_axis", "bending_length", "labels", "examples", "learned"] {
         damaged(&|m| drop(m.as_object_mut().unwrap().remove(key)), &["metadata", key]);
     }
     damaged(&|m| m["up_axis"] = "x".into(), &["metadata", "`x`"]);
@@ -229,7 +257,14 @@ fn metadata_out_of_range() {
     damaged(&|m| m["labels"] = json!(["a", "b", "c", "b", "e"]), &["labels has b twice"]);
     damaged(&|m| m["materials"] = json!(["skin"]), &["face 2 refers to material 1, expected one of its 1"]);
     damaged(&|m| m["materials"] = json!(["skin", "skin"]), &["two materials called “skin”"]);
-    damaged(&|m| m["examples"] = json!(["smile", "frown"]), &["`pose_features`", "expected F32 [3, "]);
+    damaged(&|m| m["examples"] = json!(["smile", "frown"]), &["`example_weights`", "expected F32 [25, 2, "]);
+    damaged(&|m| m["learned"]["share"] = 1.5.into(), &["share is 1.5, which is out of its range"]);
+    damaged(&|m| m["learned"]["ridge"] = 0.0.into(), &["ridge is 0, which"]);
+    damaged(&|m| m["learned"]["marker_noise"] = (-1.0).into(), &["marker_noise is -1, which"]);
+    damaged(
+        &|m| drop(m["learned"].as_object_mut().unwrap().remove("fold_ridge")),
+        &["metadata", "fold_ridge"],
+    );
     // A number that no float64 holds.
     let bytes = with_header(|h| {
         let text = &mut h["__metadata__"]["rhytid"];
@@ -244,7 +279,7 @@ fn metadata_out_of_range() {
 fn arrays_that_are_missing_or_of_another_kind() {
     let (header, _) = parse(&BYTES);
     let arrays: Vec<&String> = header.as_object().unwrap().keys().filter(|k| *k != "__metadata__").collect();
-    assert_eq!(arrays.len(), 16);
+    assert_eq!(arrays.len(), 22);
     for name in arrays {
         // Texture coordinates may be missing, but not apart from their indices.
         if name != "uv_indices" {
@@ -281,6 +316,7 @@ fn indices_past_the_end() {
         ("frame_neighbors", 25),
         ("strain_edges", 5),
         ("influence_edges", f),
+        ("features", f + 5),
         ("uv_indices", 9),
     ] {
         for index in [end, u32::MAX] {
@@ -307,9 +343,20 @@ fn indices_past_the_end() {
 
 #[test]
 fn numbers_that_are_none() {
-    for array in
-        ["rest", "basis", "influence_weights", "pose_features", "rbf_weights", "uvs", "example_handles"]
-    {
+    for array in [
+        "rest",
+        "basis",
+        "influence_weights",
+        "pose_features",
+        "rbf_weights",
+        "uvs",
+        "example_handles",
+        "feature_weights",
+        "feature_gains",
+        "example_weights",
+        "fold_constants",
+        "variances",
+    ] {
         for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let words = [format!("{array}[3] is {number}, expected a finite number")];
             refused(&with_element(array, 3, number.to_le_bytes()), &[&words[0]]);
@@ -318,6 +365,8 @@ fn numbers_that_are_none() {
     for weight in [-0.25f32, 1.5] {
         let words = [format!("influence_weights[3] is {weight}, expected 0 to 1")];
         refused(&with_element("influence_weights", 3, weight.to_le_bytes()), &[&words[0]]);
+        let words = [format!("feature_weights[3] is {weight}, expected 0 to 1")];
+        refused(&with_element("feature_weights", 3, weight.to_le_bytes()), &[&words[0]]);
     }
 }
 

@@ -44,6 +44,8 @@ pub enum OutputStage {
     Full,
     /// The smooth surface without detail.
     LargeScale,
+    /// The thin shell alone, as it is before any example is seen.
+    Shell,
 }
 
 /// What becomes of the head's motion.
@@ -65,6 +67,7 @@ impl OutputStage {
         match self {
             Self::Full => "full",
             Self::LargeScale => "large-scale",
+            Self::Shell => "shell",
         }
     }
 }
@@ -199,6 +202,7 @@ mod tests {
     fn every_choice_is_known_by_its_name_again() {
         check(OutputStage::Full, "full");
         check(OutputStage::LargeScale, "large-scale");
+        check(OutputStage::Shell, "shell");
         check(HeadMotion::Keep, "keep");
         check(HeadMotion::Drop, "drop");
         check(HeadMotion::Bake, "bake");

@@ -1,5 +1,5 @@
 //! A [`Project`] and the files it names to a [`Face`].
-use super::sections::{Edges, ExampleSection, Project};
+use super::sections::{Edges, ExampleSection, Method, Project};
 use crate::{mesh, tables};
 use rayon::prelude::*;
 use rhytid_core::{Error, Example, Face, Handles, Result, Settings, StrainEdges};
@@ -47,6 +47,10 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
         examples,
         settings: Settings {
             bending_length: project.large_scale.bending_length,
+            method: match project.method {
+                Method::Learned => rhytid_core::Method::Learned(project.learned.settings()),
+                Method::Chapter => rhytid_core::Method::Chapter,
+            },
             bind: project.large_scale.bind,
             strain_edges,
             max_influences: project.fine_scale.max_influences,

@@ -7,8 +7,8 @@ mod sections;
 pub use load::load;
 pub use parse::parse;
 pub use sections::{
-    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method, Project,
-    StrainSection, Units,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, Project, StrainSection, Units,
 };
 
 use crate::tables::write_checked;

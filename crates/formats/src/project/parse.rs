@@ -1,7 +1,7 @@
 //! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
 use super::sections::{
-    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method, Project,
-    StrainSection, Units,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, Project, StrainSection, Units,
 };
 use crate::tables::text::{did_you_mean, line_of, quoted};
 use rhytid_core::{Bind, Error, Result, UpAxis};
@@ -22,14 +22,59 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
         file.error(e.span().map_or(0, |span| span.start), &format!("not TOML: {reason}"))
     })?;
     let root = Section { file, title: String::new(), offset: 0, table: document.get_ref() };
-    root.allow(&["mesh", "handles", "example", "large_scale", "strain", "fine_scale"])?;
+    root.allow(&["method", "mesh", "handles", "example", "large_scale", "strain", "fine_scale", "learned"])?;
     Ok(Project {
+        method: method_of(&root)?,
         mesh: mesh(&root.required_section("mesh", "neutral and units")?)?,
         handles: handles(&root.required_section("handles", "vertices")?)?,
         examples: examples(&root)?,
         large_scale: root.section("large_scale")?.map_or_else(|| Ok(<_>::default()), |s| large_scale(&s))?,
         strain: root.section("strain")?.map_or_else(|| Ok(<_>::default()), |s| strain(&s))?,
         fine_scale: root.section("fine_scale")?.map_or_else(|| Ok(<_>::default()), |s| fine_scale(&s))?,
+        learned: root.section("learned")?.map_or_else(|| Ok(<_>::default()), |s| learned(&s))?,
+    })
+}
+
+const METHODS: &str = "\"learned\" or \"chapter\"";
+
+/// The method that the file names, at its top or, as it once was, under `[fine_scale]`.
+fn method_of(root: &Section<'_>) -> Result<Method> {
+    let above = method(root)?;
+    let Some(section) = root.section("fine_scale")? else { return Ok(above.unwrap_or_default()) };
+    let below = method(&section)?;
+    match (above, below) {
+        (Some(above), Some(below)) if above != below => {
+            let found = quoted(section.text("method", METHODS)?.unwrap_or_default());
+            Err(section.wrong("method", &found, "the one at the top of the file: name it there alone"))
+        }
+        _ => Ok(above.or(below).unwrap_or_default()),
+    }
+}
+
+fn method(section: &Section<'_>) -> Result<Option<Method>> {
+    match section.text("method", METHODS)? {
+        None => Ok(None),
+        Some("learned") => Ok(Some(Method::Learned)),
+        Some("chapter") => Ok(Some(Method::Chapter)),
+        Some(other) => Err(section.wrong("method", &quoted(other), METHODS)),
+    }
+}
+
+fn learned(section: &Section<'_>) -> Result<LearnedSection> {
+    section.allow(&["share", "ridge", "fold_ridge", "marker_noise"])?;
+    let number = |key: &str, expected: &str, is_right: fn(f64) -> bool| match section.get(key) {
+        None => Ok(None),
+        Some(value) => section
+            .number(key)
+            .filter(|number| is_right(*number))
+            .map(Some)
+            .ok_or_else(|| section.wrong(key, &found(value), expected)),
+    };
+    Ok(LearnedSection {
+        share: number("share", "a number from 0 to 1", |s| (0.0..=1.0).contains(&s))?,
+        ridge: number("ridge", "a number above 0", |ridge| ridge > 0.0)?,
+        fold_ridge: number("fold_ridge", "a number above 0", |ridge| ridge > 0.0)?,
+        marker_noise: number("marker_noise", "millimetres, a number from 0", |noise| noise >= 0.0)?,
     })
 }
 
@@ -96,11 +141,12 @@ fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {
         None => None,
         Some(_) => Some(section.positive("bending_length", "a length in mesh units, a number above 0")?),
     };
-    let bind = match section.text("bind", "\"rigid\" or \"nearest\"")? {
-        None => Bind::default(),
+    let binds = "\"auto\", \"rigid\" or \"nearest\"";
+    let bind = match section.text("bind", binds)? {
+        None | Some("auto") => Bind::Auto,
         Some("rigid") => Bind::Rigid,
         Some("nearest") => Bind::Nearest,
-        Some(other) => return Err(section.wrong("bind", &quoted(other), "\"rigid\" or \"nearest\"")),
+        Some(other) => return Err(section.wrong("bind", &quoted(other), binds)),
     };
     Ok(LargeScaleSection { bending_length, bind })
 }
@@ -119,11 +165,7 @@ fn strain(section: &Section<'_>) -> Result<StrainSection> {
 
 fn fine_scale(section: &Section<'_>) -> Result<FineScaleSection> {
     section.allow(&["method", "max_influences"])?;
-    let method = match section.text("method", "\"chapter\"")? {
-        None | Some("chapter") => Method::Chapter,
-        Some(other) => return Err(section.wrong("method", &quoted(other), "\"chapter\"")),
-    };
-    let mut fine_scale = FineScaleSection { method, ..FineScaleSection::default() };
+    let mut fine_scale = FineScaleSection::default();
     if let Some(value) = section.get("max_influences") {
         fine_scale.max_influences = match value {
             DeValue::Integer(n) => u32::from_str_radix(n.as_str(), n.radix()).ok().filter(|&n| n >= 1),
@@ -208,13 +250,19 @@ impl<'a> Section<'a> {
 
     fn positive(&self, key: &str, expected: &str) -> Result<f64> {
         let value = self.required(key, expected)?;
-        match value {
+        self.number(key)
+            .filter(|number| *number > 0.0)
+            .ok_or_else(|| self.wrong(key, &found(value), expected))
+    }
+
+    /// A finite number, if that is what the key has.
+    fn number(&self, key: &str) -> Option<f64> {
+        match self.get(key)? {
             DeValue::Float(number) => number.as_str().parse().ok(),
             DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
             _ => None,
         }
-        .filter(|number: &f64| number.is_finite() && *number > 0.0)
-        .ok_or_else(|| self.wrong(key, &found(value), expected))
+        .filter(|number: &f64| number.is_finite())
     }
 
     fn section(&self, key: &str) -> Result<Option<Section<'a>>> {

@@ -1,12 +1,14 @@
 //! The sections of a project file.
 
-use rhytid_core::{Bind, UpAxis};
+use rhytid_core::{Bind, LearnedSettings, UpAxis};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 
 /// What a project file says. Paths are relative to the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Project {
+    /// How a rig is made of the examples: `method`, above all sections.
+    pub method: Method,
     /// `[mesh]`.
     pub mesh: MeshSection,
     /// `[handles]`.
@@ -20,6 +22,8 @@ pub struct Project {
     pub strain: StrainSection,
     /// `[fine_scale]`.
     pub fine_scale: FineScaleSection,
+    /// `[learned]`.
+    pub learned: LearnedSection,
 }
 
 /// `[mesh]`: the neutral scan and what its numbers mean.
@@ -73,15 +77,43 @@ pub struct StrainSection {
 /// `[fine_scale]`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct FineScaleSection {
-    /// How details are learned.
-    pub method: Method,
     /// K: influences kept per vertex, at least 1; 16 by default.
     pub max_influences: usize,
 }
 
 impl Default for FineScaleSection {
     fn default() -> Self {
-        Self { method: Method::default(), max_influences: rhytid_core::Settings::default().max_influences }
+        Self { max_influences: rhytid_core::Settings::default().max_influences }
+    }
+}
+
+/// `[learned]`: what is absent is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct LearnedSection {
+    /// s, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// λ, above 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ridge: Option<f64>,
+    /// μ, above 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fold_ridge: Option<f64>,
+    /// The standard deviation of a marker's noise per axis in millimetres, 0 or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marker_noise: Option<f64>,
+}
+
+impl LearnedSection {
+    /// What the solve is told.
+    pub fn settings(self) -> LearnedSettings {
+        let default = LearnedSettings::default();
+        LearnedSettings {
+            share: self.share,
+            ridge: self.ridge,
+            fold_ridge: self.fold_ridge.unwrap_or(default.fold_ridge),
+            marker_noise: self.marker_noise.unwrap_or(default.marker_noise),
+        }
     }
 }
 
@@ -144,17 +176,20 @@ impl Serialize for Edges {
     }
 }
 
-/// How details are learned from the examples.
+/// How a rig is made of the examples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// `"chapter"`: sections 4 to 7 of `docs/method.md`.
+    /// `"learned"`: the learned method of `docs/method.md`.
     #[default]
+    Learned,
+    /// `"chapter"`: its sections 4 to 7.
     Chapter,
 }
 
 fn serialize_bind<S: Serializer>(bind: &Bind, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(match bind {
+        Bind::Auto => "auto",
         Bind::Rigid => "rigid",
         Bind::Nearest => "nearest",
     })

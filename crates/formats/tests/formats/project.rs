@@ -2,13 +2,14 @@
 use proptest::prelude::*;
 use rhytid_core::{Bind, Error, UpAxis};
 use rhytid_formats::project::{
-    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, MeshSection, Method, Project,
-    StrainSection, Units, parse, write,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, Project, StrainSection, Units, parse, write,
 };
 use std::path::PathBuf;
 
 /// Every key, each with a value that is not its default where there is another.
 const FULL: &str = r#"
+method = "chapter"
 [mesh]
 name = "Ada"
 neutral = "neutral.obj"        # paths are relative to this file
@@ -28,8 +29,12 @@ bind = "nearest"
 [strain]
 edges = "edges.csv"
 [fine_scale]
-method = "chapter"
 max_influences = 8
+[learned]
+share = 0.5
+ridge = 1e-3
+fold_ridge = 0.01
+marker_noise = 0
 "#;
 
 const SMALLEST: &str = "[mesh]\nneutral = 'n.obj'\nunits = 'm'\n[handles]\nvertices = 'h.csv'\n";
@@ -37,6 +42,7 @@ const SMALLEST: &str = "[mesh]\nneutral = 'n.obj'\nunits = 'm'\n[handles]\nverti
 fn full() -> Project {
     let example = |name: &str, mesh: &str| ExampleSection { name: name.into(), mesh: mesh.into() };
     Project {
+        method: Method::Chapter,
         mesh: MeshSection {
             name: Some("Ada".into()),
             neutral: "neutral.obj".into(),
@@ -47,7 +53,13 @@ fn full() -> Project {
         examples: vec![example("frown", "poses/frown.obj"), example("smile", "poses/smile.ply")],
         large_scale: LargeScaleSection { bending_length: Some(3.0), bind: Bind::Nearest },
         strain: StrainSection { edges: Edges::File("edges.csv".into()) },
-        fine_scale: FineScaleSection { method: Method::Chapter, max_influences: 8 },
+        fine_scale: FineScaleSection { max_influences: 8 },
+        learned: LearnedSection {
+            share: Some(0.5),
+            ridge: Some(1e-3),
+            fold_ridge: Some(0.01),
+            marker_noise: Some(0.0),
+        },
     }
 }
 
@@ -55,6 +67,23 @@ fn full() -> Project {
 fn every_key_is_understood() {
     assert_eq!(parse(FULL, "face.toml").unwrap(), full());
     assert_eq!(parse(&format!("\u{feff}{}", FULL.replace('\n', "\r\n")), "face.toml").unwrap(), full());
+}
+
+#[test]
+fn the_method_is_understood_where_it_once_was() {
+    let with =
+        |above: &str, below: &str| parse(&format!("{above}\n{SMALLEST}[fine_scale]\n{below}\n"), "face.toml");
+    let (learned, chapter) = ("method = 'learned'", "method = 'chapter'");
+    assert_eq!(with("", chapter).unwrap().method, Method::Chapter);
+    assert_eq!(with("", learned).unwrap().method, Method::Learned);
+    assert_eq!(with(chapter, chapter).unwrap().method, Method::Chapter);
+    let Err(Error::Input(found)) = with(learned, chapter) else { panic!("two methods at once") };
+    assert!(
+        found.contains("line 8: [fine_scale] method is \"chapter\", expected the one at the top"),
+        "{found}"
+    );
+    let Err(Error::Input(found)) = with("method = 'book'", "") else { panic!("no such method") };
+    assert!(found.contains("method is \"book\", expected \"learned\" or \"chapter\""), "{found}");
 }
 
 #[test]
@@ -70,12 +99,14 @@ fn what_is_left_out_has_its_default() {
     assert_eq!(
         project,
         Project {
+            method: Method::Learned,
             mesh: MeshSection { name: None, neutral: "n.obj".into(), units: Units::Metres, up: UpAxis::Y },
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
-            large_scale: LargeScaleSection { bending_length: None, bind: Bind::Rigid },
+            large_scale: LargeScaleSection { bending_length: None, bind: Bind::Auto },
             strain: StrainSection { edges: Edges::Auto },
-            fine_scale: FineScaleSection { method: Method::Chapter, max_influences: 16 },
+            fine_scale: FineScaleSection { max_influences: 16 },
+            learned: LearnedSection::default(),
         }
     );
     let empty_sections = format!("{SMALLEST}[large_scale]\n[strain]\n[fine_scale]\n");
@@ -122,6 +153,10 @@ fn projects_that_would_not_read_back_are_not_written() {
         (change(|p| p.mesh.units = Units::MetresPerUnit(-1.0)), "units is -1.0"),
         (change(|p| p.mesh.neutral = PathBuf::new()), "neutral is empty"),
         (change(|p| p.fine_scale.max_influences = 0), "max_influences is 0"),
+        (change(|p| p.learned.share = Some(1.5)), "[learned] share is 1.5, expected a number from 0 to 1"),
+        (change(|p| p.learned.ridge = Some(0.0)), "[learned] ridge is 0.0, expected a number above 0"),
+        (change(|p| p.learned.fold_ridge = Some(-1.0)), "[learned] fold_ridge is -1.0"),
+        (change(|p| p.learned.marker_noise = Some(f64::INFINITY)), "[learned] marker_noise is inf"),
     ] {
         let Err(Error::Input(found)) = write(&path, &bad) else { panic!("{bad:?} was written") };
         assert!(found.contains("not written") && found.contains(words), "{found}");
@@ -143,6 +178,7 @@ fn any_project() -> impl Strategy<Value = Project> {
     let choices =
         (proptest::option::of(1e-9..1e9), any::<bool>(), proptest::option::of(path()), 1..1000_usize);
     (mesh, path(), examples, choices).prop_map(|(mesh, vertices, examples, choices)| Project {
+        method: if choices.1 { Method::Learned } else { Method::Chapter },
         mesh: MeshSection {
             name: mesh.0,
             neutral: mesh.1,
@@ -158,7 +194,8 @@ fn any_project() -> impl Strategy<Value = Project> {
         strain: StrainSection {
             edges: choices.2.filter(|path| path.as_os_str() != "auto").map_or(Edges::Auto, Edges::File),
         },
-        fine_scale: FineScaleSection { method: Method::Chapter, max_influences: choices.3 },
+        fine_scale: FineScaleSection { max_influences: choices.3 },
+        learned: LearnedSection { ridge: choices.0, ..LearnedSection::default() },
     })
 }
 

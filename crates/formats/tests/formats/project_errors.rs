@@ -43,13 +43,13 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
             "[handles]",
             "[handels]",
             "face.toml, line 5: unknown key \"handels\" (did you mean \"handles\"?), \
-             expected mesh, handles, example, large_scale, strain, fine_scale",
+             expected method, mesh, handles, example, large_scale, strain, fine_scale, learned",
         ),
         (
             "[[example]]",
             "[[examples]]",
             "face.toml, line 8: unknown key \"examples\" (did you mean \"example\"?), \
-             expected mesh, handles, example, large_scale, strain, fine_scale",
+             expected method, mesh, handles, example, large_scale, strain, fine_scale, learned",
         ),
         (
             "mesh = \"poses",
@@ -162,7 +162,7 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
         (
             "3.0",
             "3.0\nbind = \"Rigid\"",
-            "line 14: [large_scale] bind is \"Rigid\", expected \"rigid\" or \"nearest\"",
+            "line 14: [large_scale] bind is \"Rigid\", expected \"auto\", \"rigid\" or \"nearest\"",
         ),
         (
             "[large_scale]",
@@ -172,7 +172,7 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
         (
             "[large_scale]",
             "[fine_scale]\nmethod = \"rbf\"\n[large_scale]",
-            "line 13: [fine_scale] method is \"rbf\", expected \"chapter\"",
+            "line 13: [fine_scale] method is \"rbf\", expected \"learned\" or \"chapter\"",
         ),
         (
             "[large_scale]",
@@ -259,7 +259,7 @@ fn a_whole_project_becomes_a_face() {
     assert_eq!((face.examples.len(), face.examples[0].name.as_str()), (1, "frown"));
     assert_eq!(face.examples[0].positions[2], [1.0, 1.0, 0.5]);
     assert_eq!(face.settings.bending_length, Some(3.0));
-    assert_eq!((face.settings.bind, face.settings.max_influences), (Bind::Rigid, 16));
+    assert_eq!((face.settings.bind, face.settings.max_influences), (Bind::Auto, 16));
     assert_eq!(face.settings.strain_edges, StrainEdges::Auto);
 }
 

@@ -79,6 +79,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
     __global const float *restrict influence_weights,
     __global const float *restrict rbf_weights,
     __global const uint *restrict pivots,
+    __global const float *restrict detail_constants,
     __global float *restrict local_detail,
     const Params params)
 {
@@ -92,10 +93,11 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
     Floats distances[FRAMES][8];
     Floats r_pivot[FRAMES];
     Lanes sum[FRAMES][3];
+    __global const Floats *b = (__global const Floats *)detail_constants + (i / 16 * 48 + i % 16) / VERTICES;
     for (uint g = 0; g < FRAMES; g++) {
         r_pivot[g] = (Floats)(0.0f);
         for (uint c = 0; c < 3; c++) {
-            sum[g][c].all = (Floats)(0.0f);
+            sum[g][c].all = b[16 * c / VERTICES];
         }
     }
     for (uint first = 0; first < params.centers; first += 8) {

@@ -17,7 +17,8 @@ layout(std430, binding = 2) readonly buffer InfluenceEdges { uint influence_edge
 layout(std430, binding = 3) readonly buffer InfluenceWeights { float influence_weights[]; };
 layout(std430, binding = 4) readonly buffer RbfWeights { float rbf_weights[]; };
 layout(std430, binding = 5) readonly buffer Pivots { uint pivots[]; };
-layout(std430, binding = 6) writeonly buffer LocalDetail { float local_detail[]; };
+layout(std430, binding = 6) readonly buffer DetailConstants { float detail_constants[]; };
+layout(std430, binding = 7) writeonly buffer LocalDetail { float local_detail[]; };
 
 // The distances of each frame's features from those of eight centres: the first four, and the others.
 vec4 low[4];
@@ -65,10 +66,12 @@ void main() {
     uint pivot = pivots[i];
     measure(i, frame, pivot / 8);
     float r_pivot[4];
+    uint constant = i / 16 * 48 + i % 16;
+    vec3 b = vec3(detail_constants[constant], detail_constants[constant + 16], detail_constants[constant + 32]);
     vec3 sum[4];
     for (uint g = 0; g < FRAMES; g++) {
         r_pivot[g] = distance_to(g, pivot % 8);
-        sum[g] = vec3(0);
+        sum[g] = b;
     }
     for (uint first = 0; first < params.centers; first += 8) {
         // Most rigs have no more than eight centres: then these are the distances that there are already.

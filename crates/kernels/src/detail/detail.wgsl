@@ -16,8 +16,9 @@ struct Params {
 @group(0) @binding(3) var<storage, read> influence_weights: array<f32>;
 @group(0) @binding(4) var<storage, read> rbf_weights: array<f32>;
 @group(0) @binding(5) var<storage, read> pivots: array<u32>;
-@group(0) @binding(6) var<storage, read_write> local_detail: array<f32>;
-@group(0) @binding(7) var<uniform> params: Params;
+@group(0) @binding(6) var<storage, read> detail_constants: array<f32>;
+@group(0) @binding(7) var<storage, read_write> local_detail: array<f32>;
+@group(0) @binding(8) var<uniform> params: Params;
 
 // The distances of each frame's features from those of eight centres: the first four, and the others.
 var<private> low: array<vec4f, 4>;
@@ -64,9 +65,12 @@ fn detail(@builtin(global_invocation_id) id: vec3u) {
     let pivot = pivots[i];
     measure(i, frame, pivot / 8);
     var r_pivot: array<f32, 4>;
+    let constant = i / 16 * 48 + i % 16;
+    let b = vec3f(detail_constants[constant], detail_constants[constant + 16], detail_constants[constant + 32]);
     var sum: array<vec3f, 4>;
     for (var g = 0u; g < FRAMES; g++) {
         r_pivot[g] = distance_to(g, pivot % 8);
+        sum[g] = b;
     }
     for (var first = 0u; first < params.centers; first += 8) {
         // Most rigs have no more than eight centres: then these are the distances that there are already.

@@ -56,6 +56,8 @@ pub struct Buffers<'a, T> {
     pub rbf_weights: &'a [[T; 3]],
     /// V indices of centres, as [`pivoted`] chose them.
     pub pivots: &'a [u32],
+    /// b, V.
+    pub constants: &'a [[T; 3]],
 }
 
 /// Chooses a pivot for each vertex, the centre with the largest weight, and puts the sum of all the vertex's weights in
@@ -97,7 +99,7 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &
     let w = &buffers.rbf_weights[i * n..][..n];
     let pivot = buffers.pivots[i] as usize;
     let r_pivot = distance(pivot);
-    let mut d = [T::ZERO; 3];
+    let mut d = buffers.constants[i];
     for (j, w) in w.iter().enumerate() {
         let r = if j == pivot { r_pivot } else { distance(j) - r_pivot };
         for c in 0..3 {

@@ -4,7 +4,7 @@ use super::words::{count, first_few};
 use crate::driven::DrivenComponents;
 use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;
-use rhytid_core::{Bind, Face};
+use rhytid_core::{Bind, Face, Method};
 use std::collections::{HashMap, HashSet};
 
 pub(super) fn examine(face: &Face, report: &mut Report) {
@@ -110,8 +110,13 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
     if !undriven.is_empty() {
         let total: usize = undriven.iter().map(|c| c.0).sum();
         let listed: Vec<String> = undriven.iter().map(|(n, v)| format!("{n} with vertex {v}")).collect();
+        let learned = matches!(face.settings.method, Method::Learned(_)) && !face.examples.is_empty();
         let (severity, fate) = match face.settings.bind {
-            Bind::Rigid => {
+            Bind::Auto if learned => (
+                Severity::Note,
+                "moves as the examples show: as a solid, or with the closest point of the skin",
+            ),
+            Bind::Auto | Bind::Rigid => {
                 (Severity::Warning, "does not move (bind = \"nearest\" would let it follow the skin)")
             }
             Bind::Nearest => (Severity::Note, "follows the closest point of the skin (bind = \"nearest\")"),

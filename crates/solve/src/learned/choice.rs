@@ -81,7 +81,7 @@ pub(crate) fn choose(
         )
         .collect::<Result<_>>()?;
     let mean = |i: usize| {
-        squares.iter().map(|of_vertex| of_vertex[i]).sum::<f64>() / (squares.len() * examples) as f64
+        squares.iter().map(|of_vertex| of_vertex[i]).sum::<f64>() / (squares.len() * examples).max(1) as f64
     };
     let candidates: Vec<Candidate> = pairs()
         .zip(0..count)

@@ -2,7 +2,7 @@
 use super::neighborhoods::EdgeInfluences;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Progress, Result};
 use rhytid_kernels::detail::feature_distance;
 
 /// The weights of the folds.
@@ -27,6 +27,7 @@ pub(crate) fn folds(
     detail: &[[f64; 3]],
     vertices: usize,
     fold_ridge: f64,
+    progress: &dyn Progress,
 ) -> Result<Folds> {
     let centers = examples + 1;
     let mut folds =
@@ -36,6 +37,7 @@ pub(crate) fn folds(
         return Ok(folds);
     }
     let edges = pose_features.len() / centers;
+    progress.step("folds", 0, 1)?;
     let rows = folds.weights.par_chunks_mut(centers).zip(&mut folds.constants);
     rows.enumerate()
         .map_init(

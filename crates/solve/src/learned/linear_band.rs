@@ -5,7 +5,10 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, Par};
 use rayon::prelude::*;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Progress, Result};
+
+/// Vertices after which the progress is told.
+const VERTICES_AT_ONCE: usize = 1 << 16;
 
 /// What is learned, and how much is believed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +23,7 @@ pub(crate) struct LinearSettings {
 
 /// The features of the examples and of the noise: those of strain edges, `D_e = (u_b − u_a)/l_e`, before those of
 /// anchors, `D_h = u_h/L`.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct VectorStrains {
     /// (F + H)×3P: feature by feature, x, y, z of one example after the other.
     of_examples: Vec<f64>,
@@ -231,74 +235,126 @@ impl VertexSystem {
 /// What the linear band adds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearBand {
-    /// ΔB, V×H: what goes into the basis.
-    pub basis_correction: Vec<f64>,
+    /// g, as many numbers as there are features: ΔB is `Σ_e g_ve D_e`.
+    pub feature_gains: Vec<f64>,
     /// c, V×P×3 in mesh units; empty where s = 0.
     pub example_weights: Vec<[f64; 3]>,
-    /// What each example would be off by if it were left out, V×P×3 in mesh units.
-    pub leave_one_out: Vec<[f64; 3]>,
+    /// `s_v² = Ŵᵀz/3P`, V in mesh units squared.
+    pub variances: Vec<f64>,
 }
 
-/// Solves the linear band of every vertex: `smooth` is Ŵ, V×P×3, and 0 at `handles`, where nothing is learned.
+/// Solves the linear band of every vertex, and adds ΔB to `basis`, V×H: `smooth` is Ŵ, V×P×3, and 0 at handles, where
+/// nothing is learned.
 ///
 /// # Errors
-/// As [`VertexSystem::solve`].
+/// As [`VertexSystem::solve`]; [`Error::Cancelled`].
 pub(crate) fn linear_band(
     strains: &VectorStrains,
     influences: &LinearInfluences,
-    handles: &[u32],
     smooth: &[[f64; 3]],
     settings: LinearSettings,
+    basis: &mut [f64],
+    progress: &dyn Progress,
 ) -> Result<LinearBand> {
-    let (examples, count) = (strains.examples, handles.len());
-    let vertices = influences.weights.len() / influences.per_vertex;
-    let mut is_handle = vec![false; vertices];
-    handles.iter().for_each(|&v| is_handle[v as usize] = true);
+    let (examples, per_vertex) = (strains.examples, influences.per_vertex);
+    let vertices = influences.weights.len() / per_vertex;
+    let handles = basis.len() / vertices;
+    let c = if settings.share > 0.0 { examples } else { 0 };
     let mut band = LinearBand {
-        basis_correction: vec![0.0; vertices * count],
-        example_weights: vec![[0.0; 3]; if settings.share > 0.0 { vertices * examples } else { 0 }],
-        leave_one_out: vec![[0.0; 3]; vertices * examples],
+        feature_gains: vec![0.0; vertices * per_vertex],
+        example_weights: vec![[0.0; 3]; vertices * c],
+        variances: vec![0.0; vertices],
     };
     if examples == 0 {
         return Ok(band);
     }
-    let weights: Vec<&mut [[f64; 3]]> = if settings.share > 0.0 {
-        band.example_weights.chunks_mut(examples).collect()
-    } else {
-        (0..vertices).map(|_| Default::default()).collect()
-    };
-    band.basis_correction
-        .par_chunks_mut(count)
-        .zip(weights)
-        .zip(band.leave_one_out.par_chunks_mut(examples))
-        .zip(smooth.par_chunks(examples))
-        .enumerate()
-        .filter(|(v, _)| !is_handle[*v])
+    for first in (0..vertices).step_by(VERTICES_AT_ONCE) {
+        progress.step("linear band", first as u64, vertices as u64)?;
+        let end = vertices.min(first + VERTICES_AT_ONCE);
+        let of = |n: usize| first * n..end * n;
+        // Chunks of no numbers are not allowed: where there is no c, each vertex has a part of nothing.
+        let weights: Vec<&mut [[f64; 3]]> = match c {
+            0 => (first..end).map(|_| Default::default()).collect(),
+            _ => band.example_weights[of(c)].chunks_mut(c).collect(),
+        };
+        basis[of(handles)]
+            .par_chunks_mut(handles)
+            .zip(band.feature_gains[of(per_vertex)].par_chunks_mut(per_vertex))
+            .zip(weights.into_par_iter().zip(&mut band.variances[first..end]))
+            .zip(smooth[of(examples)].par_chunks(examples))
+            .enumerate()
+            .map_init(
+                || (VertexSystem::new(examples), vec![0.0; 3 * examples]),
+                |(system, z), (i, (((row, gains), (c, variance)), smooth))| {
+                    let smooth = smooth.as_flattened();
+                    if smooth.iter().all(|w| *w == 0.0) {
+                        return Ok(());
+                    }
+                    let of_vertex = (first + i) * per_vertex..(first + i + 1) * per_vertex;
+                    let features = &influences.features[of_vertex.clone()];
+                    let omega = &influences.weights[of_vertex];
+                    system.assemble(strains, features, omega);
+                    if !system.solve(settings, smooth, z)? {
+                        return Ok(());
+                    }
+                    *variance = smooth.iter().zip(&*z).map(|(w, z)| w * z).sum::<f64>() / z.len() as f64;
+                    let scale = (1.0 - settings.share) / system.tau();
+                    if scale > 0.0 {
+                        let listens = features.iter().zip(omega).zip(gains).filter(|((_, w), _)| **w > 0.0);
+                        for ((&e, &w), gain) in listens {
+                            let sum: f64 = z.iter().zip(strains.feature(e)).map(|(z, d)| z * d).sum();
+                            *gain = scale * w * sum;
+                            strains.add_to_row(e, *gain, row);
+                        }
+                    }
+                    for (c, z) in c.iter_mut().zip(z.as_chunks::<3>().0) {
+                        *c = z.map(|z| settings.share / system.tau() * z);
+                    }
+                    Ok(())
+                },
+            )
+            .collect::<Result<()>>()?;
+    }
+    progress.step("linear band", vertices as u64, vertices as u64)?;
+    Ok(band)
+}
+
+/// What each example would be off by at each of `vertices` if it were left out, P×3 in mesh units each.
+///
+/// # Errors
+/// As [`VertexSystem::solve`].
+pub(crate) fn leave_one_out(
+    strains: &VectorStrains,
+    influences: &LinearInfluences,
+    smooth: &[[f64; 3]],
+    settings: LinearSettings,
+    vertices: &[u32],
+) -> Result<Vec<[f64; 3]>> {
+    let examples = strains.examples;
+    let mut errors = vec![[0.0; 3]; vertices.len() * examples];
+    errors
+        .par_chunks_mut(examples.max(1))
+        .zip(vertices)
         .map_init(
             || (VertexSystem::new(examples), vec![0.0; 3 * examples]),
-            |(system, z), (v, (((row, c), errors), smooth))| {
-                let of_vertex = v * influences.per_vertex..(v + 1) * influences.per_vertex;
-                let features = &influences.features[of_vertex.clone()];
-                let omega = &influences.weights[of_vertex];
-                system.assemble(strains, features, omega);
-                if !system.solve(settings, smooth.as_flattened(), z)? {
+            |(system, z), (errors, &v)| {
+                let of_vertex = v as usize * influences.per_vertex..(v as usize + 1) * influences.per_vertex;
+                let smooth = &smooth[v as usize * examples..][..examples];
+                system.assemble(
+                    strains,
+                    &influences.features[of_vertex.clone()],
+                    &influences.weights[of_vertex],
+                );
+                if system.solve(settings, smooth.as_flattened(), z)? {
+                    system.leave_one_out(z, errors);
+                } else {
                     errors.copy_from_slice(smooth);
-                    return Ok(());
                 }
-                let scale = (1.0 - settings.share) / system.tau();
-                for (&e, &w) in features.iter().zip(omega).filter(|(_, w)| **w > 0.0) {
-                    let sum: f64 = z.iter().zip(strains.feature(e)).map(|(z, d)| z * d).sum();
-                    strains.add_to_row(e, scale * w * sum, row);
-                }
-                for (c, z) in c.iter_mut().zip(z.as_chunks::<3>().0) {
-                    *c = z.map(|z| settings.share / system.tau() * z);
-                }
-                system.leave_one_out(z, errors);
                 Ok(())
             },
         )
         .collect::<Result<()>>()?;
-    Ok(band)
+    Ok(errors)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The learned method: what the thin shell leaves of the examples, in two bands. The smooth part is a linear function of
 //! what the handles nearby do relative to each other; the folds are the chapter's, made zero at rest.
 mod choice;
+mod distances;
 mod folds;
 mod linear_band;
 mod neighborhoods;
@@ -12,47 +13,39 @@ use crate::bind::bind_nearest;
 use crate::detail::{self, at_handles};
 use crate::driven::DrivenComponents;
 use crate::laplacian::laplacian;
-use choice::Candidate;
+pub use choice::Candidate;
+use distances::Distances;
 use folds::Folds;
 use linear_band::{LinearBand, LinearSettings, VectorStrains};
-use neighborhoods::{Distances, EdgeInfluences, LinearInfluences, Listens};
+use neighborhoods::{ANCHORS, EdgeInfluences, LinearInfluences, Listens};
+pub use parts::FreePart;
 use rayon::prelude::*;
-use rhytid_core::{Example, Progress, Result, Rig};
+use rhytid_core::{Example, Face, Learned, LearnedSettings, Progress, Result, Rig};
 
 /// σ of the smooth band in mean rest lengths.
 const SMOOTHING: f64 = 1.0 / 12.0;
 
-/// What a project may say of the learned method.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LearnedSettings {
-    /// s in [0, 1]; `None` chooses.
-    pub share: Option<f64>,
-    /// λ > 0; `None` chooses.
-    pub ridge: Option<f64>,
-    /// σ_m ≥ 0 in mesh units: the standard deviation of a marker's noise per axis.
-    pub marker_noise: f64,
-    /// μ > 0: what is added to the diagonal of the folds' systems, as a part of its mean.
-    pub fold_ridge: f64,
-}
+/// Metres in a millimetre, the unit of the marker noise that is asked for.
+const MILLIMETRE: f64 = 1e-3;
 
 /// All that the learned method makes of the examples, step by step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Learned {
+pub struct Steps {
     /// Ŵ, V×P×3 in mesh units: the smooth part of what the shell leaves.
     pub smooth_residual: Vec<[f64; 3]>,
-    /// B + ΔB, V×H.
-    pub basis: Vec<f64>,
     /// α.
     pub influences: EdgeInfluences,
     /// ω.
     pub linear_influences: LinearInfluences,
     /// D of the examples, P×(F + H).
     pub example_vectors: Vec<[f64; 3]>,
+    /// The parts without a handle, in the order of their lowest vertices.
+    pub parts: Vec<FreePart>,
     /// The s and λ that were taken.
     pub chosen: Candidate,
     /// In the order in which they were tried.
     pub candidates: Vec<Candidate>,
-    /// ΔB, c and the errors by leaving out.
+    /// g, c and the variances. ΔB is in the rig's basis.
     pub band: LinearBand,
     /// f of the centres, N×F.
     pub pose_features: Vec<f64>,
@@ -60,13 +53,14 @@ pub struct Learned {
     pub detail: Vec<[f64; 3]>,
     /// The folds' weights.
     pub folds: Folds,
+    strains: VectorStrains,
+    linear_settings: LinearSettings,
 }
 
-/// Learns from `examples` what the shell leaves of them.
+/// Learns from the face's examples what the shell leaves of them.
 ///
-/// `rig` needs its rest pose, triangles, handles, strain edges, tangent neighbours and, as its basis, the shell's;
-/// `parts` says which parts have a handle; of the others, those that the examples show to be rigid get no rows, and the rest
-/// those of the closest point of the driven surface.
+/// `rig` needs its rest pose, triangles, handles, strain edges, tangent neighbours, the handles of its examples and, as its basis,
+/// the shell's, to which ΔB is added. `parts` says which parts have a handle.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`]; [`rhytid_core::Error::Input`] and [`rhytid_core::Error::Internal`] if a system has no
@@ -75,54 +69,39 @@ pub fn learn(
     rig: &mut Rig<f64>,
     topology: &Topology,
     parts: &DrivenComponents,
-    examples: &[Example],
-    max_influences: usize,
+    face: &Face,
     settings: LearnedSettings,
     progress: &dyn Progress,
-) -> Result<Learned> {
+) -> Result<Steps> {
+    let examples = &face.examples;
     let rest_lengths = rig.rest_lengths();
-    let mean = rest_lengths.iter().sum::<f64>() / rest_lengths.len().max(1) as f64;
-    let handle_rest = at_handles(rig, &rig.rest);
-    let displacements: Vec<Vec<[f64; 3]>> = examples
-        .iter()
-        .map(|example| {
-            let at = at_handles(rig, &example.positions);
-            at.iter().zip(&handle_rest).map(|(x, rest)| [0, 1, 2].map(|c| x[c] - rest[c])).collect()
-        })
-        .collect();
+    // Of anchors alone where there is no strain edge: then the unit of their features does not matter.
+    let mean = rig.feature_lengths().last().copied().unwrap_or(1.0);
+    let displacements = displacements(rig, examples);
 
-    let listens = parts::listens(&rig.rest, parts, examples);
-    let (driven, handles) = (&parts.driven, rig.handles.len());
+    let (listens, free_parts) = parts::listens(&rig.rest, parts, examples, face.settings.bind);
     let follows = |v: usize| matches!(listens[v], Listens::As(_));
-    bind_nearest(&rig.rest, &rig.triangles, driven, follows, handles, &mut rig.basis);
+    bind_nearest(&rig.rest, &rig.triangles, &parts.driven, follows, rig.handles.len(), &mut rig.basis);
     let mut smooth_residual = residual(rig, examples, &displacements);
     smoothing::smooth(
         &rig.rest,
         &rig.triangles,
         &rig.handles,
-        driven,
+        &parts.driven,
         SMOOTHING * mean,
         &mut smooth_residual,
         progress,
     )?;
 
-    let distances = Distances::new(&rig.rest, topology, &rig.handles);
-    let influences =
-        neighborhoods::edge_influences(&distances, &rig.handles, &rig.strain_edges, mean, max_influences);
-    let linear_influences = neighborhoods::linear_influences(
-        &rig.rest,
-        &rig.handles,
-        &distances,
-        &influences,
-        &listens,
-        rig.strain_edges.len(),
-        mean,
-    );
-    drop(distances);
-
+    let (influences, linear_influences) =
+        neighborhoods(rig, topology, &listens, face.settings.max_influences, mean, progress)?;
     let strains = VectorStrains::new(&displacements, &rig.strain_edges, &rest_lengths, mean);
+    let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
+    // The choice is for the skin: eyes and teeth have large areas and nothing to choose.
     let mut area = laplacian(&rig.rest, &rig.triangles).mass;
+    area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
     rig.handles.iter().for_each(|&v| area[v as usize] = 0.0);
+    progress.step("choice", 0, 1)?;
     let (chosen, candidates) = choice::choose(
         &strains,
         &linear_influences,
@@ -132,40 +111,29 @@ pub fn learn(
             settings.share.as_ref().map_or(&choice::SHARES[..], std::slice::from_ref),
             settings.ridge.as_ref().map_or(&choice::RIDGES[..], std::slice::from_ref),
         ),
-        settings.marker_noise,
+        marker_noise,
     )?;
-    let linear =
-        LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise: settings.marker_noise };
-    let band =
-        linear_band::linear_band(&strains, &linear_influences, &rig.handles, &smooth_residual, linear)?;
-    rig.basis.par_iter_mut().zip(&band.basis_correction).for_each(|(b, more)| *b += more);
+    progress.step("choice", 1, 1)?;
+    let linear_settings = LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise };
+    let band = linear_band::linear_band(
+        &strains,
+        &linear_influences,
+        &smooth_residual,
+        linear_settings,
+        &mut rig.basis,
+        progress,
+    )?;
 
     let example_vectors = strains.by_example();
     let add_band = |handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]| {
-        if band.example_weights.is_empty() {
-            return;
-        }
-        let u: Vec<[f64; 3]> =
-            handle_positions.iter().zip(&handle_rest).map(|(x, r)| [0, 1, 2].map(|c| x[c] - r[c])).collect();
+        let rest = at_handles(rig, &rig.rest);
+        let u = handle_positions.iter().zip(&rest).map(|(x, r)| [0, 1, 2].map(|c| x[c] - r[c])).collect();
         let of_frame = VectorStrains::new(&[u], &rig.strain_edges, &rest_lengths, mean).by_example();
-        let table = products(&of_frame, &example_vectors);
-        positions.par_iter_mut().enumerate().for_each(|(v, x)| {
-            let c = &band.example_weights[v * examples.len()..][..examples.len()];
-            let of_vertex = v * linear_influences.per_vertex..(v + 1) * linear_influences.per_vertex;
-            for (p, c) in c.iter().enumerate() {
-                let kappa: f64 = linear_influences.features[of_vertex.clone()]
-                    .iter()
-                    .zip(&linear_influences.weights[of_vertex.clone()])
-                    .map(|(&e, w)| w * table[e as usize * examples.len() + p])
-                    .sum();
-                for axis in 0..3 {
-                    x[axis] += c[axis] * kappa;
-                }
-            }
-        });
+        add_band(&band, &linear_influences, &products(&of_frame, &example_vectors), positions);
     };
+    let moves = |v: usize| listens[v] != Listens::Nothing;
     let (pose_features, detail) =
-        detail::features_and_detail(rig, &rest_lengths, topology, examples, |_| true, add_band, progress)?;
+        detail::features_and_detail(rig, &rest_lengths, topology, examples, moves, add_band, progress)?;
     let folds = folds::folds(
         &pose_features,
         examples.len(),
@@ -173,22 +141,117 @@ pub fn learn(
         &detail,
         rig.vertices(),
         settings.fold_ridge,
+        progress,
     )?;
-    Ok(Learned {
+    Ok(Steps {
         smooth_residual,
-        basis: rig.basis.clone(),
         influences,
         linear_influences,
         example_vectors,
+        parts: free_parts,
         chosen,
         candidates,
         band,
         pose_features,
         detail,
         folds,
+        strains,
+        linear_settings,
     })
 }
 
+impl Steps {
+    /// What each example would be off by if it were left out, P×3 in mesh units at each of `vertices`.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Internal`] if a system has no solution in floating point.
+    pub fn leave_one_out(&self, vertices: &[u32]) -> Result<Vec<[f64; 3]>> {
+        linear_band::leave_one_out(
+            &self.strains,
+            &self.linear_influences,
+            &self.smooth_residual,
+            self.linear_settings,
+            vertices,
+        )
+    }
+
+    /// Puts all that a device needs into `rig`.
+    pub(crate) fn finish(self, fold_ridge: f64, rig: &mut Rig<f64>) {
+        rig.influence_edges = self.influences.edges;
+        rig.influence_weights = self.influences.weights;
+        rig.pose_features = self.pose_features;
+        rig.rbf_weights = self.folds.weights;
+        rig.learned = Some(Learned {
+            share: self.chosen.share,
+            ridge: self.chosen.ridge,
+            fold_ridge,
+            marker_noise: self.linear_settings.marker_noise,
+            features: self.linear_influences.features,
+            feature_weights: self.linear_influences.weights,
+            feature_gains: self.band.feature_gains,
+            example_weights: self.band.example_weights,
+            fold_constants: self.folds.constants,
+            variances: self.band.variances,
+        });
+    }
+}
+
+/// u of every example, P×H.
+fn displacements(rig: &Rig<f64>, examples: &[Example]) -> Vec<Vec<[f64; 3]>> {
+    let rest = at_handles(rig, &rig.rest);
+    let of_example = |example: &Example| {
+        let at = at_handles(rig, &example.positions);
+        at.iter().zip(&rest).map(|(x, rest)| [0, 1, 2].map(|c| x[c] - rest[c])).collect()
+    };
+    examples.iter().map(of_example).collect()
+}
+
+/// α and ω: what every vertex listens to.
+fn neighborhoods(
+    rig: &Rig<f64>,
+    topology: &Topology,
+    listens: &[Listens],
+    max_influences: usize,
+    mean: f64,
+    progress: &dyn Progress,
+) -> Result<(EdgeInfluences, LinearInfluences)> {
+    let (edges, handles) = (&rig.strain_edges, &rig.handles);
+    let k = max_influences.min(edges.len());
+    let some_follow = listens.iter().any(|listens| matches!(listens, Listens::As(_)));
+    let anchors = if some_follow { k + ANCHORS } else { ANCHORS };
+    let distances = Distances::new(&rig.rest, topology, handles, edges, (k + 1, anchors), progress)?;
+    let influences = neighborhoods::edge_influences(&distances, handles, edges, mean, max_influences);
+    let linear = neighborhoods::linear_influences(
+        &rig.rest,
+        handles,
+        &distances,
+        &influences,
+        listens,
+        edges.len(),
+        mean,
+    );
+    Ok((influences, linear))
+}
+
+/// Adds `Σ_p c_vp κ_vp` to V positions, given T of a frame.
+fn add_band(band: &LinearBand, influences: &LinearInfluences, table: &[f64], positions: &mut [[f64; 3]]) {
+    let examples = band.example_weights.len() / positions.len().max(1);
+    if examples == 0 {
+        return;
+    }
+    positions.par_iter_mut().enumerate().for_each(|(v, x)| {
+        let c = &band.example_weights[v * examples..][..examples];
+        let of_vertex = v * influences.per_vertex..(v + 1) * influences.per_vertex;
+        let listens =
+            || influences.features[of_vertex.clone()].iter().zip(&influences.weights[of_vertex.clone()]);
+        for (p, c) in c.iter().enumerate() {
+            let kappa: f64 = listens().map(|(&e, w)| w * table[e as usize * examples + p]).sum();
+            for axis in 0..3 {
+                x[axis] += c[axis] * kappa;
+            }
+        }
+    });
+}
 /// `T_ep = D_e · D_pe`, (F + H)×P: of one frame's vector strains with those of P examples.
 fn products(of_frame: &[[f64; 3]], of_examples: &[[f64; 3]]) -> Vec<f64> {
     let examples = of_examples.len() / of_frame.len().max(1);

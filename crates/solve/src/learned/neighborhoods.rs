@@ -1,11 +1,10 @@
 //! What each vertex listens to (steps 4 and 5 of the learned method): strain edges by the distance along the mesh, and
 //! the nearest handles as anchors.
-use crate::geodesic::distances;
-use crate::topology::Topology;
+use super::distances::Distances;
 use rayon::prelude::*;
 
 /// Handles that a vertex of a driven part has as anchors.
-const ANCHORS: usize = 8;
+pub(crate) const ANCHORS: usize = 8;
 
 /// The part of a vertex's weights that its anchors have; its strain edges have the rest.
 const ANCHORS_SHARE: f64 = 0.1;
@@ -16,31 +15,6 @@ const THRESHOLD: f64 = 0.025;
 /// The width of an anchor's weight in mean rest lengths, on the surface and around a rigid part.
 const WIDTH_ON_SURFACE: f64 = 1.5;
 const WIDTH_AROUND_RIGID: f64 = 2.0;
-
-/// Distances along the edges of the rest mesh.
-pub(crate) struct Distances {
-    /// H×V; infinite between parts.
-    along: Vec<f64>,
-    vertices: usize,
-}
-
-impl Distances {
-    /// From each of `handles` to every vertex.
-    pub(crate) fn new(rest: &[[f64; 3]], topology: &Topology, handles: &[u32]) -> Self {
-        let vertices = rest.len();
-        let mut along = vec![f64::INFINITY; handles.len() * vertices];
-        along
-            .par_chunks_mut(vertices.max(1))
-            .zip(handles)
-            .for_each(|(along, &handle)| distances(rest, topology, handle, along));
-        Self { along, vertices }
-    }
-
-    /// g between handle `h` and vertex `v` in mesh units.
-    pub(crate) fn get(&self, h: u32, v: usize) -> f64 {
-        self.along[h as usize * self.vertices + v]
-    }
-}
 
 /// α of every vertex.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +37,7 @@ pub(crate) fn edge_influences(
     mean: f64,
     max_influences: usize,
 ) -> EdgeInfluences {
-    let (vertices, k) = (distances.vertices, max_influences.min(strain_edges.len()));
+    let (vertices, k) = (distances.vertices(), max_influences.min(strain_edges.len()));
     let mut edges = vec![0; vertices * k];
     let mut weights = vec![0.0; vertices * k];
     if k == 0 {
@@ -79,21 +53,27 @@ pub(crate) fn edge_influences(
             let all = lengths
                 .map(|(i, (&[a, b], length))| (distances.get(a, v) + distances.get(b, v) - length, i as u32));
             order.extend(all.filter(|(s, _)| s.is_finite()));
-            if order.is_empty() {
-                return;
-            }
             let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-            let last = k.min(order.len() - 1);
-            let last = order.select_nth_unstable_by(last, nearer).1.0;
+            let last = match order.len().checked_sub(1) {
+                Some(last) => order.select_nth_unstable_by(k.min(last), nearer).1.0,
+                None => 0.0,
+            };
             order.truncate(k);
             let least = order.iter().fold(f64::INFINITY, |least, &(s, _)| least.min(s));
             let gap = (last - least).max(0.1 * mean);
+            // A vertex that reaches fewer edges has some others, of no weight.
+            let others = (0..strain_edges.len() as u32).filter(|e| order.iter().all(|(_, edge)| edge != e));
+            let others: Vec<_> = others.take(k - order.len()).map(|edge| (f64::INFINITY, edge)).collect();
+            order.extend(others);
             order.sort_unstable_by_key(|&(_, edge)| edge);
-            let alpha = |s: f64| ((THRESHOLD.ln() * (s - least) / gap).exp() - THRESHOLD).max(0.0);
+            let alpha = |s: f64| match s.is_finite() {
+                true => ((THRESHOLD.ln() * (s - least) / gap).exp() - THRESHOLD).max(0.0),
+                false => 0.0,
+            };
             let sum: f64 = order.iter().map(|&(s, _)| alpha(s)).sum();
             for (i, &(s, edge)) in order.iter().enumerate() {
                 edges[i] = edge;
-                weights[i] = alpha(s) / sum;
+                weights[i] = if sum > 0.0 { alpha(s) / sum } else { 0.0 };
             }
         },
     );
@@ -120,6 +100,8 @@ pub(crate) enum Listens {
     As(u32),
     /// Of a rigid part: as all of it, by the straight distance from this point, its centroid.
     At([f64; 3]),
+    /// Of a part that is to stay where it is.
+    Nothing,
 }
 
 /// 0.9 α on a vertex's edges, and 0.1 `ν = exp(−(g² − min g²)/(1.5 L)²)` on its [`ANCHORS`] nearest handles, over their
@@ -157,17 +139,19 @@ pub(crate) fn linear_influences(
                 (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt()
             };
             let distance = |h: u32| match listens[v] {
+                Listens::Nothing => f64::INFINITY,
                 Listens::Itself => distances.get(h, v),
                 Listens::As(w) => distances.get(h, w as usize),
                 Listens::At(centroid) => straight(h, centroid),
             };
             let (room, width) = match listens[v] {
-                Listens::Itself => (ANCHORS, WIDTH_ON_SURFACE),
+                Listens::Itself | Listens::Nothing => (ANCHORS, WIDTH_ON_SURFACE),
                 Listens::As(_) => (per_vertex, WIDTH_ON_SURFACE),
                 Listens::At(_) => (per_vertex, WIDTH_AROUND_RIGID),
             };
-            let anchors = nearest(handles.len() as u32, room, distance);
+            let mut anchors = nearest(handles.len() as u32, room, distance);
             let Some(&(least, _)) = anchors.first() else { return };
+            anchors.sort_unstable_by_key(|&(_, h)| h);
             let nu = |g: f64| (-(g * g - least * least) / (width * mean).powi(2)).exp();
             let sum: f64 = anchors.iter().map(|&(g, _)| nu(g)).sum();
             for (i, &(g, h)) in anchors.iter().enumerate() {

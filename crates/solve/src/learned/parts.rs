@@ -4,22 +4,43 @@ use crate::driven::DrivenComponents;
 use faer::{Mat, Side};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::Example;
+use rhytid_core::{Bind, Example};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
 /// A part is rigid if in every example its RMS distance to its best rigid motion is below this part of its RMS radius.
 const RIGID_WITHIN: f64 = 0.03;
 
-/// As what each vertex listens: a part without a handle is rigid if it is in all of `examples`, and follows otherwise.
-pub(crate) fn listens(rest: &[[f64; 3]], parts: &DrivenComponents, examples: &[Example]) -> Vec<Listens> {
+/// A part of the mesh that has no handle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FreePart {
+    /// Its lowest vertex.
+    pub first_vertex: u32,
+    /// How many it has.
+    pub vertices: usize,
+    /// Whether it moves as one solid; otherwise it follows the closest point of the driven surface.
+    pub rigid: bool,
+}
+
+/// As what each vertex listens, and what becomes of the parts without a handle: each is rigid if it is in all of `examples`, and
+/// follows otherwise, unless `bind` says what all of them do.
+pub(crate) fn listens(
+    rest: &[[f64; 3]],
+    parts: &DrivenComponents,
+    examples: &[Example],
+    bind: Bind,
+) -> (Vec<Listens>, Vec<FreePart>) {
     let count = parts.component.iter().max().map_or(0, |last| *last as usize + 1);
     let mut members = vec![Vec::new(); count];
     let without_handle = (0..rest.len() as u32).filter(|&v| !parts.driven[v as usize]);
     without_handle.for_each(|v| members[parts.component[v as usize] as usize].push(v));
     let is_rigid: Vec<bool> = members
         .par_iter()
-        .map(|part| examples.iter().all(|example| is_rigid(rest, &example.positions, part)))
+        .map(|part| match bind {
+            Bind::Auto => examples.iter().all(|example| is_rigid(rest, &example.positions, part)),
+            Bind::Rigid => true,
+            Bind::Nearest => false,
+        })
         .collect();
     let centroids: Vec<[f64; 3]> = members.iter().map(|part| centroid(rest, part).to_array()).collect();
     let driven = (0..rest.len() as u32).filter(|&v| parts.driven[v as usize]);
@@ -27,14 +48,19 @@ pub(crate) fn listens(rest: &[[f64; 3]], parts: &DrivenComponents, examples: &[E
     let surface = RTree::bulk_load(surface);
     // Of vertices that are equally near, the lowest.
     let closest = |x: &[f64; 3]| surface.nearest_neighbors(x).into_iter().map(|found| found.data).min();
-    (0..rest.len())
+    let listens = (0..rest.len())
         .into_par_iter()
         .map(|v| match parts.component[v] as usize {
             _ if parts.driven[v] => Listens::Itself,
+            _ if bind == Bind::Rigid => Listens::Nothing,
             part if is_rigid[part] => Listens::At(centroids[part]),
             part => closest(&rest[v]).map_or(Listens::At(centroids[part]), Listens::As),
         })
-        .collect()
+        .collect();
+    let free = members.iter().zip(is_rigid).filter_map(|(part, rigid)| {
+        Some(FreePart { first_vertex: *part.first()?, vertices: part.len(), rigid })
+    });
+    (listens, free.collect())
 }
 
 fn centroid(positions: &[[f64; 3]], part: &[u32]) -> DVec3 {

@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use rhytid_core::{
-    Bind, Error, Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, StrainEdges, UpAxis, Uvs,
+    Bind, Error, Example, Face, Faces, Handles, Mesh, Method, NoProgress, Rig, Settings, StrainEdges, UpAxis,
+    Uvs,
 };
 use rhytid_solve::{Severity, examine, solve};
 use rhytid_test_support::sheet::{SIDE, add_sheet, face};
@@ -70,6 +71,7 @@ fn without_examples_there_is_a_note() {
 #[test]
 fn components_without_handles_stay_or_follow() {
     let mut face = with(|f| add_piece(f, 3, 2, [0.0, 0.0, -3.0]));
+    face.settings.method = Method::Chapter;
     let code = "components-without-handles";
     let words = ["1 connected component has no handle", "6 of the 31 vertices (6 with vertex 25)"];
     finds(&face, Severity::Warning, code, &[&words[..], &["does not move", "\"nearest\""]].concat());
@@ -81,6 +83,14 @@ fn components_without_handles_stay_or_follow() {
     face.settings.bind = Bind::Nearest;
     finds(&face, Severity::Note, code, &[&words[..], &["follows the closest point"]].concat());
     assert!(rows(&face).iter().all(|sum| (sum - 1.0).abs() < 1e-9), "it follows");
+
+    face.settings.method = Method::default();
+    face.settings.bind = Bind::Auto;
+    finds(&face, Severity::Note, code, &[&words[..], &["moves as the examples show"]].concat());
+    face.examples.clear();
+    let report = examine(&face);
+    let found = report.findings.iter().find(|finding| finding.code == code).unwrap();
+    assert!(found.severity == Severity::Warning && found.message.contains("does not move"), "{found:?}");
 }
 
 #[test]
@@ -89,6 +99,7 @@ fn the_largest_components_are_named_first() {
         for piece in 0..7 {
             add_piece(f, if piece == 4 { 4 } else { 2 }, 2, [0.0, 0.0, -2.0 - f64::from(piece)]);
         }
+        f.settings.method = Method::Chapter;
     });
     let words = [
         "7 connected components have no handle",
@@ -249,12 +260,7 @@ fn seams_that_cut_the_skin() {
     face.handles.vertices = face.handles.vertices.iter().map(|v| v + sheet as u32).collect();
     face.metres_per_unit = 0.002;
     face.examples[0].positions[sheet + 12][2] += 1.0;
-    finds(
-        &face,
-        Severity::Warning,
-        "components-without-handles",
-        &["2 connected components", "30 of the 55"],
-    );
+    finds(&face, Severity::Note, "components-without-handles", &["2 connected components", "30 of the 55"]);
 }
 
 #[test]
@@ -267,6 +273,7 @@ fn examples_in_another_unit() {
 #[test]
 fn examples_that_move_no_handle() {
     let face = with(|f| {
+        f.settings.method = Method::Chapter;
         let mut positions = f.neutral.positions.clone();
         positions[17][2] += 0.6;
         f.examples.push(Example { name: "twitch".into(), positions });

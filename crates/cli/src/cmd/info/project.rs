@@ -2,7 +2,7 @@
 
 use super::shape::{Shape, list, row, up};
 use rhytid::human;
-use rhytid::{Bind, Face, StrainEdges, UpAxis};
+use rhytid::{Bind, Face, Method, StrainEdges, UpAxis};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -15,6 +15,7 @@ pub(super) struct ProjectInfo {
     handles: usize,
     labels: Vec<String>,
     examples: Vec<String>,
+    method: &'static str,
     /// Null where it is derived from the spacing of the handles.
     bending_length: Option<f64>,
     bind: &'static str,
@@ -33,8 +34,13 @@ impl ProjectInfo {
             handles: face.handles.labels.len(),
             labels: face.handles.labels,
             examples: face.examples.into_iter().map(|example| example.name).collect(),
+            method: match face.settings.method {
+                Method::Learned(_) => "learned",
+                Method::Chapter => "chapter",
+            },
             bending_length: face.settings.bending_length,
             bind: match face.settings.bind {
+                Bind::Auto => "auto",
                 Bind::Rigid => "rigid",
                 Bind::Nearest => "nearest",
             },
@@ -57,6 +63,7 @@ impl ProjectInfo {
         rows.extend([
             row("handles", list(&self.labels)),
             row("examples", list(&self.examples)),
+            row("method", self.method.to_owned()),
             row("bending length", bending_length),
             row("without a handle", self.bind.to_owned()),
             row("strain edges", self.strain_edges.map_or_else(|| "auto".to_owned(), human::count)),

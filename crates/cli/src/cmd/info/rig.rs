@@ -19,6 +19,10 @@ pub(super) struct RigInfo {
     examples: Vec<String>,
     centers: usize,
     influences: usize,
+    method: &'static str,
+    /// Null for the chapter's method, as the next.
+    share: Option<f64>,
+    ridge: Option<f64>,
     bending_length: f64,
     beta: f64,
     f16_error: f64,
@@ -52,11 +56,23 @@ impl RigInfo {
             examples: rig.example_names,
             centers,
             influences,
+            method: if rig.learned.is_some() { "learned" } else { "chapter" },
+            share: rig.learned.as_ref().map(|learned| learned.share),
+            ridge: rig.learned.as_ref().map(|learned| learned.ridge),
             bending_length: rig.bending_length,
             beta: rig.beta,
             f16_error,
             device_bytes,
             device_bytes_per_frame,
+        }
+    }
+
+    fn method_in_words(&self) -> String {
+        match (self.share, self.ridge) {
+            (Some(share), Some(ridge)) => {
+                format!("{}, share {}, ridge {}", self.method, human::number(share), human::number(ridge))
+            }
+            _ => self.method.to_owned(),
         }
     }
 
@@ -70,6 +86,7 @@ impl RigInfo {
             row("strain edges", human::count(self.strain_edges)),
             row("examples", list(&self.examples)),
             row("influences", format!("{} per vertex", self.influences)),
+            row("method", self.method_in_words()),
             row("bending length", format!("{} {unit}", human::number(self.bending_length))),
             row("beta", format!("{} per {unit}", human::number(self.beta))),
             row(

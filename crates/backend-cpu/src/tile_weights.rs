@@ -1,0 +1,129 @@
+//! A sparse matrix with a row for each vertex, such as α of the strain edges, times a small table of a frame or of a group of frames.
+//!
+//! Vertices that lie side by side have weights for nearly the same indices: those of a tile share the list of all that any of them
+//! has, and where a vertex has none, the weight is zero, which changes no sum. So nothing is gathered.
+use crate::lanes::Lanes;
+use crate::lines::{Line, Line3};
+use pulp::Simd;
+use rhytid_kernels::Number;
+use rhytid_kernels::detail::tile_influences;
+use rhytid_kernels::differences::CENTERS_AT_ONCE;
+use rhytid_kernels::table::TILE;
+
+/// Columns of the table that are summed at once in one frame.
+pub(crate) const FRAME_COLUMNS: usize = CENTERS_AT_ONCE;
+
+/// Columns and vertices that are summed at once in a group of frames: each number that is loaded serves several sums.
+pub(crate) const GROUP_COLUMNS: usize = 4;
+pub(crate) const GROUP_VERTICES: usize = 2;
+
+/// What an index has in some of the columns, in one frame.
+pub(crate) type FrameCells = [f32; FRAME_COLUMNS];
+
+/// The same in a group of frames.
+pub(crate) type GroupCells = [Line; GROUP_COLUMNS];
+
+/// The matrix.
+#[derive(Debug, Default)]
+pub(crate) struct TileWeights {
+    /// Where each tile's indices begin, and where the last one's end.
+    first: Vec<usize>,
+    /// Ascending in each tile.
+    indices: Vec<u32>,
+    /// A row for each; zero where a vertex has no weight.
+    weights: Vec<Line>,
+}
+
+impl TileWeights {
+    /// From `per_vertex` indices and weights for each of V vertices.
+    pub(crate) fn new(vertices: usize, indices: &[u32], weights: &[f32]) -> Self {
+        let per_vertex = indices.len().checked_div(vertices).unwrap_or(0);
+        let mut all = Self { first: vec![0], ..Self::default() };
+        for first in (0..vertices).step_by(TILE) {
+            let here = first * per_vertex..(first + TILE).min(vertices) * per_vertex;
+            let (indices, weights) = tile_influences(per_vertex, &indices[here.clone()], &weights[here]);
+            all.indices.extend(indices);
+            all.weights.extend(weights.into_iter().map(Line));
+            all.first.push(all.indices.len());
+        }
+        all
+    }
+
+    /// A tile's indices, and a row of weights for each.
+    #[inline(always)]
+    fn at(&self, tile: usize) -> (&[u32], &[Line]) {
+        let range = self.first[tile]..self.first[tile + 1];
+        (&self.indices[range.clone()], &self.weights[range])
+    }
+
+    /// One register of a tile's sums in one frame, each put into `finish` before it is stored. The table is
+    /// `[columns/8][rows][8]`, and `sums` has a line for each column.
+    #[inline(always)]
+    pub(crate) fn frame<S: Simd>(
+        &self,
+        simd: S,
+        (tile, register): (usize, usize),
+        (table, rows): (&[FrameCells], usize),
+        sums: &mut [Line],
+        finish: impl Fn(Lanes<S>) -> Lanes<S>,
+    ) {
+        let (indices, weights) = self.at(tile);
+        for (out, table) in sums.chunks_mut(FRAME_COLUMNS).zip(table.chunks_exact(rows.max(1))) {
+            let mut sums = [Lanes::splat(simd, 0.0); FRAME_COLUMNS];
+            for (i, weight) in indices.iter().zip(weights) {
+                let cells = &table[*i as usize];
+                let weight = Lanes::load(simd, &weight.0, register);
+                for j in 0..FRAME_COLUMNS {
+                    sums[j] = weight.mul_add(Lanes::splat(simd, cells[j]), sums[j]);
+                }
+            }
+            for (out, sum) in out.iter_mut().zip(sums) {
+                finish(sum).store(&mut out.0, register);
+            }
+        }
+    }
+
+    /// The same of [`GROUP_VERTICES`] vertices from `v` on, in some frames of a group. The table is `[columns/4][rows][4][16]`.
+    #[inline(always)]
+    pub(crate) fn group<S: Simd>(
+        &self,
+        simd: S,
+        (v, register): (usize, usize),
+        (table, rows): (&[GroupCells], usize),
+        sums: &mut [Vec<Line>; GROUP_VERTICES],
+        finish: impl Fn(Lanes<S>) -> Lanes<S>,
+    ) {
+        let (indices, weights) = self.at(v / TILE);
+        for (chunk, table) in table.chunks_exact(rows.max(1)).enumerate() {
+            let mut all = [[Lanes::splat(simd, 0.0); GROUP_COLUMNS]; GROUP_VERTICES];
+            for (i, weights) in indices.iter().zip(weights) {
+                let cells = &table[*i as usize];
+                let (weights, _) = weights.0.as_chunks::<GROUP_VERTICES>();
+                let weights = &weights[v % TILE / GROUP_VERTICES];
+                for j in 0..GROUP_COLUMNS {
+                    let cells = Lanes::load(simd, &cells[j].0, register);
+                    for lane in 0..GROUP_VERTICES {
+                        all[lane][j] = Lanes::splat(simd, weights[lane]).mul_add(cells, all[lane][j]);
+                    }
+                }
+            }
+            for (out, sums) in sums.iter_mut().zip(all) {
+                for (out, sum) in out[chunk * GROUP_COLUMNS..].iter_mut().zip(sums) {
+                    finish(sum).store(&mut out.0, register);
+                }
+            }
+        }
+    }
+}
+
+/// `n` vectors for each vertex as `[V/16][n][3][16]`; past V, 0.
+pub(crate) fn tiled3(vectors: &[[f32; 3]], n: usize) -> Vec<Line3> {
+    let mut lines = vec![[Line::ZERO; 3]; (vectors.len() / n).div_ceil(TILE) * n];
+    for (i, vector) in vectors.iter().enumerate() {
+        let (v, j) = (i / n, i % n);
+        for c in 0..3 {
+            lines[v / TILE * n + j][c].0[v % TILE] = vector[c];
+        }
+    }
+    lines
+}

@@ -1,0 +1,43 @@
+#![doc = include_str!("README.md")]
+use crate::differences::{CENTERS_AT_ONCE, table_index, table_len};
+use crate::params::parameter_block;
+use crate::{Real, vec3};
+
+parameter_block!(
+    /// Frames in the batch.
+    frames,
+    /// H.
+    handles,
+    /// F.
+    strain_edges,
+    /// P.
+    examples,
+);
+
+/// The twin. `displacements` is frames × H.
+pub fn products<T: Real>(
+    params: Params,
+    displacements: &[[T; 3]],
+    strain_edges: &[[u32; 2]],
+    example_vectors: &[[T; 3]],
+    strain_products: &mut [T],
+) {
+    let (handles, examples) = (params.handles as usize, params.examples as usize);
+    let edges = params.strain_edges as usize;
+    let features = edges + handles;
+    let len = table_len(features, examples);
+    for frame in 0..params.frames as usize {
+        let u = &displacements[frame * handles..][..handles];
+        let table = &mut strain_products[frame * len..][..len];
+        for e in 0..features {
+            let moved = match strain_edges[..edges].get(e) {
+                Some(&[a, b]) => vec3::sub(u[b as usize], u[a as usize]),
+                None => u[e - edges],
+            };
+            for p in 0..examples.next_multiple_of(CENTERS_AT_ONCE) {
+                table[table_index(features, e, p)] =
+                    if p < examples { vec3::dot(moved, example_vectors[p * features + e]) } else { T::ZERO };
+            }
+        }
+    }
+}

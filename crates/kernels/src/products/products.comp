@@ -1,0 +1,44 @@
+#version 450
+// README.md beside this file says what is computed. One invocation: one feature (x) of one frame (y).
+layout(local_size_x = 64) in;
+
+layout(push_constant, std430) uniform Params {
+    uint frames;
+    uint handles;
+    uint strain_edges;
+    uint examples;
+} params;
+layout(std430, binding = 0) readonly buffer Displacements { vec4 displacements[]; };
+layout(std430, binding = 1) readonly buffer StrainEdges { uint strain_edges[]; };
+layout(std430, binding = 2) readonly buffer ExampleVectors { float example_vectors[]; };
+layout(std430, binding = 3) writeonly buffer StrainProducts { float strain_products[]; };
+
+vec3 displacement(uint i) {
+    return displacements[i].xyz;
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    uint frame = gl_GlobalInvocationID.y;
+    uint features = params.strain_edges + params.handles;
+    if (i >= features) {
+        return;
+    }
+    uint first = frame * params.handles;
+    vec3 moved;
+    if (i < params.strain_edges) {
+        moved = displacement(first + strain_edges[2 * i + 1]) - displacement(first + strain_edges[2 * i]);
+    } else {
+        moved = displacement(first + i - params.strain_edges);
+    }
+    uint eights = (params.examples + 7) / 8;
+    for (uint j = 0; j < 8 * eights; j++) {
+        float product = 0.0;
+        if (j < params.examples) {
+            uint at = 3 * (j * features + i);
+            vec3 vector = vec3(example_vectors[at], example_vectors[at + 1], example_vectors[at + 2]);
+            product = moved.x * vector.x + moved.y * vector.y + moved.z * vector.z;
+        }
+        strain_products[((frame * eights + j / 8) * features + i) * 8 + j % 8] = product;
+    }
+}

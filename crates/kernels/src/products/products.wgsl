@@ -1,0 +1,44 @@
+// README.md beside this file says what is computed. One invocation: one feature (x) of one frame (y).
+struct Params {
+    frames: u32,
+    handles: u32,
+    strain_edges: u32,
+    examples: u32,
+}
+
+@group(0) @binding(0) var<storage, read> displacements: array<vec4f>;
+@group(0) @binding(1) var<storage, read> strain_edges: array<u32>;
+@group(0) @binding(2) var<storage, read> example_vectors: array<f32>;
+@group(0) @binding(3) var<storage, read_write> strain_products: array<f32>;
+@group(0) @binding(4) var<uniform> params: Params;
+
+fn displacement(i: u32) -> vec3f {
+    return displacements[i].xyz;
+}
+
+@compute @workgroup_size(64)
+fn products(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    let frame = id.y;
+    let features = params.strain_edges + params.handles;
+    if i >= features {
+        return;
+    }
+    let first = frame * params.handles;
+    var moved: vec3f;
+    if i < params.strain_edges {
+        moved = displacement(first + strain_edges[2 * i + 1]) - displacement(first + strain_edges[2 * i]);
+    } else {
+        moved = displacement(first + i - params.strain_edges);
+    }
+    let eights = (params.examples + 7) / 8;
+    for (var j = 0u; j < 8 * eights; j++) {
+        var product = 0.0;
+        if j < params.examples {
+            let at = 3 * (j * features + i);
+            let vector = vec3f(example_vectors[at], example_vectors[at + 1], example_vectors[at + 2]);
+            product = moved.x * vector.x + moved.y * vector.y + moved.z * vector.z;
+        }
+        strain_products[((frame * eights + j / 8) * features + i) * 8 + j % 8] = product;
+    }
+}

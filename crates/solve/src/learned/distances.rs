@@ -1,0 +1,134 @@
+//! How far the handles are from each vertex along the edges of the rest mesh, as far as it matters (step 4 of the learned
+//! method).
+use crate::geodesic::{EdgeGraph, nearest_handles};
+use crate::topology::Topology;
+use rayon::prelude::*;
+use rhytid_core::{Progress, Result};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What rounding may take from a bound.
+const SLACK: f64 = 1.0 + 1e-9;
+
+/// g of every handle and vertex; infinite between parts, and where the handle is neither an end of one of the vertex's nearest
+/// strain edges nor one of its nearest handles.
+pub(crate) struct Distances {
+    /// H×V.
+    along: Vec<f64>,
+    vertices: usize,
+}
+
+impl Distances {
+    /// From each of `handles`, with all that is needed for each vertex's `nearest_edges` strain edges of smallest
+    /// `s = g_va + g_vb − g_ab`, and for its `nearest` handles.
+    ///
+    /// A search from a handle stops where it can matter no more. From the cell of handle h₀ on, at the distance d from it, all
+    /// distances are at most d more than from h₀, so that of the edge of rank n, s is at most `S(h₀) + 2d`, where S is what it is at
+    /// h₀ by ways over neighbouring cells. An edge with an end h has `s ≥ 2(g_vh − its length)`, so beyond
+    /// `S(h₀)/2 + d + the longest edge at h` none matters; and neither does one for any vertex that is farther on the same way, as
+    /// s of the rank grows by 2 for each 1 of the way, and the bound with it.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Cancelled`].
+    pub(crate) fn new(
+        rest: &[[f64; 3]],
+        topology: &Topology,
+        handles: &[u32],
+        strain_edges: &[[u32; 2]],
+        (nearest_edges, nearest): (usize, usize),
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let vertices = rest.len();
+        let cells = nearest_handles(rest, topology, handles);
+        let graph = EdgeGraph::new(rest, topology);
+        let between = between_handles(&graph, &cells, handles.len());
+        let straight = |&[a, b]: &[u32; 2]| {
+            let [a, b] = [a, b].map(|h| rest[handles[h as usize] as usize]);
+            (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+        };
+        let mut longest = vec![0.0_f64; handles.len()];
+        for &[a, b] in strain_edges {
+            for h in [a, b] {
+                longest[h as usize] = longest[h as usize].max(between[a as usize][b as usize]);
+            }
+        }
+        // S/2 and the distance of the last of the nearest handles, from each handle.
+        let reach: Vec<[f64; 2]> = between
+            .par_iter()
+            .map(|from| {
+                let s = strain_edges.iter().map(|edge| {
+                    let [a, b] = edge.map(|h| from[h as usize]);
+                    a + b - straight(edge)
+                });
+                [ranked(s.collect(), nearest_edges) / 2.0, ranked(from.clone(), nearest)]
+            })
+            .collect();
+
+        let (total, done) = (handles.len() as u64, AtomicU64::new(0));
+        let mut along = vec![f64::INFINITY; handles.len() * vertices];
+        along.par_chunks_mut(vertices.max(1)).zip(handles.par_iter().zip(&longest)).try_for_each(
+            |(along, (&handle, longest))| {
+                progress.step("neighborhoods", done.fetch_add(1, Ordering::Relaxed), total)?;
+                let limit = |v: u32| match cells[v as usize] {
+                    Some((distance, own)) => {
+                        let [of_edges, of_handles] = reach[own as usize];
+                        SLACK * (distance + (of_edges + longest).max(of_handles))
+                    }
+                    None => 0.0,
+                };
+                graph.distances(handle, limit, along);
+                Ok(())
+            },
+        )?;
+        progress.step("neighborhoods", total, total)?;
+        Ok(Self { along, vertices })
+    }
+
+    /// g between handle `h` and vertex `v` in mesh units.
+    pub(crate) fn get(&self, h: u32, v: usize) -> f64 {
+        self.along[h as usize * self.vertices + v]
+    }
+
+    /// V.
+    pub(crate) fn vertices(&self) -> usize {
+        self.vertices
+    }
+}
+
+/// The number of this rank, counted from 1; infinite where there are not as many, or the rank is 0.
+fn ranked(mut numbers: Vec<f64>, rank: usize) -> f64 {
+    match rank.checked_sub(1).filter(|&i| i < numbers.len()) {
+        Some(i) => *numbers.select_nth_unstable_by(i, f64::total_cmp).1,
+        None => f64::INFINITY,
+    }
+}
+
+/// Distances between handles that are no shorter than they really are, H×H: by ways from cell to neighbouring cell, each through
+/// both of their handles.
+fn between_handles(graph: &EdgeGraph<'_>, cells: &[Option<(f64, u32)>], handles: usize) -> Vec<Vec<f64>> {
+    let mut between = vec![vec![f64::INFINITY; handles]; handles];
+    for (v, cell) in cells.iter().enumerate() {
+        let Some((to_a, a)) = *cell else { continue };
+        for (w, length) in graph.edges(v as u32) {
+            if let Some((to_b, b)) = cells[w as usize]
+                && a != b
+            {
+                let way = &mut between[a as usize][b as usize];
+                *way = way.min(to_a + length + to_b);
+            }
+        }
+    }
+    for (h, from) in between.iter_mut().enumerate() {
+        from[h] = 0.0;
+    }
+    // Floyd and Warshall.
+    for k in 0..handles {
+        let through = between[k].clone();
+        between.par_iter_mut().for_each(|from| {
+            let to = from[k];
+            if to.is_finite() {
+                from.iter_mut().zip(&through).for_each(|(way, on)| *way = way.min(to + on));
+            }
+        });
+    }
+    between
+}
