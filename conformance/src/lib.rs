@@ -43,7 +43,7 @@ pub use outcome::{Measured, Outcome, Verdict, device_label, kernel_name, stage_n
 pub use report::Report;
 pub use run::{ReferenceOf, run_case, run_case_against, stored};
 pub use suite::{DeviceReport, missing_devices, no_device, required_backends, run_device, unknown_backends};
-pub use twin::{Results, evaluate, squared_differences};
+pub use twin::{Results, detail_params, evaluate, pivoted_weights, squared_differences};
 
 /// The commit that this program was built from, or `unknown`.
 pub const COMMIT: &str = env!("RHYTID_COMMIT");

@@ -183,20 +183,19 @@ impl Recipe {
                 std::array::from_fn(|c| (rest[c] + self.unit * u[c]) as f32)
             })
             .collect();
-        let per_vertex = (rig.influences() + ANCHORS).min(rig.features());
-        let features = (0..vertices).flat_map(|_| numbers.some_below(rig.features(), per_vertex)).collect();
+        let a = ANCHORS.min(rig.handles.len());
+        let anchors = (0..vertices).flat_map(|_| numbers.some_below(rig.handles.len(), a)).collect();
         let mut weights = |_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 };
         rig.learned = Some(Learned {
             share: 0.2,
             ridge: 1e-2,
             fold_ridge: 1e-3,
             marker_noise: 0.0,
-            features,
-            feature_weights: (0..vertices * per_vertex).map(&mut weights).collect(),
+            anchors,
+            anchor_weights: (0..vertices * a).map(&mut weights).collect(),
             // It is in the basis: no kernel reads it.
-            feature_gains: vec![0.0; vertices * per_vertex],
+            feature_gains: vec![0.0; vertices * (rig.influences() + a)],
             example_weights: (0..vertices * examples).map(|_| unit(vector(numbers, 2.0))).collect(),
-            fold_constants: (0..vertices).map(|_| unit(vector(numbers, 2.0))).collect(),
             variances: vec![0.0; vertices],
         });
     }
@@ -299,7 +298,7 @@ impl Recipe {
     }
 }
 
-/// What a vertex listens to besides its strain edges.
+/// Anchors of a vertex, at most.
 const ANCHORS: usize = 8;
 
 /// In [`Surface::ZeroArea`], each so-manieth vertex lies on the one before it.

@@ -5,6 +5,7 @@
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
 use rayon::prelude::*;
 use rhytid_core::{BasisStorage, Rig, Stage};
+use rhytid_kernels::linear_band::EDGES_SHARE;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, strain, vec3};
 
@@ -139,7 +140,7 @@ fn linear_band(found: &Found, displacements: &[[f64; 3]]) -> Option<Vec<[Expecte
     let rig = &found.rig;
     let learned = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty())?;
     let (handles, examples, features) = (rig.handles.len(), rig.example_names.len(), rig.features());
-    let per_vertex = learned.features_per_vertex();
+    let (k, a) = (rig.influences(), learned.anchors_per_vertex());
     let vectors = rig.example_vectors();
     // T, and the sizes that its roundings are relative to.
     let tables: Vec<(f64, f64)> = displacements
@@ -154,20 +155,23 @@ fn linear_band(found: &Found, displacements: &[[f64; 3]]) -> Option<Vec<[Expecte
             (vec3::dot(vec3::sub(ends[0], ends[1]), *vector), size)
         })
         .collect();
-    let roundings = gamma(tolerance::linear_band(per_vertex, examples));
+    let roundings = gamma(tolerance::linear_band(k + a, examples));
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     Some(of_vertices(found.frames(), rig.vertices(), |frame, v| {
-        let range = v * per_vertex..(v + 1) * per_vertex;
-        let listens = || learned.features[range.clone()].iter().zip(&learned.feature_weights[range.clone()]);
+        let of_edges = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..]);
+        let of_edges = of_edges.map(|(&e, alpha)| (e as usize, EDGES_SHARE * alpha));
+        let of_anchors = learned.anchors[v * a..][..a].iter().zip(&learned.anchor_weights[v * a..]);
+        let of_anchors = of_anchors.map(|(&h, nu)| (rig.strain_edges.len() + h as usize, *nu));
+        let listens: Vec<(usize, f64)> = of_edges.chain(of_anchors).collect();
         let mut offset = [Expected::default(); 3];
         for (p, c) in learned.example_weights[v * examples..][..examples].iter().enumerate() {
             let table = &tables[(frame * examples + p) * features..][..features];
-            let kappa: f64 = listens().map(|(&e, omega)| omega * table[e as usize].0).sum();
-            let size: f64 = listens().map(|(&e, omega)| omega * table[e as usize].1).sum();
+            let kappa: f64 = listens.iter().map(|(e, omega)| omega * table[*e].0).sum();
+            let size: f64 = listens.iter().map(|(e, omega)| omega * table[*e].1).sum();
             for (offset, c) in offset.iter_mut().zip(c) {
                 offset.value += c * kappa;
                 // Each product of T may vanish, and each with ω, and that with c.
-                let flushed = (5.0 * per_vertex as f64 * c.abs() + 1.0) * TINY;
+                let flushed = (5.0 * (k + a + 1) as f64 * c.abs() + 1.0) * TINY;
                 let kept = if c.abs() < smallest { (c * kappa).abs() } else { 0.0 };
                 offset.bound += roundings * c.abs() * size + flushed + kept;
             }
@@ -230,9 +234,9 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
     let (edges, k, n) = (rig.strain_edges.len(), rig.influences(), rig.centers());
     let features: Vec<f64> = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
-    let terms = n + usize::from(rig.learned.is_some());
-    let roundings = gamma(tolerance::detail(terms, k));
+    let roundings = gamma(tolerance::detail(n, k));
     let (_, pivots) = detail::pivoted(&rig.rbf_weights, n);
+    let zero_at_rest = rig.learned.is_some();
     // Squares that vanish take their root's distance with them.
     let flushed = (2.0 * k as f64 * TINY).sqrt();
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
@@ -248,17 +252,23 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
             })
             .collect();
         let w = &rig.rbf_weights[v * n..][..n];
-        let pivot = pivots[v] as usize;
-        let constants = rig.learned.as_ref().map_or([0.0; 3], |learned| learned.fold_constants[v]);
+        let pivot = if zero_at_rest { 0 } else { pivots[v] as usize };
         let mut d = [Expected::default(); 3];
         for (c, d) in d.iter_mut().enumerate() {
-            let all: f64 = w.iter().map(|w| w[c]).sum();
-            let mut terms = vec![(all.abs(), distances[pivot])];
-            let others = (0..n).filter(|&j| j != pivot);
-            terms.extend(others.map(|j| (w[j][c].abs(), distances[j] + distances[pivot])));
-            d.value = constants[c] + w.iter().zip(&distances).map(|(w, r)| w[c] * r).sum::<f64>();
-            d.bound = terms.iter().map(|(w, r)| roundings * w * r + flushed * w + TINY).sum();
-            d.bound += roundings * constants[c].abs();
+            let others = || (0..n).filter(|&j| j != pivot);
+            // What the pivot's weight is multiplied with, and the value.
+            let first = if zero_at_rest {
+                d.value = w[0][c] + others().map(|j| w[j][c] * (distances[j] - distances[0])).sum::<f64>();
+                (w[0][c].abs(), 1.0)
+            } else {
+                d.value = w.iter().zip(&distances).map(|(w, r)| w[c] * r).sum();
+                (w.iter().map(|w| w[c]).sum::<f64>().abs(), distances[pivot])
+            };
+            let terms = others().map(|j| (w[j][c].abs(), distances[j] + distances[pivot]));
+            d.bound = std::iter::once(first)
+                .chain(terms)
+                .map(|(w, r)| roundings * w * r + flushed * w + TINY)
+                .sum();
         }
         d
     })

@@ -247,13 +247,15 @@ fn stage_bytes(built: &Built, basis: BasisStorage, stage: Stage) -> u64 {
     let basis_bytes = if basis == BasisStorage::F16 { 2 } else { 4 };
     let c = rig.learned.as_ref().map_or(0, |learned| learned.example_weights.len() * 3);
     let listens =
-        if c == 0 { 0 } else { 2 * rig.learned.as_ref().map_or(0, |learned| learned.features.len()) };
-    let b = if rig.learned.is_some() { 12 * v } else { 0 };
+        if c == 0 { 0 } else { 2 * rig.learned.as_ref().map_or(0, |learned| learned.anchors.len()) };
     let (constant, of_frame) = match stage {
         Stage::Strain => (12 * f + 12 * h, 12 * h + 4 * f),
-        Stage::LargeScale => (12 * v + basis_bytes * (v * h + c) + 4 * listens + 12 * h, 12 * h + 12 * v),
+        Stage::LargeScale => (
+            12 * v + basis_bytes * (v * h + c) + 4 * listens + usize::from(c > 0) * 8 * v * k + 12 * h,
+            12 * h + 12 * v,
+        ),
         Stage::LargeScaleNormals | Stage::Normals => (24 * t + 4 * (v + 1), 24 * v),
-        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n + 4 * v + b, 4 * f + 12 * v),
+        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n + 4 * v, 4 * f + 12 * v),
         Stage::Positions => (4 * v, 48 * v),
     };
     (constant + frames * of_frame) as u64

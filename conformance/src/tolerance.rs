@@ -56,10 +56,10 @@ pub fn large_scale(handles: usize) -> f64 {
 }
 
 /// `products` and `linear_band`, relative to `Σ|c| Σ ω (|u₁| + |u₂|) |E|`: the displacement, the difference of two, the example's
-/// vector (the host rounds it once, by half a unit), the product, two sums; the product with ω, A − 1 sums; the product with c,
-/// P − 1 sums.
+/// vector (the host rounds it once, by half a unit), the product, two sums; the product with the weight, K + A − 1 sums and one product with
+/// 0.9, which is rounded itself; the product with c, P − 1 sums.
 pub fn linear_band(features: usize, examples: usize) -> f64 {
-    (features + examples) as f64 + 5.5
+    (features + examples) as f64 + 7.5
 }
 
 /// `normals`, relative to the sum of the products in the cross products of `triangles` triangles, each component for
@@ -72,11 +72,11 @@ pub fn cross_products(triangles: usize) -> f64 {
 /// squares), a square, two sums and a root under the line, and the division.
 pub const UNIT: f64 = DIVIDE + ((2.0 * DIVIDE + ONE + 2.0 * ONE) / 2.0 + ROOT) + DIVIDE;
 
-/// `detail`, relative to `|b| + |W| r_p + Σ|w| (r + r_p)`: of r the difference (doubled by the square), the square, the product
+/// `detail`, relative to `|W| r_p + Σ|w| (r + r_p)`, or with |b| for the first: of r the difference (doubled by the square), the square, the product
 /// with α, K − 1 sums (halved by the root), the root; the difference from the pivot's, or the rounding of W, the sum of
-/// all weights; the product with w, one sum less than there are terms: N, and b where there is one.
-pub fn detail(terms: usize, influences: usize) -> f64 {
-    (influences as f64 + 3.0) / 2.0 + ROOT + ONE + terms as f64
+/// all weights; the product with w, N − 1 sums.
+pub fn detail(centers: usize, influences: usize) -> f64 {
+    (influences as f64 + 3.0) / 2.0 + ROOT + ONE + centers as f64
 }
 
 /// `fine_scale`'s tangent before it is normalised, `e − (e·n) n`, relative to `|e|`: two subtractions.
@@ -101,12 +101,12 @@ pub fn in_words(stage: Stage) -> &'static str {
     match stage {
         Stage::Strain => "7 ε Σ(|u₁| + |u₂|)(|e| + |ē|) / (L + l) / l + 14.75 ε |f|",
         Stage::LargeScale => {
-            "(H + 1) ε Σ|b u| + ε |x|; and (A + P + 5.5) ε Σ|c| Σ ω |D| |D_p| + ε |x| for a linear band"
+            "(H + 1) ε Σ|b u| + ε |x|; and (K + A + P + 7.5) ε Σ|c| Σ ω |D| |D_p| + ε |x| for a linear band"
         }
         Stage::LargeScaleNormals | Stage::Normals => {
             "(T + 3) ε Σ|e f| over the area, for T triangles at the vertex, from the corner with the most, and 13.5 ε |n|"
         }
-        Stage::Detail => "(N + (K + 3)/2 + 5.5) ε (|b| + |Σw| r_p + Σ|w| (r + r_p)), for the pivot p",
+        Stage::Detail => "(N + (K + 3)/2 + 5.5) ε (|Σw| r_p or |b|, + Σ|w| (r + r_p)), for the pivot p",
         Stage::Positions => "3 ε Σ|R d|, the error of the frame's t and b times d, and ε |x|",
     }
 }
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!([DIVIDE, ROOT], [2.5, 4.5]);
         assert_eq!([STRAIN_PRODUCTS, STRAIN_QUOTIENT], [7.0, 14.75]);
         assert_eq!([large_scale(1), large_scale(89)], [2.0, 90.0]);
-        assert_eq!([linear_band(1, 1), linear_band(24, 6)], [7.5, 35.5]);
+        assert_eq!([linear_band(1, 1), linear_band(24, 6)], [9.5, 37.5]);
         assert_eq!([cross_products(1), cross_products(6)], [4.0, 9.0]);
         assert_eq!(UNIT, 13.5);
         assert_eq!([detail(1, 1), detail(7, 16)], [8.5, 22.0]);

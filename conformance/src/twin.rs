@@ -74,10 +74,9 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         normals::normals(params, positions, &rig.triangles, &vertex_triangles, vertex_normals);
     };
     normals_of(&results.large_scale, &mut results.large_scale_normals);
-    let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
-    let no_constants = vec![[T::ZERO; 3]; if rig.learned.is_none() { vertices } else { 0 }];
+    let (rbf_weights, pivots) = pivoted_weights(rig);
     detail::detail(
-        detail::Params::whole(frames, vertices, strain_edges, rig.centers()),
+        detail_params(rig, frames),
         &squared_differences(rig, &results.strain),
         &detail::Buffers {
             influences: rig.influences(),
@@ -85,7 +84,6 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
             influence_weights: &rig.influence_weights,
             rbf_weights: &rbf_weights,
             pivots: &pivots,
-            constants: rig.learned.as_ref().map_or(&no_constants[..], |learned| &learned.fold_constants),
         },
         &mut results.detail,
     );
@@ -99,6 +97,20 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
     );
     normals_of(&results.positions, &mut results.normals);
     results
+}
+
+/// The weights of the detail as its kernel has them, and the pivots.
+pub fn pivoted_weights<T: Real>(rig: &Rig<T>) -> (Vec<[T; 3]>, Vec<u32>) {
+    match rig.learned {
+        Some(_) => (rig.rbf_weights.clone(), vec![0; rig.vertices()]),
+        None => detail::pivoted(&rig.rbf_weights, rig.centers()),
+    }
+}
+
+/// The detail's parameters for a rig in one piece.
+pub fn detail_params<T: Real>(rig: &Rig<T>, frames: usize) -> detail::Params {
+    let whole = detail::Params::whole(frames, rig.vertices(), rig.strain_edges.len(), rig.centers());
+    detail::Params { zero_at_rest: u32::from(rig.learned.is_some()), ..whole }
 }
 
 /// Adds the linear band to what the basis gives, where the rig has one.
@@ -124,11 +136,14 @@ fn add_linear_band<T: Real>(
     linear_band::linear_band(
         linear_band::Params::whole(frames, rig.vertices(), features, examples),
         &basis_positions,
-        &table,
+        (&table, strain_edges),
         &linear_band::Buffers {
-            per_vertex: learned.features_per_vertex(),
-            features: &learned.features,
-            weights: &learned.feature_weights,
+            influences: rig.influences(),
+            influence_edges: &rig.influence_edges,
+            influence_weights: &rig.influence_weights,
+            anchors_per_vertex: learned.anchors_per_vertex(),
+            anchors: &learned.anchors,
+            anchor_weights: &learned.anchor_weights,
             example_weights: &learned.example_weights,
         },
         positions,

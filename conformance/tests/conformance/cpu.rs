@@ -1,7 +1,7 @@
 //! The CPU backend has the bits of the kernels' f32 twins, and the reference is the f64 twin.
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::reference::{Expected, Found, reference};
-use rhytid_conformance::{Case, Suite, cases, evaluate, squared_differences};
+use rhytid_conformance::{Case, Suite, cases, detail_params, evaluate, pivoted_weights, squared_differences};
 use rhytid_core::{Animator, Backend, BasisStorage, Stage};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, normals};
@@ -61,16 +61,14 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
         Stage::LargeScaleNormals => normals_of(Stage::LargeScale),
         Stage::Normals => normals_of(Stage::Positions),
         Stage::Detail => {
-            let params = detail::Params::whole(frames, vertices, rig.strain_edges.len(), rig.centers());
-            let (rbf_weights, pivots) = detail::pivoted(&rig.rbf_weights, rig.centers());
-            let no_constants = vec![[0.0; 3]; vertices];
+            let params = detail_params(rig, frames);
+            let (rbf_weights, pivots) = pivoted_weights(rig);
             let buffers = detail::Buffers {
                 influences: rig.influences(),
                 influence_edges: &rig.influence_edges,
                 influence_weights: &rig.influence_weights,
                 rbf_weights: &rbf_weights,
                 pivots: &pivots,
-                constants: rig.learned.as_ref().map_or(&no_constants[..], |learned| &learned.fold_constants),
             };
             let table = squared_differences(rig, &widened(Stage::Strain));
             detail::detail(params, &table, &buffers, &mut out);

@@ -2,7 +2,7 @@
 //!
 //! Vertices' distances from centres, `Σ_k α_k (f_e(k) − f_je(k))²`, are a sparse matrix, V × F, times the table of squared differences,
 //! F × N.
-use crate::lanes::{Lanes, load3, splat3, store3};
+use crate::lanes::{Lanes, load3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
     FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
@@ -22,19 +22,23 @@ pub(crate) struct Detail {
     edges: usize,
     /// N × F.
     pose_features: Vec<f32>,
-    influences: TileWeights,
-    /// w, tiled, `[V/16][N][3][16]`, with the pivot's sum in its place.
+    /// α.
+    pub(crate) influences: TileWeights,
+    /// w, tiled, `[V/16][N][3][16]`, with the pivot's sum in its place, or what is added in every frame.
     rbf_weights: Vec<Line3>,
     /// The pivot of each vertex, tiled; past V, 0.
     pivots: Vec<[u32; TILE]>,
-    /// b, tiled, `[V/16][3][16]`; empty where the rig has none.
-    constants: Vec<Line3>,
+    /// Whether the first weight is b, and the rest pose every vertex's pivot.
+    zero_at_rest: bool,
 }
 
 impl Detail {
     pub(crate) fn new(rig: &Rig) -> Self {
         let (vertices, centers) = (rig.vertices(), rig.centers());
-        let (weights, pivots) = pivoted(&rig.rbf_weights, centers);
+        let (weights, pivots) = match rig.learned {
+            Some(_) => (rig.rbf_weights.clone(), vec![0; vertices]),
+            None => pivoted(&rig.rbf_weights, centers),
+        };
         let rbf_weights = tiled3(&weights, centers);
         let mut tiled_pivots = vec![[0; TILE]; vertices.div_ceil(TILE)];
         pivots.iter().enumerate().for_each(|(v, &pivot)| tiled_pivots[v / TILE][v % TILE] = pivot);
@@ -45,10 +49,7 @@ impl Detail {
             influences: TileWeights::new(vertices, &rig.influence_edges, &rig.influence_weights),
             rbf_weights,
             pivots: tiled_pivots,
-            constants: rig
-                .learned
-                .as_ref()
-                .map_or_else(Vec::new, |learned| tiled3(&learned.fold_constants, 1)),
+            zero_at_rest: rig.learned.is_some(),
         }
     }
 
@@ -93,20 +94,21 @@ impl Detail {
         let rbf_weights = &self.rbf_weights[tile * self.centers..][..self.centers];
         let mut d = [Line::ZERO; 3];
         for register in 0..TILE / S::F32_LANES {
-            self.influences.frame(simd, (tile, register), (table, self.edges), distances, |sum| sum.sqrt());
+            self.influences.frame(simd, (tile, register), (table, self.edges), None, distances);
+            for r in distances.iter_mut() {
+                Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
+            }
             let pivots = S::as_simd_u32s(&self.pivots[tile]).0[register];
             let is_pivot = |j: usize| simd.equal_u32s(pivots, simd.splat_u32s(j as u32));
             let mut at_pivot = Lanes::splat(simd, 0.0);
             for (j, r) in distances.iter().enumerate() {
                 at_pivot.1 = simd.select_f32s(is_pivot(j), Lanes::load(simd, &r.0, register).1, at_pivot.1);
             }
-            let mut sum = match self.constants.get(tile) {
-                Some(constants) => load3(simd, constants, register),
-                None => [Lanes::splat(simd, 0.0); 3],
-            };
+            let of_pivot = if self.zero_at_rest { Lanes::splat(simd, 1.0) } else { at_pivot };
+            let mut sum = [Lanes::splat(simd, 0.0); 3];
             for (j, (r, w)) in distances.iter().zip(rbf_weights).enumerate() {
                 let away = Lanes::load(simd, &r.0, register) - at_pivot;
-                let factor = Lanes(simd, simd.select_f32s(is_pivot(j), at_pivot.1, away.1));
+                let factor = Lanes(simd, simd.select_f32s(is_pivot(j), of_pivot.1, away.1));
                 let w = load3(simd, w, register);
                 for c in 0..3 {
                     sum[c] = w[c].mul_add(factor, sum[c]);
@@ -135,7 +137,10 @@ impl Detail {
         for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
             let v = first + i * GROUP_VERTICES;
             for register in 0..GROUP / S::F32_LANES {
-                self.influences.group(simd, (v, register), (table, self.edges), distances, |sum| sum.sqrt());
+                self.influences.group(simd, (v, register), (table, self.edges), None, distances);
+                for r in distances.iter_mut().flatten() {
+                    Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
+                }
                 for (lane, (out, distances)) in out.iter_mut().zip(&*distances).enumerate() {
                     store3(self.group_sum(simd, v + lane, register, distances), out, register);
                 }
@@ -150,13 +155,11 @@ impl Detail {
         let weights = &self.rbf_weights[tile * self.centers..][..self.centers];
         let pivot = self.pivots[tile][lane] as usize;
         let at_pivot = Lanes::load(simd, &distances[pivot].0, register);
-        let mut sum = match self.constants.get(tile) {
-            Some(constants) => splat3(simd, &constants.each_ref().map(|row| row.0[lane])),
-            None => [Lanes::splat(simd, 0.0); 3],
-        };
+        let of_pivot = if self.zero_at_rest { Lanes::splat(simd, 1.0) } else { at_pivot };
+        let mut sum = [Lanes::splat(simd, 0.0); 3];
         for (j, (r, w)) in distances.iter().zip(weights).enumerate() {
             let away = Lanes::load(simd, &r.0, register) - at_pivot;
-            let factor = if j == pivot { at_pivot } else { away };
+            let factor = if j == pivot { of_pivot } else { away };
             for c in 0..3 {
                 sum[c] = Lanes::splat(simd, w[c].0[lane]).mul_add(factor, sum[c]);
             }

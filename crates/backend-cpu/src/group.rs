@@ -5,7 +5,7 @@ use crate::lanes::{load3, store3};
 use crate::linear_band::{self, LinearBand};
 use crate::lines::{GROUP, Line, Line3, PANEL};
 use crate::prefetch::Prefetch;
-use crate::tile_weights::GroupCells;
+use crate::tile_weights::{GroupCells, TileWeights};
 use crate::times::Times;
 use crate::uploaded::UploadedRig;
 use glam::{Mat4, Vec4};
@@ -108,7 +108,14 @@ impl Group {
         panels.enumerate().for_each_init(scratch, |(of_basis, of_band), (panel, (out, rest))| {
             rig.basis.group(rig.vectors, panel, &by_handles, rest, out, of_basis);
             if let (Some((band, table)), Some(scratch)) = (&band, of_band) {
-                rig.vectors.run(AddBand { band, table, scratch, first: panel * PANEL, out });
+                rig.vectors.run(AddBand {
+                    band,
+                    influences: &rig.detail.influences,
+                    table,
+                    scratch,
+                    first: panel * PANEL,
+                    out,
+                });
             }
         });
         times.add(Stage::LargeScale, start);
@@ -189,6 +196,7 @@ fn interleave(vectors: &[Line3], mut frames: Vec<&mut [[f32; 3]]>) {
 /// A panel's linear band.
 struct AddBand<'a> {
     band: &'a LinearBand,
+    influences: &'a TileWeights,
     table: &'a [GroupCells],
     scratch: &'a mut linear_band::Scratch,
     first: usize,
@@ -200,7 +208,7 @@ impl WithSimd for AddBand<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.band.add_to_group(simd, self.first, self.table, self.scratch, self.out);
+        self.band.add_to_group(simd, self.first, (self.influences, self.table), self.scratch, self.out);
     }
 }
 

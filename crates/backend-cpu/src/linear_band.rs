@@ -8,6 +8,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use pulp::Simd;
 use rhytid_core::{BasisStorage, Rig};
+use rhytid_kernels::linear_band::EDGES_SHARE;
 use rhytid_kernels::table::TILE;
 use rhytid_kernels::{Number, products, vec3};
 
@@ -21,8 +22,8 @@ pub(crate) struct LinearBand {
     strain_edges: Vec<[u32; 2]>,
     /// P × (F + H).
     example_vectors: Vec<[f32; 3]>,
-    /// ω.
-    features: TileWeights,
+    /// ν; the indices are those of features.
+    anchors: TileWeights,
     /// c, tiled, `[V/16][P][3][16]`.
     weights: Weights,
 }
@@ -43,7 +44,11 @@ impl LinearBand {
             handles: rig.handles.len(),
             strain_edges: rig.strain_edges.clone(),
             example_vectors: rig.example_vectors(),
-            features: TileWeights::new(rig.vertices(), &learned.features, &learned.feature_weights),
+            anchors: TileWeights::new(
+                rig.vertices(),
+                &learned.anchors.iter().map(|h| rig.strain_edges.len() as u32 + h).collect::<Vec<_>>(),
+                &learned.anchor_weights,
+            ),
             weights: match storage {
                 BasisStorage::F32 => Weights::F32(weights),
                 BasisStorage::F16 => Weights::F16(
@@ -108,13 +113,13 @@ impl LinearBand {
         }
     }
 
-    /// Adds the linear band of a tile's vertices to `positions`, those of them that there are, in one frame.
+    /// Adds the linear band of a tile's vertices to `positions`, those of them that there are, in one frame. `influences` are α.
     #[inline(always)]
     pub(crate) fn add_to_frame<S: Simd>(
         &self,
         simd: S,
         tile: usize,
-        table: &[FrameCells],
+        (influences, table): (&TileWeights, &[FrameCells]),
         scratch: &mut Scratch,
         positions: &mut [[f32; 3]],
     ) {
@@ -122,7 +127,9 @@ impl LinearBand {
         let weights = self.weights(tile, weights);
         let mut offsets = [Line::ZERO; 3];
         for register in 0..TILE / S::F32_LANES {
-            self.features.frame(simd, (tile, register), (table, self.rows()), kappa, |sum| sum);
+            let (at, table) = ((tile, register), (table, self.rows()));
+            influences.frame(simd, at, table, None, kappa);
+            self.anchors.frame(simd, at, table, Some(EDGES_SHARE as f32), kappa);
             let mut sum = [Lanes::splat(simd, 0.0); 3];
             for (kappa, c) in kappa.iter().zip(weights) {
                 let kappa = Lanes::load(simd, &kappa.0, register);
@@ -146,7 +153,7 @@ impl LinearBand {
         &self,
         simd: S,
         first: usize,
-        table: &[GroupCells],
+        (influences, table): (&TileWeights, &[GroupCells]),
         scratch: &mut Scratch,
         positions: &mut [Line3],
     ) {
@@ -156,7 +163,9 @@ impl LinearBand {
             for (i, positions) in positions.chunks_mut(GROUP_VERTICES).enumerate() {
                 let v = first + tile * TILE + i * GROUP_VERTICES;
                 for register in 0..GROUP / S::F32_LANES {
-                    self.features.group(simd, (v, register), (table, self.rows()), kappa, |sum| sum);
+                    let (at, table) = ((v, register), (table, self.rows()));
+                    influences.group(simd, at, table, None, kappa);
+                    self.anchors.group(simd, at, table, Some(EDGES_SHARE as f32), kappa);
                     for (lane, (x, kappa)) in positions.iter_mut().zip(&*kappa).enumerate() {
                         let mut sum = [Lanes::splat(simd, 0.0); 3];
                         for (kappa, c) in kappa.iter().zip(weights) {

@@ -3,7 +3,7 @@ use crate::lanes::{load3, store3};
 use crate::linear_band::{self, LinearBand};
 use crate::lines::{Line, Line3};
 use crate::mesh::{BlockMesh, MeshScratch};
-use crate::tile_weights::FrameCells;
+use crate::tile_weights::{FrameCells, TileWeights};
 use crate::times::Times;
 use crate::uploaded::UploadedRig;
 use glam::{Mat4, Vec4};
@@ -84,7 +84,14 @@ impl OneFrame {
             let first = i * rig.block;
             rig.basis.frame(rig.vectors, first, u, rest, out, of_basis);
             if let (Some((band, table)), Some(scratch)) = (&band, of_band) {
-                rig.vectors.run(AddBand { band, table, scratch, first, out });
+                rig.vectors.run(AddBand {
+                    band,
+                    influences: &rig.detail.influences,
+                    table,
+                    scratch,
+                    first,
+                    out,
+                });
             }
         });
         times.add(Stage::LargeScale, start);
@@ -116,6 +123,7 @@ impl OneFrame {
 /// A block's linear band.
 struct AddBand<'a> {
     band: &'a LinearBand,
+    influences: &'a TileWeights,
     table: &'a [FrameCells],
     scratch: &'a mut linear_band::Scratch,
     first: usize,
@@ -128,7 +136,13 @@ impl WithSimd for AddBand<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for (i, out) in self.out.chunks_mut(TILE).enumerate() {
-            self.band.add_to_frame(simd, self.first / TILE + i, self.table, self.scratch, out);
+            self.band.add_to_frame(
+                simd,
+                self.first / TILE + i,
+                (self.influences, self.table),
+                self.scratch,
+                out,
+            );
         }
     }
 }

@@ -56,30 +56,53 @@ impl TileWeights {
         (&self.indices[range.clone()], &self.weights[range])
     }
 
-    /// One register of a tile's sums in one frame, each put into `finish` before it is stored. The table is
-    /// `[columns/8][rows][8]`, and `sums` has a line for each column.
+    /// Sums of a tile in one frame, a register of a line for each column: from `start` times what is in `sums` on, or from 0. The
+    /// table is `[columns/8][rows][8]`.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
         simd: S,
         (tile, register): (usize, usize),
         (table, rows): (&[FrameCells], usize),
+        start: Option<f32>,
         sums: &mut [Line],
-        finish: impl Fn(Lanes<S>) -> Lanes<S>,
+    ) {
+        for (sums, table) in sums.chunks_mut(FRAME_COLUMNS).zip(table.chunks_exact(rows.max(1))) {
+            let at = (tile, register);
+            match sums.len() {
+                1 => self.frame_columns::<S, 1>(simd, at, table, start, sums),
+                2 => self.frame_columns::<S, 2>(simd, at, table, start, sums),
+                3 => self.frame_columns::<S, 3>(simd, at, table, start, sums),
+                4 => self.frame_columns::<S, 4>(simd, at, table, start, sums),
+                5 => self.frame_columns::<S, 5>(simd, at, table, start, sums),
+                6 => self.frame_columns::<S, 6>(simd, at, table, start, sums),
+                7 => self.frame_columns::<S, 7>(simd, at, table, start, sums),
+                _ => self.frame_columns::<S, FRAME_COLUMNS>(simd, at, table, start, sums),
+            }
+        }
+    }
+
+    /// The first `N` columns of the table.
+    #[inline(always)]
+    fn frame_columns<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        (tile, register): (usize, usize),
+        table: &[FrameCells],
+        start: Option<f32>,
+        sums: &mut [Line],
     ) {
         let (indices, weights) = self.at(tile);
-        for (out, table) in sums.chunks_mut(FRAME_COLUMNS).zip(table.chunks_exact(rows.max(1))) {
-            let mut sums = [Lanes::splat(simd, 0.0); FRAME_COLUMNS];
-            for (i, weight) in indices.iter().zip(weights) {
-                let cells = &table[*i as usize];
-                let weight = Lanes::load(simd, &weight.0, register);
-                for j in 0..FRAME_COLUMNS {
-                    sums[j] = weight.mul_add(Lanes::splat(simd, cells[j]), sums[j]);
-                }
+        let mut all: [Lanes<S>; N] = std::array::from_fn(|j| started(simd, start, &sums[j], register));
+        for (i, weight) in indices.iter().zip(weights) {
+            let cells = &table[*i as usize];
+            let weight = Lanes::load(simd, &weight.0, register);
+            for j in 0..N {
+                all[j] = weight.mul_add(Lanes::splat(simd, cells[j]), all[j]);
             }
-            for (out, sum) in out.iter_mut().zip(sums) {
-                finish(sum).store(&mut out.0, register);
-            }
+        }
+        for (out, sum) in sums.iter_mut().zip(all) {
+            sum.store(&mut out.0, register);
         }
     }
 
@@ -90,29 +113,59 @@ impl TileWeights {
         simd: S,
         (v, register): (usize, usize),
         (table, rows): (&[GroupCells], usize),
+        start: Option<f32>,
         sums: &mut [Vec<Line>; GROUP_VERTICES],
-        finish: impl Fn(Lanes<S>) -> Lanes<S>,
+    ) {
+        for (chunk, table) in table.chunks_exact(rows.max(1)).enumerate() {
+            let (at, first) = ((v, register), chunk * GROUP_COLUMNS);
+            match sums[0].len() - first {
+                1 => self.group_columns::<S, 1>(simd, at, table, start, (first, sums)),
+                2 => self.group_columns::<S, 2>(simd, at, table, start, (first, sums)),
+                3 => self.group_columns::<S, 3>(simd, at, table, start, (first, sums)),
+                _ => self.group_columns::<S, GROUP_COLUMNS>(simd, at, table, start, (first, sums)),
+            }
+        }
+    }
+
+    /// The first `N` columns of the table, which are those from `first` on.
+    #[inline(always)]
+    fn group_columns<S: Simd, const N: usize>(
+        &self,
+        simd: S,
+        (v, register): (usize, usize),
+        table: &[GroupCells],
+        start: Option<f32>,
+        (first, sums): (usize, &mut [Vec<Line>; GROUP_VERTICES]),
     ) {
         let (indices, weights) = self.at(v / TILE);
-        for (chunk, table) in table.chunks_exact(rows.max(1)).enumerate() {
-            let mut all = [[Lanes::splat(simd, 0.0); GROUP_COLUMNS]; GROUP_VERTICES];
-            for (i, weights) in indices.iter().zip(weights) {
-                let cells = &table[*i as usize];
-                let (weights, _) = weights.0.as_chunks::<GROUP_VERTICES>();
-                let weights = &weights[v % TILE / GROUP_VERTICES];
-                for j in 0..GROUP_COLUMNS {
-                    let cells = Lanes::load(simd, &cells[j].0, register);
-                    for lane in 0..GROUP_VERTICES {
-                        all[lane][j] = Lanes::splat(simd, weights[lane]).mul_add(cells, all[lane][j]);
-                    }
-                }
-            }
-            for (out, sums) in sums.iter_mut().zip(all) {
-                for (out, sum) in out[chunk * GROUP_COLUMNS..].iter_mut().zip(sums) {
-                    finish(sum).store(&mut out.0, register);
+        let mut all: [[Lanes<S>; N]; GROUP_VERTICES] = std::array::from_fn(|lane| {
+            std::array::from_fn(|j| started(simd, start, &sums[lane][first + j], register))
+        });
+        for (i, weights) in indices.iter().zip(weights) {
+            let cells = &table[*i as usize];
+            let (weights, _) = weights.0.as_chunks::<GROUP_VERTICES>();
+            let weights = &weights[v % TILE / GROUP_VERTICES];
+            for j in 0..N {
+                let cells = Lanes::load(simd, &cells[j].0, register);
+                for lane in 0..GROUP_VERTICES {
+                    all[lane][j] = Lanes::splat(simd, weights[lane]).mul_add(cells, all[lane][j]);
                 }
             }
         }
+        for (out, all) in sums.iter_mut().zip(all) {
+            for (out, sum) in out[first..].iter_mut().zip(all) {
+                sum.store(&mut out.0, register);
+            }
+        }
+    }
+}
+
+/// What a sum starts from.
+#[inline(always)]
+fn started<S: Simd>(simd: S, start: Option<f32>, sum: &Line, register: usize) -> Lanes<S> {
+    match start {
+        Some(factor) => Lanes::splat(simd, factor) * Lanes::load(simd, &sum.0, register),
+        None => Lanes::splat(simd, 0.0),
     }
 }
 

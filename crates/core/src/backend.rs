@@ -2,6 +2,7 @@
 use crate::{Animator, Result, Rig};
 use half::f16;
 use rayon::prelude::*;
+use rhytid_kernels::linear_band;
 use std::time::Duration;
 
 /// One result of the runtime, so that a difference between devices is pinned to one kernel.
@@ -92,22 +93,26 @@ impl BasisStorage {
         let Some(learned) = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()) else {
             return of_rows.into_iter().fold(0.0, f64::max);
         };
-        let (features, per_vertex) = (rig.features(), learned.features_per_vertex());
+        let (features, edges) = (rig.features(), rig.strain_edges.len());
+        let (k, a) = (rig.influences(), learned.anchors_per_vertex());
         let length = |e: &[f32; 3]| e.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt();
         // The two ends of a strain edge can move apart by twice as much as either moves.
-        let ends = |e: usize| if e < rig.strain_edges.len() { 2.0 } else { 1.0 };
+        let ends = |e: usize| if e < edges { 2.0 } else { 1.0 };
         let vectors = rig.example_vectors();
         let most: Vec<f64> =
             vectors.iter().enumerate().map(|(i, e)| ends(i % features) * length(e)).collect();
         let of_vertex = |(v, of_row): (usize, &f64)| {
-            let range = v * per_vertex..(v + 1) * per_vertex;
-            let listens =
-                || learned.features[range.clone()].iter().zip(&learned.feature_weights[range.clone()]);
+            let (influences, alphas) = (&rig.influence_edges[v * k..][..k], &rig.influence_weights[v * k..]);
+            let (anchors, nus) = (&learned.anchors[v * a..][..a], &learned.anchor_weights[v * a..]);
             let c = learned.example_weights[v * rig.example_names.len()..]
                 .iter()
                 .zip(most.chunks_exact(features));
             let of_band = c.map(|(c, most)| {
-                let kappa: f64 = listens().map(|(&e, w)| f64::from(*w) * most[e as usize]).sum();
+                let of_edges =
+                    influences.iter().zip(alphas).map(|(&e, alpha)| f64::from(*alpha) * most[e as usize]);
+                let of_anchors =
+                    anchors.iter().zip(nus).map(|(&h, nu)| f64::from(*nu) * most[edges + h as usize]);
+                let kappa = linear_band::EDGES_SHARE * of_edges.sum::<f64>() + of_anchors.sum::<f64>();
                 c.iter().map(error).fold(0.0, f64::max) * kappa
             });
             of_row + of_band.sum::<f64>()

@@ -3,11 +3,10 @@ use crate::Rig;
 use rayon::prelude::*;
 use rhytid_kernels::Real;
 
-/// What was learned of the examples and is no row of the basis: the linear band and the folds' constants (`docs/method.md`,
-/// the learned method).
+/// What was learned of the examples and is no row of the basis: the linear band (`docs/method.md`, the learned method).
 ///
-/// *Features* are the strain edges, counted from 0, and after them the handles as anchors, F + H in all. A vertex listens to
-/// A = K + 8 of them at most. Lengths are in mesh units.
+/// *Features* are the strain edges, counted from 0, and after them the handles as anchors, F + H in all. A vertex listens to its K
+/// strain edges, with 0.9 α, and to A anchors. Lengths are in mesh units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Learned<T: Real = f32> {
     /// s in 0..1: the part of the linear band in which the three axes do as they like.
@@ -18,24 +17,23 @@ pub struct Learned<T: Real = f32> {
     pub fold_ridge: f64,
     /// σ_m: the standard deviation of a marker's noise per axis, in mesh units.
     pub marker_noise: f64,
-    /// V×A indices of features, each at most once with a weight.
-    pub features: Vec<u32>,
-    /// ω, V×A: at least 0; their sum is 1 where a vertex listens to anything.
-    pub feature_weights: Vec<T>,
-    /// g, V×A: [`Rig::basis`] has ΔB = Σ_e g_ve D_e in it, D_e being linear in the displacements.
+    /// V×A indices of handles, ascending where they have a weight.
+    pub anchors: Vec<u32>,
+    /// ν, V×A in 0..1: their sum is 0.1, or 1 where a vertex reaches no strain edge.
+    pub anchor_weights: Vec<T>,
+    /// g, V×(K + A), of a vertex's strain edges before its anchors: [`Rig::basis`] has ΔB = Σ_e g_ve D_e in it, D_e being linear
+    /// in the displacements.
     pub feature_gains: Vec<T>,
     /// c, V×P in mesh units; empty where s is 0.
     pub example_weights: Vec<[T; 3]>,
-    /// b, V in mesh units along t, b, n: what makes the folds zero at rest.
-    pub fold_constants: Vec<[T; 3]>,
     /// s_v² = Ŵᵀz/3P, V in mesh units squared: how much the examples move a vertex beyond what the shell does.
     pub variances: Vec<T>,
 }
 
 impl<T: Real> Learned<T> {
-    /// A: features of each vertex.
-    pub fn features_per_vertex(&self) -> usize {
-        self.features.len().checked_div(self.fold_constants.len()).unwrap_or(0)
+    /// A: anchors of each vertex.
+    pub fn anchors_per_vertex(&self) -> usize {
+        self.anchors.len().checked_div(self.variances.len()).unwrap_or(0)
     }
 
     /// The same in another precision; to `f32` it rounds to nearest.
@@ -47,11 +45,10 @@ impl<T: Real> Learned<T> {
             ridge: self.ridge,
             fold_ridge: self.fold_ridge,
             marker_noise: self.marker_noise,
-            features: self.features.clone(),
-            feature_weights: self.feature_weights.par_iter().map(number).collect(),
+            anchors: self.anchors.clone(),
+            anchor_weights: self.anchor_weights.par_iter().map(number).collect(),
             feature_gains: self.feature_gains.par_iter().map(number).collect(),
             example_weights: self.example_weights.par_iter().map(vector).collect(),
-            fold_constants: self.fold_constants.iter().map(vector).collect(),
             variances: self.variances.iter().map(number).collect(),
         }
     }
@@ -110,25 +107,22 @@ impl<T: Real> Rig<T> {
     /// basis, and nothing is added to it. A rig of the chapter's method has nothing else, and is returned as it is.
     pub fn shell(mut self) -> Self {
         let Some(learned) = self.learned.take() else { return self };
-        let (handles, per_vertex) = (self.handles.len(), learned.features_per_vertex());
+        let (handles, k, a) = (self.handles.len(), self.influences(), learned.anchors_per_vertex());
         let (lengths, edges) = (self.feature_lengths(), &self.strain_edges);
-        let gains = learned.feature_gains.par_chunks(per_vertex.max(1));
-        let rows = self.basis.par_chunks_mut(handles.max(1));
-        rows.zip(learned.features.par_chunks(per_vertex.max(1)).zip(gains)).for_each(
-            |(row, (features, g))| {
-                for (&e, g) in features.iter().zip(g) {
-                    let slope = g.widen() / lengths[e as usize];
-                    let mut add = |h: usize, x: f64| row[h] = T::round_from(row[h].widen() + x);
-                    match edges.get(e as usize) {
-                        Some(&[a, b]) => {
-                            add(b as usize, -slope);
-                            add(a as usize, slope);
-                        }
-                        None => add(e as usize - edges.len(), -slope),
-                    }
-                }
-            },
-        );
+        let (influence_edges, anchors) = (&self.influence_edges, &learned.anchors);
+        self.basis.par_chunks_mut(handles.max(1)).enumerate().for_each(|(v, row)| {
+            let mut add = |h: u32, x: f64| row[h as usize] = T::round_from(row[h as usize].widen() + x);
+            let (of_edges, of_anchors) = learned.feature_gains[v * (k + a)..][..k + a].split_at(k);
+            for (&e, g) in influence_edges[v * k..].iter().zip(of_edges) {
+                let slope = g.widen() / lengths[e as usize];
+                let [a, b] = edges[e as usize];
+                add(b, -slope);
+                add(a, slope);
+            }
+            for (&h, g) in anchors[v * a..].iter().zip(of_anchors) {
+                add(h, -g.widen() / lengths[edges.len() + h as usize]);
+            }
+        });
         self
     }
 }

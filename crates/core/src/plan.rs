@@ -39,10 +39,10 @@ pub struct Plan {
     parts: Vec<Range<usize>>,
     /// Where the rows of each tile's fans begin, and where the last ones end.
     fan_offsets: Vec<u32>,
-    /// The same of its influences.
+    /// Where the rows of each tile's influences begin, and its anchors', and where the last ones end.
     influence_offsets: Vec<u32>,
-    /// The same of its features of the linear band.
-    feature_offsets: Vec<u32>,
+    /// Whether the rig is of the learned method: its folds are zero at rest.
+    zero_at_rest: bool,
     max_frames: usize,
     frames_per_slice: usize,
     buffers: Vec<PlannedBuffer>,
@@ -172,12 +172,11 @@ impl Plan {
         if tile_bytes > limit {
             return Err(unsupported("a binding of 16 vertices, in bytes,", tile_bytes, limit));
         }
-        let [fan_offsets, influence_offsets, feature_offsets] =
-            [contents::fan_offsets(rig), contents::influence_offsets(rig), contents::feature_offsets(rig)];
+        let (fan_offsets, influence_offsets) = (contents::fan_offsets(rig), contents::influence_offsets(rig));
         let most_tiles = (limit / tile_bytes).min(most_vertices / TILE).max(1);
         let bytes_of_rows = |part: &Range<usize>| {
-            [&fan_offsets, &influence_offsets, &feature_offsets]
-                .map(|offsets| rows(offsets, part).len() * ROW_BYTES)
+            [rows(&fan_offsets, part, 1), rows(&influence_offsets, part, 2)]
+                .map(|rows| rows.len() * ROW_BYTES)
         };
         let parts = parts(sizes.vertices, |part| {
             part.len() <= most_tiles * TILE && bytes_of_rows(part).iter().all(|&bytes| bytes <= limit)
@@ -202,7 +201,7 @@ impl Plan {
             parts,
             fan_offsets,
             influence_offsets,
-            feature_offsets,
+            zero_at_rest: rig.learned.is_some(),
             max_frames: options.max_frames,
             frames_per_slice,
             buffers: Vec::new(),
@@ -258,18 +257,16 @@ impl Plan {
             Buffer::PoseFeatures => centers * edges * 4,
             Buffer::TangentNeighbors => vertices * 4,
             Buffer::Basis => tiled * handles * basis_bytes,
-            Buffer::InfluenceOffsets | Buffer::FanOffsets | Buffer::FeatureOffsets => (tiles + 1) * 4,
-            Buffer::InfluenceEdges => rows(&self.influence_offsets, part).len() * 4,
-            Buffer::InfluenceWeights => rows(&self.influence_offsets, part).len() * ROW_BYTES,
+            Buffer::InfluenceOffsets => (2 * tiles + 1) * 4,
+            Buffer::FanOffsets => (tiles + 1) * 4,
+            Buffer::Influences => rows(&self.influence_offsets, part, 2).len() * 4,
+            Buffer::InfluenceWeights => rows(&self.influence_offsets, part, 2).len() * ROW_BYTES,
             Buffer::RbfWeights => tiled * centers * 12,
             Buffer::Pivots => tiled * 4,
-            Buffer::DetailConstants => tiled * 12,
             Buffer::ExampleVectors => banded * self.sizes.features() * 12,
-            Buffer::FeaturesOfTiles => rows(&self.feature_offsets, part).len() * 4,
-            Buffer::FeatureWeights => rows(&self.feature_offsets, part).len() * ROW_BYTES,
             Buffer::ExampleWeights => tiled * banded * self.sizes.weight_bytes(self.fp16_basis),
             Buffer::StrainProducts => frames * self.sizes.products_len() * 4,
-            Buffer::Fans => rows(&self.fan_offsets, part).len() * ROW_BYTES,
+            Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
             Buffer::HandlePositions => frames * handles * 12,
             Buffer::Displacements => frames * handles * 16,
             Buffer::SquaredDifferences => frames * self.sizes.table_len() * 4,
@@ -393,6 +390,7 @@ impl Plan {
                 part_vertices,
                 strain_edges,
                 centers,
+                zero_at_rest: u32::from(self.zero_at_rest),
             }),
             Kernel::FineScale => words(&fine_scale::Params { frames, vertices, first_vertex, part_vertices }),
         }
@@ -485,9 +483,11 @@ fn parts(vertices: usize, fits: impl Fn(&Range<usize>) -> bool) -> Vec<Range<usi
     parts
 }
 
-/// The rows of a part's tiles, given where each tile's begin.
-fn rows(offsets: &[u32], part: &Range<usize>) -> Range<usize> {
-    offsets[part.start / TILE] as usize..offsets[part.end.div_ceil(TILE)] as usize
+/// The rows of a part's tiles, given where each tile's begin, in as many lists as there are.
+fn rows(offsets: &[u32], part: &Range<usize>, lists: usize) -> Range<usize> {
+    let [first, end] =
+        [part.start / TILE, part.end.div_ceil(TILE)].map(|tile| offsets[lists * tile] as usize);
+    first..end
 }
 
 /// What there is one of a buffer for.
@@ -516,14 +516,10 @@ fn extent(buffer: Buffer) -> Extent {
         | Buffer::TangentNeighbors => Extent::Rig,
         Buffer::Basis
         | Buffer::InfluenceOffsets
-        | Buffer::InfluenceEdges
+        | Buffer::Influences
         | Buffer::InfluenceWeights
         | Buffer::RbfWeights
         | Buffer::Pivots
-        | Buffer::DetailConstants
-        | Buffer::FeatureOffsets
-        | Buffer::FeaturesOfTiles
-        | Buffer::FeatureWeights
         | Buffer::ExampleWeights
         | Buffer::FanOffsets
         | Buffer::Fans => Extent::Part,
@@ -542,13 +538,7 @@ fn extent(buffer: Buffer) -> Extent {
 fn of_linear_band(buffer: Buffer) -> bool {
     matches!(
         buffer,
-        Buffer::ExampleVectors
-            | Buffer::FeatureOffsets
-            | Buffer::FeaturesOfTiles
-            | Buffer::FeatureWeights
-            | Buffer::ExampleWeights
-            | Buffer::StrainProducts
-            | Buffer::BasisPositions
+        Buffer::ExampleVectors | Buffer::ExampleWeights | Buffer::StrainProducts | Buffer::BasisPositions
     )
 }
 

@@ -50,7 +50,7 @@ pub struct Rig<T: Real = f32> {
     pub tangent_neighbors: Vec<u32>,
     /// f_j, N×F strains of the centres (section 6); row 0 is zero.
     pub pose_features: Vec<T>,
-    /// w, V×N×3 (section 7), in mesh units.
+    /// w, V×N×3 (section 7), in mesh units; by the learned method the first of each vertex, the rest pose's, is b instead.
     pub rbf_weights: Vec<[T; 3]>,
     /// P×H positions of the handles in the examples, in mesh units: evaluated, they give the examples back.
     pub example_handles: Vec<[T; 3]>,

@@ -86,15 +86,14 @@ impl Rig {
 
     fn check_learned(&self, learned: &Learned) -> Result<()> {
         let fail = |message: String| Err(Error::Input(message));
-        let (v, p, per_vertex) = (self.vertices(), self.example_names.len(), learned.features_per_vertex());
+        let (v, p, a) = (self.vertices(), self.example_names.len(), learned.anchors_per_vertex());
         let c = if learned.share > 0.0 { v.saturating_mul(p) } else { 0 };
         for (name, found, expected) in [
-            ("fold_constants", learned.fold_constants.len(), v),
-            ("features", learned.features.len(), v * per_vertex),
-            ("feature_weights", learned.feature_weights.len(), v * per_vertex),
-            ("feature_gains", learned.feature_gains.len(), v * per_vertex),
-            ("example_weights", learned.example_weights.len(), c),
             ("variances", learned.variances.len(), v),
+            ("anchors", learned.anchors.len(), v * a),
+            ("anchor_weights", learned.anchor_weights.len(), v * a),
+            ("feature_gains", learned.feature_gains.len(), v * (self.influences() + a)),
+            ("example_weights", learned.example_weights.len(), c),
         ] {
             if found != expected {
                 return fail(format!("{name} has {found} elements, expected {expected}"));
@@ -110,14 +109,13 @@ impl Rig {
                 return fail(format!("{name} is {number}, which is out of its range"));
             }
         }
-        below("features", &learned.features, self.features())?;
-        finite("feature_weights", &learned.feature_weights)?;
-        if let Some(i) = learned.feature_weights.iter().position(|w| !(0.0..=1.0).contains(w)) {
-            return fail(format!("feature_weights[{i}] is {}, expected 0 to 1", learned.feature_weights[i]));
+        below("anchors", &learned.anchors, self.handles.len())?;
+        finite("anchor_weights", &learned.anchor_weights)?;
+        if let Some(i) = learned.anchor_weights.iter().position(|w| !(0.0..=1.0).contains(w)) {
+            return fail(format!("anchor_weights[{i}] is {}, expected 0 to 1", learned.anchor_weights[i]));
         }
         finite("feature_gains", &learned.feature_gains)?;
         finite("example_weights", learned.example_weights.as_flattened())?;
-        finite("fold_constants", learned.fold_constants.as_flattened())?;
         finite("variances", &learned.variances)
     }
 

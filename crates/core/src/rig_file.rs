@@ -128,12 +128,11 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
         ("example_handles", f32s(rig.example_handles.as_flattened()), vec![n - 1, h, 3]),
     ];
     if let Some(learned) = &rig.learned {
-        let per_vertex = learned.features_per_vertex();
+        let a = learned.anchors_per_vertex();
         tensors.extend([
-            ("features", u32s(&learned.features), vec![v, per_vertex]),
-            ("feature_weights", f32s(&learned.feature_weights), vec![v, per_vertex]),
-            ("feature_gains", f32s(&learned.feature_gains), vec![v, per_vertex]),
-            ("fold_constants", f32s(learned.fold_constants.as_flattened()), vec![v, 3]),
+            ("anchors", u32s(&learned.anchors), vec![v, a]),
+            ("anchor_weights", f32s(&learned.anchor_weights), vec![v, a]),
+            ("feature_gains", f32s(&learned.feature_gains), vec![v, k + a]),
             ("variances", f32s(&learned.variances), vec![v]),
         ]);
         if !learned.example_weights.is_empty() {
@@ -233,14 +232,13 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
             ridge,
             fold_ridge,
             marker_noise,
-            features: arrays.u32s("features", &[v, None])?,
-            feature_weights: arrays.f32s("feature_weights", &[v, None])?,
+            anchors: arrays.u32s("anchors", &[v, None])?,
+            anchor_weights: arrays.f32s("anchor_weights", &[v, None])?,
             feature_gains: arrays.f32s("feature_gains", &[v, None])?,
             example_weights: match share > 0.0 && !metadata.examples.is_empty() {
                 true => vectors(arrays.f32s("example_weights", &[v, n.map(|n| n - 1), Some(3)])?),
                 false => Vec::new(),
             },
-            fold_constants: vectors(arrays.f32s("fold_constants", &[v, Some(3)])?),
             variances: arrays.f32s("variances", &[v])?,
         }),
     };

@@ -191,26 +191,18 @@ buffers! {
     TangentNeighbors = tangent_neighbors,
     /// B, in f32 or fp16.
     Basis = basis,
-    /// Where each tile's influences begin.
+    /// Where each tile's influences begin, and its anchors behind them.
     InfluenceOffsets = influence_offsets,
-    /// The strain edges that drive any of a tile's vertices.
-    InfluenceEdges = influence_edges,
+    /// The strain edges that drive any of a tile's vertices, and the anchors that any of them listens to.
+    Influences = influences,
     /// How much each of them drives each of the tile's vertices.
     InfluenceWeights = influence_weights,
     /// The weights of the centres' distances.
     RbfWeights = rbf_weights,
     /// The centre that each vertex's distances are differences to.
     Pivots = pivots,
-    /// What is added to the detail in every frame.
-    DetailConstants = detail_constants,
     /// The vector strains of the examples, over the features' lengths.
     ExampleVectors = example_vectors,
-    /// Where each tile's features of the linear band begin.
-    FeatureOffsets = feature_offsets,
-    /// The features that any of a tile's vertices listens to.
-    FeaturesOfTiles = features_of_tiles,
-    /// How much each of the tile's vertices listens to each of them.
-    FeatureWeights = feature_weights,
     /// c: what each example does to each vertex.
     ExampleWeights = example_weights,
     /// Where each tile's fans begin.
@@ -287,9 +279,9 @@ kernels! {
         bindings: [
             read(BasisPositions, F32),
             read(StrainProducts, F32x4),
-            read(FeatureOffsets, U32),
-            read(FeaturesOfTiles, U32),
-            read(FeatureWeights, F32),
+            read(InfluenceOffsets, U32),
+            read(Influences, U32),
+            read(InfluenceWeights, F32),
             tiled(ExampleWeights, U32),
             write(LargeScalePositions),
         ],
@@ -325,11 +317,10 @@ kernels! {
         bindings: [
             read(SquaredDifferences, F32x4),
             read(InfluenceOffsets, U32),
-            read(InfluenceEdges, U32),
+            read(Influences, U32),
             read(InfluenceWeights, F32),
             tiled(RbfWeights, F32),
             tiled(Pivots, U32),
-            tiled(DetailConstants, F32),
             write(LocalDetail),
         ],
     }

@@ -21,9 +21,10 @@ pub fn rig_bytes(rig: &Rig) -> usize {
         + rig.tangent_neighbors.len()
         + rig.pose_features.len()
         + rig.rbf_weights.len() * 3;
-    let learned = rig.learned.as_ref().map_or(0, |learned| {
-        learned.features.len() * 2 + (learned.example_weights.len() + learned.fold_constants.len()) * 3
-    });
+    let learned = rig
+        .learned
+        .as_ref()
+        .map_or(0, |learned| learned.anchors.len() * 2 + learned.example_weights.len() * 3);
     (words + learned) * 4
 }
 

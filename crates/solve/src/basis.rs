@@ -1,7 +1,7 @@
 //! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
 use crate::cholesky::Factor;
 use crate::dissection::{Dissection, dissect};
-use crate::laplacian::laplacian;
+use crate::laplacian::Laplacian;
 use crate::system::{NONE, System};
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
@@ -16,7 +16,7 @@ const COLUMNS_AT_ONCE: usize = 16;
 /// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point, [`rhytid_core::Error::Cancelled`].
 pub fn basis(
     rest: &[[f64; 3]],
-    triangles: &[[u32; 3]],
+    laplacian: Laplacian,
     handles: &[u32],
     driven: &[bool],
     bending_length: f64,
@@ -33,7 +33,7 @@ pub fn basis(
     let free: Vec<u32> = (0..vertices as u32).filter(|&v| free[v as usize]).collect();
 
     progress.step("assemble", 0, 1)?;
-    let system = System::new(laplacian(rest, triangles), bending_length);
+    let system = System::new(laplacian, bending_length);
     let Dissection { order, root } = dissect(rest, system.pattern(), free);
     let matrix = system.lower(&order);
     progress.step("assemble", 1, 1)?;

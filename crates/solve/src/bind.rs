@@ -17,6 +17,10 @@ pub(crate) fn bind_nearest(
     handles: usize,
     basis: &mut [f64],
 ) {
+    let bound: Vec<usize> = (0..rest.len()).filter(|&v| binds(v)).collect();
+    if bound.is_empty() {
+        return;
+    }
     let place = |v: u32| DVec3::from_array(rest[v as usize]);
     let surface: Vec<Triangle> = triangles
         .iter()
@@ -28,7 +32,6 @@ pub(crate) fn bind_nearest(
         return;
     }
     let surface = RTree::bulk_load(surface);
-    let bound: Vec<usize> = (0..rest.len()).filter(|&v| binds(v)).collect();
     let rows: Vec<Vec<f64>> = bound
         .par_iter()
         .map(|&v| {

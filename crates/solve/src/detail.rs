@@ -1,6 +1,7 @@
 //! Section 6: what the large scale leaves of the examples.
 use crate::Topology;
 use glam::DVec3;
+use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Example, Progress, Result, Rig};
 use rhytid_kernels::{fine_scale, large_scale, normals, strain, vec3};
@@ -66,10 +67,14 @@ pub(crate) fn at_handles(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[f64; 3]
 fn smooth(rig: &Rig<f64>, handle_rest: &[[f64; 3]], handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let handles = rig.handles.len();
     let mut smooth = vec![[0.0; 3]; rig.vertices()];
+    let vectors = Arch::new();
     let parts = smooth.par_chunks_mut(VERTICES_AT_ONCE).zip(rig.rest.par_chunks(VERTICES_AT_ONCE));
     parts.zip(rig.basis.par_chunks(VERTICES_AT_ONCE * handles)).for_each(|((smooth, rest), basis)| {
         let params = large_scale::Params::whole(1, rest.len(), handles);
-        large_scale::large_scale(params, rest, basis, handle_rest, handle_positions, smooth);
+        vectors.dispatch(
+            #[inline(always)]
+            || large_scale::large_scale(params, rest, basis, handle_rest, handle_positions, smooth),
+        );
     });
     smooth
 }

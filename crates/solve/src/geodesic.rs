@@ -1,6 +1,7 @@
 //! Distances along the edges of the rest mesh, and the handles' geodesic Voronoi cells, for `auto` strain edges (section 3).
 use crate::Topology;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -40,7 +41,12 @@ impl<'a> EdgeGraph<'a> {
         let position = |v: usize| DVec3::from_array(positions[v]);
         let of_vertex =
             |v: usize| topology.neighbors(v).iter().map(move |&w| position(v).distance(position(w as usize)));
-        Self { topology, lengths: (0..positions.len()).flat_map(of_vertex).collect() }
+        Self { topology, lengths: (0..positions.len()).into_par_iter().flat_map_iter(of_vertex).collect() }
+    }
+
+    /// V.
+    fn vertices(&self) -> usize {
+        self.topology.vertices()
     }
 
     /// The neighbours of a vertex, and how far they are.
@@ -73,17 +79,16 @@ impl<'a> EdgeGraph<'a> {
 /// The handle that is nearest to each vertex along the edges of the rest mesh (ties: the lowest handle);
 /// `None` where no handle can be reached.
 pub fn voronoi_cells(positions: &[[f64; 3]], topology: &Topology, handles: &[u32]) -> Vec<Option<u32>> {
-    nearest_handles(positions, topology, handles).into_iter().map(|b| b.map(|(_, handle)| handle)).collect()
+    let cells = nearest_handles(&EdgeGraph::new(positions, topology), handles);
+    cells.into_iter().map(|cell| cell.map(|(_, handle)| handle)).collect()
 }
 
-/// The same, with the distance before it.
-pub(crate) fn nearest_handles(
-    positions: &[[f64; 3]],
-    topology: &Topology,
-    handles: &[u32],
-) -> Vec<Option<(f64, u32)>> {
-    let position = |v: u32| DVec3::from_array(positions[v as usize]);
-    let mut best: Vec<Option<(f64, u32)>> = vec![None; positions.len()];
+/// A handle, and how far it is along the edges of the rest mesh, before it.
+pub(crate) type Cell = Option<(f64, u32)>;
+
+/// As [`voronoi_cells`], with the distances.
+pub(crate) fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[u32]) -> Vec<Cell> {
+    let mut best: Vec<Cell> = vec![None; graph.vertices()];
     let mut queue = BinaryHeap::new();
     for (h, &v) in handles.iter().enumerate() {
         best[v as usize] = Some((0.0, h as u32));
@@ -93,8 +98,8 @@ pub(crate) fn nearest_handles(
         if best[v as usize] != Some((distance, handle)) {
             continue;
         }
-        for &w in topology.neighbors(v as usize) {
-            let candidate = (distance + position(v).distance(position(w)), handle);
+        for (w, length) in graph.edges(v) {
+            let candidate = (distance + length, handle);
             if best[w as usize].is_none_or(|b| candidate < b) {
                 best[w as usize] = Some(candidate);
                 queue.push(Reverse((Distance(candidate.0), handle, w)));

@@ -1,6 +1,7 @@
 //! Section 1: the cotangent Laplacian and the mixed Voronoi areas.
 use crate::triangulate::is_degenerate;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// C and M of a triangle mesh; `Δ = M⁻¹ C`.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +47,7 @@ pub fn laplacian(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Laplacian {
         }
     }
     // A stable sort keeps the triangles' order within an edge, and with it the order of the sum.
-    parts.sort_by_key(|&(a, b, _)| (a, b));
+    parts.par_sort_by_key(|&(a, b, _)| (a, b));
     let mut diagonal = vec![0.0; positions.len()];
     let mut edges: Vec<(u32, u32, f64)> = Vec::with_capacity(parts.len() / 2 + 1);
     for (a, b, w) in parts {

@@ -102,18 +102,19 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
 /// As [`solve`].
 pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f64>, Account)> {
     doctor::check(face)?;
-    let Shell { mut rig, topology, parts } = shell(face, progress)?;
+    let mut shell = shell(face, progress)?;
     let mut account = Account::default();
     match face.settings.method {
-        Method::Chapter => chapter(face, &mut rig, &topology, &parts, progress)?,
+        Method::Chapter => chapter(face, &mut shell, progress)?,
         Method::Learned(settings) => {
-            let steps = learned::learn(&mut rig, &topology, &parts, face, settings, progress)?;
+            let steps = learned::learn(&mut shell, face, settings, progress)?;
             account.candidates.push(steps.chosen);
             account.candidates.extend(steps.candidates.iter().filter(|other| **other != steps.chosen));
             account.parts.clone_from(&steps.parts);
-            steps.finish(settings.fold_ridge, &mut rig);
+            steps.finish(settings.fold_ridge, &mut shell.rig);
         }
     }
+    let rig = shell.rig;
     if let Some(v) = not_finite(&rig) {
         return Err(Error::input(format!(
             "the solve gives no finite result at vertex {v}: coordinates or triangles there are beyond float64; \
@@ -132,6 +133,10 @@ pub struct Shell {
     pub topology: Topology,
     /// Which parts have a handle.
     pub parts: DrivenComponents,
+    /// The handle nearest to each vertex.
+    pub(crate) cells: Vec<geodesic::Cell>,
+    /// Of the rest pose.
+    pub(crate) laplacian: laplacian::Laplacian,
 }
 
 /// Solves the thin shell of a face that the doctor lets through.
@@ -146,11 +151,13 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     let topology = Topology::new(rest.len(), &triangles);
     let handles = &face.handles.vertices;
     let parts = DrivenComponents::new(rest, &triangles, handles);
+    let cells = geodesic::nearest_handles(&geodesic::EdgeGraph::new(rest, &topology), handles);
     let strain_edges = match &face.settings.strain_edges {
         StrainEdges::Given(edges) => edges.clone(),
         StrainEdges::Auto => {
-            let cells = geodesic::voronoi_cells(rest, &topology, handles);
-            let mut edges = geodesic::touching_cells(&topology, &cells);
+            let of_handle: Vec<Option<u32>> =
+                cells.iter().map(|cell| cell.map(|(_, handle)| handle)).collect();
+            let mut edges = geodesic::touching_cells(&topology, &of_handle);
             // Two handles at one place (lips that touch) have no strain between them.
             let at = |h: u32| rest[handles[h as usize] as usize];
             edges.retain(|&[a, b]| at(a) != at(b));
@@ -164,7 +171,8 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
         Some(length) => length,
         None => default_bending_length(&rest_lengths).unwrap_or_else(|| 0.25 * diagonal(face)),
     };
-    let basis = basis::basis(rest, &triangles, handles, &parts.driven, bending_length, progress)?;
+    let laplacian = laplacian::laplacian(rest, &triangles);
+    let basis = basis::basis(rest, laplacian.clone(), handles, &parts.driven, bending_length, progress)?;
     progress.step("frames", 0, 1)?;
     let tangent_neighbors = tangent_frames::tangent_neighbors(rest, &triangles, &topology);
     progress.step("frames", 1, 1)?;
@@ -196,17 +204,12 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
             .collect(),
         learned: None,
     };
-    Ok(Shell { rig, topology, parts })
+    Ok(Shell { rig, topology, parts, cells, laplacian })
 }
 
 /// Sections 4, 6 and 7: the chapter's method from the shell on.
-fn chapter(
-    face: &Face,
-    rig: &mut Rig<f64>,
-    topology: &Topology,
-    parts: &DrivenComponents,
-    progress: &dyn Progress,
-) -> Result<()> {
+fn chapter(face: &Face, shell: &mut Shell, progress: &dyn Progress) -> Result<()> {
+    let Shell { rig, topology, parts, .. } = shell;
     let follows = face.settings.bind == Bind::Nearest;
     if follows {
         progress.step("bind", 0, 1)?;

@@ -30,6 +30,11 @@ impl Topology {
         Self { vertex_triangles, offsets, neighbors }
     }
 
+    /// V.
+    pub(crate) fn vertices(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
     /// Where the one-ring of vertex `v` is among those of all vertices.
     pub(crate) fn neighbor_range(&self, v: usize) -> std::ops::Range<usize> {
         self.offsets[v] as usize..self.offsets[v + 1] as usize

@@ -3,6 +3,7 @@ use half::f16;
 use rhytid_core::plan::Dispatch;
 use rhytid_kernels::table::{Kernel, TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
+use std::ops::Range;
 
 /// Runs one dispatch: buffers are bound in the order of the kernel's table, the last is the one that it writes.
 pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
@@ -76,23 +77,31 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 }
             };
             let c = c.as_chunks().0;
-            let (offsets, omegas) = (words(2), numbers(4).as_chunks::<TILE>().0);
+            let (offsets, weights) = (words(2), numbers(4).as_chunks::<TILE>().0);
             params.frames = params.frames.min(frames);
             let positions = results.as_chunks_mut::<3>().0;
             for i in 0..params.part_vertices.min(invocations) as usize {
-                // The twin has each vertex's features: here those of its tile.
-                let at = offsets[i / TILE] as usize..offsets[i / TILE + 1] as usize;
+                // The twin has each vertex's influences and anchors: here those of its tile.
+                let at = |list: usize| offsets[i / TILE * 2 + list] as usize;
+                let (edges, anchors) = (at(0)..at(1), at(1)..at(2));
+                let of_vertex = |rows: &Range<usize>| -> Vec<f32> {
+                    weights[rows.clone()].iter().map(|row| row[i % TILE]).collect()
+                };
                 let buffers = linear_band::Buffers {
-                    per_vertex: at.len(),
-                    features: &words(3)[at.clone()],
-                    weights: &omegas[at].iter().map(|row| row[i % TILE]).collect::<Vec<f32>>(),
+                    influences: edges.len(),
+                    influence_edges: &words(3)[edges.clone()],
+                    influence_weights: &of_vertex(&edges),
+                    anchors_per_vertex: anchors.len(),
+                    // They are counted from F already.
+                    anchors: &words(3)[anchors.clone()],
+                    anchor_weights: &of_vertex(&anchors),
                     example_weights: &c[i * p..][..p],
                 };
                 for frame in 0..params.frames as usize {
                     let len = differences::table_len(params.features as usize, p);
                     let table = &numbers(1)[frame * len..];
                     let v = frame * params.vertices as usize + params.first_vertex as usize + i;
-                    let offset = linear_band::vertex_offset(params, &buffers, table, 0);
+                    let offset = linear_band::vertex_offset(params, &buffers, 0, table, 0);
                     positions[v] = std::array::from_fn(|c| vectors(0)[v][c] + offset[c]);
                 }
             }
@@ -128,21 +137,18 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let (vertices, n) = (params.part_vertices as usize, params.centers as usize);
             let weights = untiled(numbers(4), 3 * n, vertices);
             let weights = weights.as_chunks().0;
-            let constants = untiled(numbers(6), 3, vertices);
-            let constants = constants.as_chunks().0;
             let (offsets, alphas) = (words(1), numbers(3).as_chunks::<TILE>().0);
             params.frames = params.frames.min(frames);
             let local_detail = results.as_chunks_mut().0;
             for i in 0..params.part_vertices.min(invocations) as usize {
                 // The twin has each vertex's influences: here those of its tile.
-                let at = offsets[i / TILE] as usize..offsets[i / TILE + 1] as usize;
+                let at = offsets[i / TILE * 2] as usize..offsets[i / TILE * 2 + 1] as usize;
                 let buffers = detail::Buffers {
                     influences: at.len(),
                     influence_edges: &words(2)[at.clone()],
                     influence_weights: &alphas[at].iter().map(|row| row[i % TILE]).collect::<Vec<f32>>(),
                     rbf_weights: &weights[i * n..][..n],
                     pivots: &words(5)[i..=i],
-                    constants: &constants[i..=i],
                 };
                 for frame in 0..params.frames as usize {
                     let len = differences::table_len(params.strain_edges as usize, n);

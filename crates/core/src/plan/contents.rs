@@ -33,13 +33,19 @@ impl Plan {
                 owned(&tiled(&fp16, handles))
             }
             Buffer::Basis => owned(&tiled(&rig.basis[of_part(handles)], handles)),
-            Buffer::InfluenceOffsets => owned(&of_tiles(&self.influence_offsets, &part)),
-            Buffer::InfluenceEdges => {
+            Buffer::InfluenceOffsets => owned(&of_tiles(&self.influence_offsets, &part, 2)),
+            Buffer::Influences => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).0).collect::<Vec<_>>())
             }
             Buffer::InfluenceWeights => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1).collect::<Vec<_>>())
             }
+            Buffer::RbfWeights | Buffer::Pivots if self.zero_at_rest => match planned.buffer {
+                Buffer::RbfWeights => {
+                    owned(&tiled(rig.rbf_weights[of_part(centers)].as_flattened(), centers * 3))
+                }
+                _ => owned(&vec![0u32; part.len().next_multiple_of(TILE)]),
+            },
             Buffer::RbfWeights => {
                 let (weights, _) = detail::pivoted(&rig.rbf_weights[of_part(centers)], centers);
                 owned(&tiled(weights.as_flattened(), centers * 3))
@@ -47,18 +53,7 @@ impl Plan {
             Buffer::Pivots => {
                 owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1))
             }
-            Buffer::DetailConstants => match &rig.learned {
-                Some(learned) => owned(&tiled(learned.fold_constants[part].as_flattened(), 3)),
-                None => owned(&vec![0.0f32; part.len().next_multiple_of(TILE) * 3]),
-            },
             Buffer::ExampleVectors => owned(&rig.example_vectors()),
-            Buffer::FeatureOffsets => owned(&of_tiles(&self.feature_offsets, &part)),
-            Buffer::FeaturesOfTiles => {
-                owned(&tiles(&part).flat_map_iter(|tile| features_of(rig, tile).0).collect::<Vec<_>>())
-            }
-            Buffer::FeatureWeights => {
-                owned(&tiles(&part).flat_map_iter(|tile| features_of(rig, tile).1).collect::<Vec<_>>())
-            }
             Buffer::ExampleWeights => {
                 let (all, examples) = (banded(rig).unwrap_or_default(), self.sizes.banded);
                 let numbers = all[of_part(examples)].as_flattened();
@@ -69,7 +64,7 @@ impl Plan {
                     owned(&tiled(numbers, examples * 3))
                 }
             }
-            Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part)),
+            Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part, 1)),
             Buffer::Fans => {
                 let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
                 owned(&tiles(&part).flat_map_iter(|tile| fans_of(rig, &triangles, tile)).collect::<Vec<_>>())
@@ -115,9 +110,9 @@ fn tiles(part: &Range<usize>) -> rayon::range::Iter<usize> {
     (part.start / TILE..part.end.div_ceil(TILE)).into_par_iter()
 }
 
-/// The offsets of a part's tiles, counted from the part's first row.
-fn of_tiles(offsets: &[u32], part: &Range<usize>) -> Vec<u32> {
-    let offsets = &offsets[part.start / TILE..=part.end.div_ceil(TILE)];
+/// The offsets of a part's tiles, counted from the part's first row, in as many lists as there are.
+fn of_tiles(offsets: &[u32], part: &Range<usize>, lists: usize) -> Vec<u32> {
+    let offsets = &offsets[lists * (part.start / TILE)..=lists * part.end.div_ceil(TILE)];
     offsets.iter().map(|offset| offset - offsets[0]).collect()
 }
 
@@ -127,14 +122,16 @@ pub(super) fn fan_offsets(rig: &Rig) -> Vec<u32> {
     offsets(rig, |tile| fans_of(rig, &triangles, tile).len())
 }
 
-/// The same of its influences.
+/// Where the rows of each tile's influences begin, and its anchors', and where the last ones end.
 pub(super) fn influence_offsets(rig: &Rig) -> Vec<u32> {
-    offsets(rig, |tile| influences_of(rig, tile).0.len())
-}
-
-/// The same of its features of the linear band.
-pub(super) fn feature_offsets(rig: &Rig) -> Vec<u32> {
-    offsets(rig, |tile| features_of(rig, tile).0.len())
+    let rows: Vec<[usize; 2]> = tiles(&(0..rig.vertices()))
+        .map(|tile| {
+            let (influences, _) = influences_of(rig, tile);
+            let edges = influences.partition_point(|&feature| (feature as usize) < rig.strain_edges.len());
+            [edges, influences.len() - edges]
+        })
+        .collect();
+    ends(rows.into_flattened())
 }
 
 /// c, V×P, where the rig has any.
@@ -143,7 +140,11 @@ pub(super) fn banded(rig: &Rig) -> Option<&[[f32; 3]]> {
 }
 
 fn offsets(rig: &Rig, rows: impl Fn(usize) -> usize + Sync + Send) -> Vec<u32> {
-    let rows: Vec<usize> = tiles(&(0..rig.vertices())).map(rows).collect();
+    ends(tiles(&(0..rig.vertices())).map(rows).collect())
+}
+
+/// Where each of several lists begins in all of them, one after the other, and where the last one ends.
+fn ends(rows: Vec<usize>) -> Vec<u32> {
     let ends = rows.iter().scan(0, |end, &rows| {
         *end += rows as u32;
         Some(*end)
@@ -151,22 +152,21 @@ fn offsets(rig: &Rig, rows: impl Fn(usize) -> usize + Sync + Send) -> Vec<u32> {
     std::iter::once(0).chain(ends).collect()
 }
 
-/// The strain edges that drive a tile's vertices, and α.
+/// What drives a tile's vertices: the strain edges, and α; where the rig has a linear band beyond its basis, then the anchors,
+/// counted from F, and ν. Those are one at least, of no weight where there is none, by which a kernel knows where edges end.
 fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
-    let k = rig.influences();
-    let here = tile * TILE * k..((tile + 1) * TILE).min(rig.vertices()) * k;
-    detail::tile_influences(k, &rig.influence_edges[here.clone()], &rig.influence_weights[here])
-}
-
-/// The features that a tile's vertices listen to, and ω; none where the rig has no c.
-fn features_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
-    let Some(learned) = &rig.learned else { return <_>::default() };
-    if learned.example_weights.is_empty() {
-        return <_>::default();
+    let of_tile = |per_vertex: usize, indices: &[u32], weights: &[f32]| {
+        let here = tile * TILE * per_vertex..((tile + 1) * TILE).min(rig.vertices()) * per_vertex;
+        detail::tile_influences(per_vertex, &indices[here.clone()], &weights[here])
+    };
+    let (mut indices, mut weights) = of_tile(rig.influences(), &rig.influence_edges, &rig.influence_weights);
+    if let Some(learned) = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()) {
+        let anchors = of_tile(learned.anchors_per_vertex(), &learned.anchors, &learned.anchor_weights);
+        let anchors = if anchors.0.is_empty() { (vec![0], vec![[0.0; TILE]]) } else { anchors };
+        indices.extend(anchors.0.iter().map(|anchor| rig.strain_edges.len() as u32 + anchor));
+        weights.extend(anchors.1);
     }
-    let per_vertex = learned.features_per_vertex();
-    let here = tile * TILE * per_vertex..((tile + 1) * TILE).min(rig.vertices()) * per_vertex;
-    detail::tile_influences(per_vertex, &learned.features[here.clone()], &learned.feature_weights[here])
+    (indices, weights)
 }
 
 /// The fans of a tile's vertices side by side, each with its vertex behind it up to the longest.

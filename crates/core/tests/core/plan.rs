@@ -29,11 +29,10 @@ fn large_rig(vertices: usize) -> Rig {
         rig.tangent_neighbors.extend(one.tangent_neighbors.iter().map(|v| v + first));
         rig.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
         if let (Some(learned), Some(one)) = (&mut rig.learned, &one.learned) {
-            learned.features.extend_from_slice(&one.features);
-            learned.feature_weights.extend_from_slice(&one.feature_weights);
+            learned.anchors.extend_from_slice(&one.anchors);
+            learned.anchor_weights.extend_from_slice(&one.anchor_weights);
             learned.feature_gains.extend_from_slice(&one.feature_gains);
             learned.example_weights.extend_from_slice(&one.example_weights);
-            learned.fold_constants.extend_from_slice(&one.fold_constants);
             learned.variances.extend_from_slice(&one.variances);
         }
     }
@@ -44,8 +43,8 @@ fn large_rig(vertices: usize) -> Rig {
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let learned = rig();
     let chapter = Rig { learned: None, ..learned.clone() };
-    // Without a linear band beyond the basis, nothing is made for one: two kernels, seven buffers.
-    for (rig, kernels, buffers) in [(learned, 9, 31), (chapter, 7, 24)] {
+    // Without a linear band beyond the basis, nothing is made for one: two kernels, four buffers.
+    for (rig, kernels, buffers) in [(learned, 9, 27), (chapter, 7, 23)] {
         let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
         assert_eq!(plan.slices(31).count(), 1);
         let dispatches = plan.dispatches(31);
@@ -190,24 +189,39 @@ fn a_tiles_influences_are_those_of_its_vertices() {
     let (vertices, k) = (rig.vertices(), rig.influences());
     rig.influence_weights[..k].fill(0.0);
     rig.influence_weights[3 * k + 1] = f32::from_bits(7);
-    let [offsets, edges, weights] =
-        [Buffer::InfluenceOffsets, Buffer::InfluenceEdges, Buffer::InfluenceWeights].map(|b| words(&rig, b));
-    assert_eq!(offsets.len(), vertices.div_ceil(16) + 1);
-    assert_eq!((edges.len() as u32, weights.len()), (offsets[vertices.div_ceil(16)], 16 * edges.len()));
-    for (tile, rows) in offsets.array_windows().map(|&[a, b]| a as usize..b as usize).enumerate() {
-        assert!(edges[rows.clone()].is_sorted_by(|a, b| a < b), "{tile}");
+    // One tile has no anchor at all.
+    let anchors = rig.learned.as_ref().unwrap().anchors_per_vertex();
+    rig.learned.as_mut().unwrap().anchor_weights[..16 * anchors].fill(0.0);
+    let [offsets, features, weights] =
+        [Buffer::InfluenceOffsets, Buffer::Influences, Buffer::InfluenceWeights].map(|b| words(&rig, b));
+    let tiles = vertices.div_ceil(16);
+    assert_eq!(offsets.len(), 2 * tiles + 1);
+    assert_eq!((features.len() as u32, weights.len()), (offsets[2 * tiles], 16 * features.len()));
+    let learned = rig.learned.as_ref().unwrap();
+    let edges = rig.strain_edges.len() as u32;
+    for (list, rows) in offsets.array_windows().map(|&[a, b]| a as usize..b as usize).enumerate() {
+        let tile = list / 2;
+        // First strain edges, then anchors, counted from F.
+        let (per_vertex, indices, of_rig, first) = match list % 2 {
+            0 => (k, &rig.influence_edges, &rig.influence_weights, 0),
+            _ => (anchors, &learned.anchors, &learned.anchor_weights, edges),
+        };
+        assert!(features[rows.clone()].is_sorted_by(|a, b| a < b), "{tile}");
         for lane in 0..16 {
-            let alphas = rows.clone().map(|row| (edges[row], f32::from_bits(weights[16 * row + lane])));
-            let found: Vec<(u32, f32)> = alphas.filter(|(_, alpha)| *alpha != 0.0).collect();
+            let row = |row: usize| (features[row], f32::from_bits(weights[16 * row + lane]));
+            let found: Vec<(u32, f32)> = rows.clone().map(row).filter(|(_, weight)| *weight != 0.0).collect();
             let v = 16 * tile + lane;
-            let of_rig = (v * k..(v + 1) * k).filter(|_| v < vertices);
-            let of_rig = of_rig.map(|i| (rig.influence_edges[i], rig.influence_weights[i]));
-            let expected: Vec<(u32, f32)> = of_rig.filter(|(_, alpha)| *alpha != 0.0).collect();
+            let all = (v * per_vertex..(v + 1) * per_vertex).filter(|_| v < vertices);
+            let all = all.map(|i| (first + indices[i], of_rig[i]));
+            let expected: Vec<(u32, f32)> = all.filter(|(_, weight)| *weight != 0.0).collect();
             assert_eq!(found, expected, "vertex {v}");
         }
-        // No edge is there for nothing.
-        let rows = rows.map(|row| &weights[16 * row..][..16]);
-        assert!(rows.into_iter().all(|row| row.iter().any(|&alpha| alpha != 0)), "{tile}");
+        // Nothing is there for nothing, but for the one anchor of no weight where there is none.
+        let mut of_rows = rows.clone().map(|row| &weights[16 * row..][..16]);
+        match list {
+            1 => assert!(rows.len() == 1 && of_rows.all(|row| row.iter().all(|&weight| weight == 0))),
+            _ => assert!(of_rows.all(|row| row.iter().any(|&weight| weight != 0)), "{tile}"),
+        }
     }
 }
 

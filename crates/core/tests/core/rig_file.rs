@@ -110,7 +110,7 @@ fn a_rig_of_the_chapters_method_is_a_file_of_version_2() {
     let (header, _) = parse(&bytes);
     let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
     assert_eq!((&metadata["version"], &metadata["method"]), (&json!(2), &json!("chapter")));
-    assert!(metadata.get("learned").is_none() && header.get("features").is_none());
+    assert!(metadata.get("learned").is_none() && header.get("anchors").is_none());
 
     // Without a share there are no weights of examples.
     let mut linear = RIG.clone();
@@ -175,11 +175,10 @@ fn any_reader_of_safetensors_finds_the_arrays() {
         ("rbf_weights", "F32", json!([v, n, 3])),
         ("example_handles", "F32", json!([1, h, 3])),
         ("face_materials", "U32", json!([16])),
-        ("features", "U32", json!([v, k + 8])),
-        ("feature_weights", "F32", json!([v, k + 8])),
+        ("anchors", "U32", json!([v, 8])),
+        ("anchor_weights", "F32", json!([v, 8])),
         ("feature_gains", "F32", json!([v, k + 8])),
         ("example_weights", "F32", json!([v, 1, 3])),
-        ("fold_constants", "F32", json!([v, 3])),
         ("variances", "F32", json!([v])),
     ];
     assert_eq!(header.as_object().unwrap().len(), expected.len() + 1, "{header}");
@@ -279,7 +278,7 @@ fn metadata_out_of_range() {
 fn arrays_that_are_missing_or_of_another_kind() {
     let (header, _) = parse(&BYTES);
     let arrays: Vec<&String> = header.as_object().unwrap().keys().filter(|k| *k != "__metadata__").collect();
-    assert_eq!(arrays.len(), 22);
+    assert_eq!(arrays.len(), 21);
     for name in arrays {
         // Texture coordinates may be missing, but not apart from their indices.
         if name != "uv_indices" {
@@ -316,7 +315,7 @@ fn indices_past_the_end() {
         ("frame_neighbors", 25),
         ("strain_edges", 5),
         ("influence_edges", f),
-        ("features", f + 5),
+        ("anchors", 5),
         ("uv_indices", 9),
     ] {
         for index in [end, u32::MAX] {
@@ -351,10 +350,9 @@ fn numbers_that_are_none() {
         "rbf_weights",
         "uvs",
         "example_handles",
-        "feature_weights",
+        "anchor_weights",
         "feature_gains",
         "example_weights",
-        "fold_constants",
         "variances",
     ] {
         for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
@@ -365,8 +363,8 @@ fn numbers_that_are_none() {
     for weight in [-0.25f32, 1.5] {
         let words = [format!("influence_weights[3] is {weight}, expected 0 to 1")];
         refused(&with_element("influence_weights", 3, weight.to_le_bytes()), &[&words[0]]);
-        let words = [format!("feature_weights[3] is {weight}, expected 0 to 1")];
-        refused(&with_element("feature_weights", 3, weight.to_le_bytes()), &[&words[0]]);
+        let words = [format!("anchor_weights[3] is {weight}, expected 0 to 1")];
+        refused(&with_element("anchor_weights", 3, weight.to_le_bytes()), &[&words[0]]);
     }
 }
 

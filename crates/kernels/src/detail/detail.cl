@@ -27,6 +27,7 @@ typedef struct {
     uint part_vertices;
     uint strain_edges;
     uint centers;
+    uint zero_at_rest;
 } Params;
 
 // Computes the distances of each frame's features from those of the centres 8 eight to 8 eight + 7, as the vertices of the
@@ -34,7 +35,7 @@ typedef struct {
 static void measure(
     __global const float *squared_differences,
     __global const uint *influence_offsets,
-    __global const uint *influence_edges,
+    __global const uint *influences,
     __global const float *influence_weights,
     const Params params,
     uint i,
@@ -48,8 +49,8 @@ static void measure(
             distances[g][j] = (Floats)(0.0f);
         }
     }
-    for (uint row = influence_offsets[i / 16]; row < influence_offsets[i / 16 + 1]; row++) {
-        uint edge = influence_edges[row];
+    for (uint row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 1]; row++) {
+        uint edge = influences[row];
         Floats alpha = ((__global const Floats *)influence_weights)[(16 * row + i % 16) / VERTICES];
         for (uint g = 0; g < FRAMES; g++) {
             uint of_frame = min(frame + g, params.frames - 1);
@@ -75,11 +76,10 @@ static void measure(
 __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
     __global const float *restrict squared_differences,
     __global const uint *restrict influence_offsets,
-    __global const uint *restrict influence_edges,
+    __global const uint *restrict influences,
     __global const float *restrict influence_weights,
     __global const float *restrict rbf_weights,
     __global const uint *restrict pivots,
-    __global const float *restrict detail_constants,
     __global float *restrict local_detail,
     const Params params)
 {
@@ -93,18 +93,17 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
     Floats distances[FRAMES][8];
     Floats r_pivot[FRAMES];
     Lanes sum[FRAMES][3];
-    __global const Floats *b = (__global const Floats *)detail_constants + (i / 16 * 48 + i % 16) / VERTICES;
     for (uint g = 0; g < FRAMES; g++) {
         r_pivot[g] = (Floats)(0.0f);
         for (uint c = 0; c < 3; c++) {
-            sum[g][c].all = b[16 * c / VERTICES];
+            sum[g][c].all = (Floats)(0.0f);
         }
     }
     for (uint first = 0; first < params.centers; first += 8) {
         if (!ANY(pivot / 8 == first / 8)) {
             continue;
         }
-        measure(squared_differences, influence_offsets, influence_edges, influence_weights, params, i, frame,
+        measure(squared_differences, influence_offsets, influences, influence_weights, params, i, frame,
                 first / 8, distances);
         for (uint g = 0; g < FRAMES; g++) {
             for (uint j = 0; j < 8; j++) {
@@ -115,14 +114,15 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void detail(
     for (uint first = 0; first < params.centers; first += 8) {
         // Most rigs have no more than eight centres: then these are the distances that there are already.
         if (params.centers > 8) {
-            measure(squared_differences, influence_offsets, influence_edges, influence_weights, params, i, frame,
+            measure(squared_differences, influence_offsets, influences, influence_weights, params, i, frame,
                     first / 8, distances);
         }
         for (uint j = 0; j < 8 && first + j < params.centers; j++) {
             uint at = ((i / 16 * params.centers + first + j) * 48 + i % 16) / VERTICES;
             __global const Floats *w = (__global const Floats *)rbf_weights + at;
             for (uint g = 0; g < FRAMES; g++) {
-                Floats r = pivot == first + j ? r_pivot[g] : distances[g][j] - r_pivot[g];
+                Floats at_pivot = params.zero_at_rest != 0 ? (Floats)(1.0f) : r_pivot[g];
+                Floats r = pivot == first + j ? at_pivot : distances[g][j] - r_pivot[g];
                 sum[g][0].all += w[0] * r;
                 sum[g][1].all += w[16 / VERTICES] * r;
                 sum[g][2].all += w[32 / VERTICES] * r;

@@ -10,15 +10,15 @@ layout(push_constant, std430) uniform Params {
     uint part_vertices;
     uint strain_edges;
     uint centers;
+    uint zero_at_rest;
 } params;
 layout(std430, binding = 0) readonly buffer SquaredDifferences { vec4 squared_differences[]; };
 layout(std430, binding = 1) readonly buffer InfluenceOffsets { uint influence_offsets[]; };
-layout(std430, binding = 2) readonly buffer InfluenceEdges { uint influence_edges[]; };
+layout(std430, binding = 2) readonly buffer Influences { uint influences[]; };
 layout(std430, binding = 3) readonly buffer InfluenceWeights { float influence_weights[]; };
 layout(std430, binding = 4) readonly buffer RbfWeights { float rbf_weights[]; };
 layout(std430, binding = 5) readonly buffer Pivots { uint pivots[]; };
-layout(std430, binding = 6) readonly buffer DetailConstants { float detail_constants[]; };
-layout(std430, binding = 7) writeonly buffer LocalDetail { float local_detail[]; };
+layout(std430, binding = 6) writeonly buffer LocalDetail { float local_detail[]; };
 
 // The distances of each frame's features from those of eight centres: the first four, and the others.
 vec4 low[4];
@@ -31,8 +31,8 @@ void measure(uint i, uint frame, uint eight) {
         low[g] = vec4(0.0);
         high[g] = vec4(0.0);
     }
-    for (uint row = influence_offsets[i / 16]; row < influence_offsets[i / 16 + 1]; row++) {
-        uint edge = influence_edges[row];
+    for (uint row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 1]; row++) {
+        uint edge = influences[row];
         float alpha = influence_weights[16 * row + i % 16];
         for (uint g = 0; g < FRAMES; g++) {
             uint of_frame = min(frame + g, params.frames - 1);
@@ -66,12 +66,10 @@ void main() {
     uint pivot = pivots[i];
     measure(i, frame, pivot / 8);
     float r_pivot[4];
-    uint constant = i / 16 * 48 + i % 16;
-    vec3 b = vec3(detail_constants[constant], detail_constants[constant + 16], detail_constants[constant + 32]);
     vec3 sum[4];
     for (uint g = 0; g < FRAMES; g++) {
         r_pivot[g] = distance_to(g, pivot % 8);
-        sum[g] = b;
+        sum[g] = vec3(0);
     }
     for (uint first = 0; first < params.centers; first += 8) {
         // Most rigs have no more than eight centres: then these are the distances that there are already.
@@ -81,7 +79,8 @@ void main() {
         for (uint j = 0; j < min(8, params.centers - first); j++) {
             vec3 w = weight(i, first + j);
             for (uint g = 0; g < FRAMES; g++) {
-                sum[g] += w * (first + j == pivot ? r_pivot[g] : distance_to(g, j) - r_pivot[g]);
+                float at_pivot = params.zero_at_rest != 0 ? 1.0 : r_pivot[g];
+                sum[g] += w * (first + j == pivot ? at_pivot : distance_to(g, j) - r_pivot[g]);
             }
         }
     }

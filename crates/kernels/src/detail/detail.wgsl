@@ -8,17 +8,17 @@ struct Params {
     part_vertices: u32,
     strain_edges: u32,
     centers: u32,
+    zero_at_rest: u32,
 }
 
 @group(0) @binding(0) var<storage, read> squared_differences: array<vec4f>;
 @group(0) @binding(1) var<storage, read> influence_offsets: array<u32>;
-@group(0) @binding(2) var<storage, read> influence_edges: array<u32>;
+@group(0) @binding(2) var<storage, read> influences: array<u32>;
 @group(0) @binding(3) var<storage, read> influence_weights: array<f32>;
 @group(0) @binding(4) var<storage, read> rbf_weights: array<f32>;
 @group(0) @binding(5) var<storage, read> pivots: array<u32>;
-@group(0) @binding(6) var<storage, read> detail_constants: array<f32>;
-@group(0) @binding(7) var<storage, read_write> local_detail: array<f32>;
-@group(0) @binding(8) var<uniform> params: Params;
+@group(0) @binding(6) var<storage, read_write> local_detail: array<f32>;
+@group(0) @binding(7) var<uniform> params: Params;
 
 // The distances of each frame's features from those of eight centres: the first four, and the others.
 var<private> low: array<vec4f, 4>;
@@ -29,8 +29,8 @@ fn measure(i: u32, frame: u32, eight: u32) {
     let eights = (params.centers + 7) / 8;
     low = array<vec4f, 4>();
     high = array<vec4f, 4>();
-    for (var row = influence_offsets[i / 16]; row < influence_offsets[i / 16 + 1]; row++) {
-        let edge = influence_edges[row];
+    for (var row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 1]; row++) {
+        let edge = influences[row];
         let alpha = influence_weights[16 * row + i % 16];
         for (var g = 0u; g < FRAMES; g++) {
             let of_frame = min(frame + g, params.frames - 1);
@@ -65,12 +65,9 @@ fn detail(@builtin(global_invocation_id) id: vec3u) {
     let pivot = pivots[i];
     measure(i, frame, pivot / 8);
     var r_pivot: array<f32, 4>;
-    let constant = i / 16 * 48 + i % 16;
-    let b = vec3f(detail_constants[constant], detail_constants[constant + 16], detail_constants[constant + 32]);
     var sum: array<vec3f, 4>;
     for (var g = 0u; g < FRAMES; g++) {
         r_pivot[g] = distance_to(g, pivot % 8);
-        sum[g] = b;
     }
     for (var first = 0u; first < params.centers; first += 8) {
         // Most rigs have no more than eight centres: then these are the distances that there are already.
@@ -80,7 +77,8 @@ fn detail(@builtin(global_invocation_id) id: vec3u) {
         for (var j = 0u; j < min(8, params.centers - first); j++) {
             let w = weight(i, first + j);
             for (var g = 0u; g < FRAMES; g++) {
-                sum[g] += w * select(distance_to(g, j) - r_pivot[g], r_pivot[g], first + j == pivot);
+                let at_pivot = select(r_pivot[g], 1.0, params.zero_at_rest != 0);
+                sum[g] += w * select(distance_to(g, j) - r_pivot[g], at_pivot, first + j == pivot);
             }
         }
     }

@@ -17,13 +17,23 @@ parameter_block!(
     strain_edges,
     /// N, the rest pose included.
     centers,
+    /// 1 where the first of a vertex's weights is what it has in every frame, and its pivot is the rest pose, 0 where not.
+    zero_at_rest,
 );
 
 impl Params {
     /// For a rig in one piece, of V vertices, F strain edges and N centres.
     pub fn whole(frames: usize, vertices: usize, edges: usize, centers: usize) -> Self {
         let [frames, vertices, strain_edges, centers] = [frames, vertices, edges, centers].map(|n| n as u32);
-        Self { frames, vertices, first_vertex: 0, part_vertices: vertices, strain_edges, centers }
+        Self {
+            frames,
+            vertices,
+            first_vertex: 0,
+            part_vertices: vertices,
+            strain_edges,
+            centers,
+            zero_at_rest: 0,
+        }
     }
 }
 
@@ -52,12 +62,10 @@ pub struct Buffers<'a, T> {
     pub influence_edges: &'a [u32],
     /// α, V×K.
     pub influence_weights: &'a [T],
-    /// w, V×N, in the form that [`pivoted`] gives them.
+    /// w, V×N, in the form that [`pivoted`] gives them, or b in the first one's place.
     pub rbf_weights: &'a [[T; 3]],
-    /// V indices of centres, as [`pivoted`] chose them.
+    /// V indices of centres, as [`pivoted`] chose them, or all 0.
     pub pivots: &'a [u32],
-    /// b, V.
-    pub constants: &'a [[T; 3]],
 }
 
 /// Chooses a pivot for each vertex, the centre with the largest weight, and puts the sum of all the vertex's weights in
@@ -99,9 +107,13 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &
     let w = &buffers.rbf_weights[i * n..][..n];
     let pivot = buffers.pivots[i] as usize;
     let r_pivot = distance(pivot);
-    let mut d = buffers.constants[i];
+    let mut d = [T::ZERO; 3];
     for (j, w) in w.iter().enumerate() {
-        let r = if j == pivot { r_pivot } else { distance(j) - r_pivot };
+        let r = match j == pivot {
+            true if params.zero_at_rest != 0 => T::round_from(1.0),
+            true => r_pivot,
+            false => distance(j) - r_pivot,
+        };
         for c in 0..3 {
             d[c] = w[c].mul_add(r, d[c]);
         }

@@ -33,6 +33,8 @@ impl Params {
 }
 
 /// The twin. `basis` has the rows of the part alone.
+// Where the processor's own instructions are chosen, the twin is to be compiled for them: without, a fused multiply-add is a call.
+#[inline(always)]
 pub fn large_scale<T: Real>(
     params: Params,
     rest: &[[T; 3]],

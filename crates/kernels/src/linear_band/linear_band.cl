@@ -41,9 +41,9 @@ static Floats example_weight(__global const uint *example_weights, const Params 
 __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void linear_band(
     __global const float *restrict basis_positions,
     __global const float *restrict strain_products,
-    __global const uint *restrict feature_offsets,
-    __global const uint *restrict features_of_tiles,
-    __global const float *restrict feature_weights,
+    __global const uint *restrict influence_offsets,
+    __global const uint *restrict influences,
+    __global const float *restrict influence_weights,
     __global const uint *restrict example_weights,
     __global float *restrict large_scale_positions,
     const Params params)
@@ -67,21 +67,27 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void linear_
                 kappa[g][j] = (Floats)(0.0f);
             }
         }
-        for (uint row = feature_offsets[i / 16]; row < feature_offsets[i / 16 + 1]; row++) {
-            uint feature = features_of_tiles[row];
-            Floats omega = ((__global const Floats *)feature_weights)[(16 * row + i % 16) / VERTICES];
+        uint anchors = influence_offsets[i / 16 * 2 + 1];
+        for (uint row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 2]; row++) {
+            uint feature = influences[row];
+            Floats weight = ((__global const Floats *)influence_weights)[(16 * row + i % 16) / VERTICES];
             for (uint g = 0; g < FRAMES; g++) {
+                if (row == anchors) {
+                    for (uint j = 0; j < 8; j++) {
+                        kappa[g][j] *= 0.9f;
+                    }
+                }
                 uint of_frame = min(frame + g, params.frames - 1);
                 uint at = (of_frame * eights + eight) * params.features + feature;
                 float8 products = ((__global const float8 *)strain_products)[at];
-                kappa[g][0] += omega * products.s0;
-                kappa[g][1] += omega * products.s1;
-                kappa[g][2] += omega * products.s2;
-                kappa[g][3] += omega * products.s3;
-                kappa[g][4] += omega * products.s4;
-                kappa[g][5] += omega * products.s5;
-                kappa[g][6] += omega * products.s6;
-                kappa[g][7] += omega * products.s7;
+                kappa[g][0] += weight * products.s0;
+                kappa[g][1] += weight * products.s1;
+                kappa[g][2] += weight * products.s2;
+                kappa[g][3] += weight * products.s3;
+                kappa[g][4] += weight * products.s4;
+                kappa[g][5] += weight * products.s5;
+                kappa[g][6] += weight * products.s6;
+                kappa[g][7] += weight * products.s7;
             }
         }
         for (uint j = 0; j < 8 && 8 * eight + j < params.examples; j++) {

@@ -14,9 +14,9 @@ layout(push_constant, std430) uniform Params {
 } params;
 layout(std430, binding = 0) readonly buffer BasisPositions { float basis_positions[]; };
 layout(std430, binding = 1) readonly buffer StrainProducts { vec4 strain_products[]; };
-layout(std430, binding = 2) readonly buffer FeatureOffsets { uint feature_offsets[]; };
-layout(std430, binding = 3) readonly buffer FeaturesOfTiles { uint features_of_tiles[]; };
-layout(std430, binding = 4) readonly buffer FeatureWeights { float feature_weights[]; };
+layout(std430, binding = 2) readonly buffer InfluenceOffsets { uint influence_offsets[]; };
+layout(std430, binding = 3) readonly buffer Influences { uint influences[]; };
+layout(std430, binding = 4) readonly buffer InfluenceWeights { float influence_weights[]; };
 layout(std430, binding = 5) readonly buffer ExampleWeights { uint example_weights[]; };
 layout(std430, binding = 6) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
 
@@ -53,14 +53,19 @@ void main() {
             low[g] = vec4(0.0);
             high[g] = vec4(0.0);
         }
-        for (uint row = feature_offsets[i / 16]; row < feature_offsets[i / 16 + 1]; row++) {
-            uint feature = features_of_tiles[row];
-            float omega = feature_weights[16 * row + i % 16];
+        uint anchors = influence_offsets[i / 16 * 2 + 1];
+        for (uint row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 2]; row++) {
+            uint feature = influences[row];
+            float weight = influence_weights[16 * row + i % 16];
             for (uint g = 0; g < FRAMES; g++) {
+                if (row == anchors) {
+                    low[g] *= 0.9;
+                    high[g] *= 0.9;
+                }
                 uint of_frame = min(frame + g, params.frames - 1);
                 uint at = 2 * ((of_frame * eights + eight) * params.features + feature);
-                low[g] += omega * strain_products[at];
-                high[g] += omega * strain_products[at + 1];
+                low[g] += weight * strain_products[at];
+                high[g] += weight * strain_products[at + 1];
             }
         }
         for (uint j = 0; j < min(8, params.examples - 8 * eight); j++) {

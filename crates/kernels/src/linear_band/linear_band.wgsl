@@ -13,9 +13,9 @@ struct Params {
 
 @group(0) @binding(0) var<storage, read> basis_positions: array<f32>;
 @group(0) @binding(1) var<storage, read> strain_products: array<vec4f>;
-@group(0) @binding(2) var<storage, read> feature_offsets: array<u32>;
-@group(0) @binding(3) var<storage, read> features_of_tiles: array<u32>;
-@group(0) @binding(4) var<storage, read> feature_weights: array<f32>;
+@group(0) @binding(2) var<storage, read> influence_offsets: array<u32>;
+@group(0) @binding(3) var<storage, read> influences: array<u32>;
+@group(0) @binding(4) var<storage, read> influence_weights: array<f32>;
 @group(0) @binding(5) var<storage, read> example_weights: array<u32>;
 @group(0) @binding(6) var<storage, read_write> large_scale_positions: array<f32>;
 @group(0) @binding(7) var<uniform> params: Params;
@@ -47,14 +47,19 @@ fn linear_band(@builtin(global_invocation_id) id: vec3u) {
         // How much of each of eight examples there is in each frame: the first four, and the others.
         var low = array<vec4f, 4>();
         var high = array<vec4f, 4>();
-        for (var row = feature_offsets[i / 16]; row < feature_offsets[i / 16 + 1]; row++) {
-            let feature = features_of_tiles[row];
-            let omega = feature_weights[16 * row + i % 16];
+        let anchors = influence_offsets[i / 16 * 2 + 1];
+        for (var row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 2]; row++) {
+            let feature = influences[row];
+            let weight = influence_weights[16 * row + i % 16];
             for (var g = 0u; g < FRAMES; g++) {
+                if row == anchors {
+                    low[g] *= 0.9;
+                    high[g] *= 0.9;
+                }
                 let of_frame = min(frame + g, params.frames - 1);
                 let at = 2 * ((of_frame * eights + eight) * params.features + feature);
-                low[g] += omega * strain_products[at];
-                high[g] += omega * strain_products[at + 1];
+                low[g] += weight * strain_products[at];
+                high[g] += weight * strain_products[at + 1];
             }
         }
         for (var j = 0u; j < min(8, params.examples - 8 * eight); j++) {

@@ -28,29 +28,49 @@ impl Params {
     }
 }
 
-/// What the twin reads of a rig: the vertices of the part alone, and each one's features as the rig has them.
+/// The part of what a vertex listens to that is its strain edges'; anchors have the rest.
+pub const EDGES_SHARE: f64 = 0.9;
+
+/// What the twin reads of a rig: the vertices of the part alone, and what each listens to as the rig has it.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
-    /// Features of each vertex.
-    pub per_vertex: usize,
-    /// V × `per_vertex` indices of features.
-    pub features: &'a [u32],
-    /// ω, V × `per_vertex`.
-    pub weights: &'a [T],
+    /// K.
+    pub influences: usize,
+    /// V×K indices of strain edges.
+    pub influence_edges: &'a [u32],
+    /// α, V×K.
+    pub influence_weights: &'a [T],
+    /// A.
+    pub anchors_per_vertex: usize,
+    /// V×A indices of handles.
+    pub anchors: &'a [u32],
+    /// ν, V×A.
+    pub anchor_weights: &'a [T],
     /// c, V×P.
     pub example_weights: &'a [[T; 3]],
 }
 
-/// Σ_p c_vp κ_vp of vertex `i` of the part, given the table of one frame.
-pub fn vertex_offset<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &[T], i: usize) -> [T; 3] {
-    let (per_vertex, examples) = (buffers.per_vertex, params.examples as usize);
-    let features = &buffers.features[i * per_vertex..][..per_vertex];
-    let weights = &buffers.weights[i * per_vertex..][..per_vertex];
+/// Σ_p c_vp κ_vp of vertex `i` of the part, given the table of one frame; `strain_edges` is F.
+pub fn vertex_offset<T: Real>(
+    params: Params,
+    buffers: &Buffers<'_, T>,
+    strain_edges: usize,
+    table: &[T],
+    i: usize,
+) -> [T; 3] {
+    let (k, a, examples) = (buffers.influences, buffers.anchors_per_vertex, params.examples as usize);
+    let (edges, alphas) = (&buffers.influence_edges[i * k..][..k], &buffers.influence_weights[i * k..][..k]);
+    let (anchors, nus) = (&buffers.anchors[i * a..][..a], &buffers.anchor_weights[i * a..][..a]);
     let mut offset = [T::ZERO; 3];
     for (p, c) in buffers.example_weights[i * examples..][..examples].iter().enumerate() {
+        let at = |feature: usize| table[table_index(params.features as usize, feature, p)];
         let mut kappa = T::ZERO;
-        for (&e, &omega) in features.iter().zip(weights) {
-            kappa = omega.mul_add(table[table_index(params.features as usize, e as usize, p)], kappa);
+        for (&e, &alpha) in edges.iter().zip(alphas) {
+            kappa = alpha.mul_add(at(e as usize), kappa);
+        }
+        kappa = T::round_from(EDGES_SHARE) * kappa;
+        for (&h, &nu) in anchors.iter().zip(nus) {
+            kappa = nu.mul_add(at(strain_edges + h as usize), kappa);
         }
         for axis in 0..3 {
             offset[axis] = c[axis].mul_add(kappa, offset[axis]);
@@ -59,21 +79,22 @@ pub fn vertex_offset<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &
     offset
 }
 
-/// The twin.
+/// The twin; `strain_edges` is F.
 pub fn linear_band<T: Real>(
     params: Params,
     basis_positions: &[[T; 3]],
-    strain_products: &[T],
+    (strain_products, strain_edges): (&[T], u32),
     buffers: &Buffers<'_, T>,
     large_scale_positions: &mut [[T; 3]],
 ) {
     let vertices = params.vertices as usize;
+    let strain_edges = strain_edges as usize;
     let len = table_len(params.features as usize, params.examples as usize);
     for frame in 0..params.frames as usize {
         let table = &strain_products[frame * len..][..len];
         for i in 0..params.part_vertices as usize {
             let v = frame * vertices + params.first_vertex as usize + i;
-            let offset = vertex_offset(params, buffers, table, i);
+            let offset = vertex_offset(params, buffers, strain_edges, table, i);
             large_scale_positions[v] = std::array::from_fn(|c| basis_positions[v][c] + offset[c]);
         }
     }

@@ -1,6 +1,6 @@
 //! How far the handles are from each vertex along the edges of the rest mesh, as far as it matters (step 4 of the learned
 //! method).
-use crate::geodesic::{EdgeGraph, nearest_handles};
+use crate::geodesic::{Cell, EdgeGraph};
 use crate::topology::Topology;
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
@@ -18,7 +18,7 @@ pub(crate) struct Distances {
 }
 
 impl Distances {
-    /// From each of `handles`, with all that is needed for each vertex's `nearest_edges` strain edges of smallest
+    /// From each of `handles`, the nearest of which to each vertex is in `cells`, with all that is needed for each vertex's `nearest_edges` strain edges of smallest
     /// `s = g_va + g_vb − g_ab`, and for its `nearest` handles.
     ///
     /// A search from a handle stops where it can matter no more. From the cell of handle h₀ on, at the distance d from it, all
@@ -31,16 +31,15 @@ impl Distances {
     /// [`rhytid_core::Error::Cancelled`].
     pub(crate) fn new(
         rest: &[[f64; 3]],
-        topology: &Topology,
+        (topology, cells): (&Topology, &[Cell]),
         handles: &[u32],
         strain_edges: &[[u32; 2]],
         (nearest_edges, nearest): (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Self> {
         let vertices = rest.len();
-        let cells = nearest_handles(rest, topology, handles);
         let graph = EdgeGraph::new(rest, topology);
-        let between = between_handles(&graph, &cells, handles.len());
+        let between = between_handles(&graph, cells, handles.len());
         let straight = |&[a, b]: &[u32; 2]| {
             let [a, b] = [a, b].map(|h| rest[handles[h as usize] as usize]);
             (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
@@ -63,17 +62,23 @@ impl Distances {
             })
             .collect();
 
+        // What a vertex adds to the longest edge at a handle, and the farthest of its nearest handles.
+        let reach: Vec<[f64; 2]> = cells
+            .par_iter()
+            .map(|cell| match *cell {
+                Some((distance, own)) => reach[own as usize].map(|reach| SLACK * (distance + reach)),
+                None => [0.0; 2],
+            })
+            .collect();
+
         let (total, done) = (handles.len() as u64, AtomicU64::new(0));
         let mut along = vec![f64::INFINITY; handles.len() * vertices];
         along.par_chunks_mut(vertices.max(1)).zip(handles.par_iter().zip(&longest)).try_for_each(
             |(along, (&handle, longest))| {
                 progress.step("neighborhoods", done.fetch_add(1, Ordering::Relaxed), total)?;
-                let limit = |v: u32| match cells[v as usize] {
-                    Some((distance, own)) => {
-                        let [of_edges, of_handles] = reach[own as usize];
-                        SLACK * (distance + (of_edges + longest).max(of_handles))
-                    }
-                    None => 0.0,
+                let limit = |v: u32| {
+                    let [of_edges, of_handles] = reach[v as usize];
+                    (of_edges + SLACK * longest).max(of_handles)
                 };
                 graph.distances(handle, limit, along);
                 Ok(())
@@ -86,6 +91,13 @@ impl Distances {
     /// g between handle `h` and vertex `v` in mesh units.
     pub(crate) fn get(&self, h: u32, v: usize) -> f64 {
         self.along[h as usize * self.vertices + v]
+    }
+
+    /// g between each of the H handles and vertex `v`, into `out`.
+    pub(crate) fn to_handles(&self, v: usize, out: &mut [f64]) {
+        for (out, along) in out.iter_mut().zip(self.along.chunks_exact(self.vertices)) {
+            *out = along[v];
+        }
     }
 
     /// V.
@@ -104,7 +116,7 @@ fn ranked(mut numbers: Vec<f64>, rank: usize) -> f64 {
 
 /// Distances between handles that are no shorter than they really are, H×H: by ways from cell to neighbouring cell, each through
 /// both of their handles.
-fn between_handles(graph: &EdgeGraph<'_>, cells: &[Option<(f64, u32)>], handles: usize) -> Vec<Vec<f64>> {
+fn between_handles(graph: &EdgeGraph<'_>, cells: &[Cell], handles: usize) -> Vec<Vec<f64>> {
     let mut between = vec![vec![f64::INFINITY; handles]; handles];
     for (v, cell) in cells.iter().enumerate() {
         let Some((to_a, a)) = *cell else { continue };

@@ -82,6 +82,7 @@ pub(crate) fn folds(
             },
         )
         .collect::<Result<()>>()?;
+    progress.step("folds", 1, 1)?;
     Ok(folds)
 }
 

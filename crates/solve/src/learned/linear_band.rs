@@ -4,6 +4,7 @@ use super::neighborhoods::LinearInfluences;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, Par};
+use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result};
 
@@ -111,6 +112,7 @@ pub(crate) struct VertexSystem {
     kappa: Vec<f64>,
     trace: f64,
     noise: f64,
+    vectors: Arch,
 }
 
 impl VertexSystem {
@@ -128,6 +130,7 @@ impl VertexSystem {
             kappa: vec![0.0; examples * examples],
             trace: 0.0,
             noise: 0.0,
+            vectors: Arch::new(),
         }
     }
 
@@ -136,16 +139,22 @@ impl VertexSystem {
         let size = self.size;
         self.kernel.fill(0.0);
         self.noise = 0.0;
-        for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
-            let d = strains.feature(e);
-            self.noise += w * strains.noise[e as usize];
-            for (j, dj) in d.iter().enumerate() {
-                let wd = w * dj;
-                for (to, di) in self.kernel.col_as_slice_mut(j)[j..].iter_mut().zip(&d[j..]) {
-                    *to += wd * di;
+        let Self { kernel, noise, vectors, .. } = self;
+        vectors.dispatch(
+            #[inline(always)]
+            || {
+                for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+                    let d = strains.feature(e);
+                    *noise += w * strains.noise[e as usize];
+                    for (j, dj) in d.iter().enumerate() {
+                        let wd = w * dj;
+                        for (to, di) in kernel.col_as_slice_mut(j)[j..].iter_mut().zip(&d[j..]) {
+                            *to += wd * di;
+                        }
+                    }
                 }
-            }
-        }
+            },
+        );
         self.trace = (0..size).map(|i| self.kernel[(i, i)]).sum();
         let examples = size / 3;
         for p in 0..examples {

@@ -8,17 +8,17 @@ mod neighborhoods;
 mod parts;
 mod smoothing;
 
-use crate::Topology;
 use crate::bind::bind_nearest;
 use crate::detail::{self, at_handles};
-use crate::driven::DrivenComponents;
-use crate::laplacian::laplacian;
+use crate::geodesic::Cell;
+use crate::{Shell, Topology};
 pub use choice::Candidate;
 use distances::Distances;
 use folds::Folds;
 use linear_band::{LinearBand, LinearSettings, VectorStrains};
 use neighborhoods::{ANCHORS, EdgeInfluences, LinearInfluences, Listens};
 pub use parts::FreePart;
+use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Example, Face, Learned, LearnedSettings, Progress, Result, Rig};
 
@@ -59,20 +59,19 @@ pub struct Steps {
 
 /// Learns from the face's examples what the shell leaves of them.
 ///
-/// `rig` needs its rest pose, triangles, handles, strain edges, tangent neighbours, the handles of its examples and, as its basis,
-/// the shell's, to which ΔB is added. `parts` says which parts have a handle.
+/// ΔB is added to the shell's basis.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`]; [`rhytid_core::Error::Input`] and [`rhytid_core::Error::Internal`] if a system has no
 /// solution in floating point.
 pub fn learn(
-    rig: &mut Rig<f64>,
-    topology: &Topology,
-    parts: &DrivenComponents,
+    shell: &mut Shell,
     face: &Face,
     settings: LearnedSettings,
     progress: &dyn Progress,
 ) -> Result<Steps> {
+    let Shell { rig, topology, parts, cells, laplacian } = shell;
+    let (topology, parts) = (&*topology, &*parts);
     let examples = &face.examples;
     let rest_lengths = rig.rest_lengths();
     // Of anchors alone where there is no strain edge: then the unit of their features does not matter.
@@ -82,10 +81,16 @@ pub fn learn(
     let (listens, free_parts) = parts::listens(&rig.rest, parts, examples, face.settings.bind);
     let follows = |v: usize| matches!(listens[v], Listens::As(_));
     bind_nearest(&rig.rest, &rig.triangles, &parts.driven, follows, rig.handles.len(), &mut rig.basis);
+    progress.step("residual", 0, 1)?;
     let mut smooth_residual = residual(rig, examples, &displacements);
+    progress.step("residual", 1, 1)?;
+    // The choice below is for the skin: eyes and teeth have large areas and nothing to choose.
+    let mut area = laplacian.mass.clone();
+    area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
+    rig.handles.iter().for_each(|&v| area[v as usize] = 0.0);
     smoothing::smooth(
         &rig.rest,
-        &rig.triangles,
+        laplacian.clone(),
         &rig.handles,
         &parts.driven,
         SMOOTHING * mean,
@@ -94,13 +99,9 @@ pub fn learn(
     )?;
 
     let (influences, linear_influences) =
-        neighborhoods(rig, topology, &listens, face.settings.max_influences, mean, progress)?;
+        neighborhoods(rig, (topology, cells), &listens, face.settings.max_influences, mean, progress)?;
     let strains = VectorStrains::new(&displacements, &rig.strain_edges, &rest_lengths, mean);
     let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
-    // The choice is for the skin: eyes and teeth have large areas and nothing to choose.
-    let mut area = laplacian(&rig.rest, &rig.triangles).mass;
-    area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
-    rig.handles.iter().for_each(|&v| area[v as usize] = 0.0);
     progress.step("choice", 0, 1)?;
     let (chosen, candidates) = choice::choose(
         &strains,
@@ -177,20 +178,27 @@ impl Steps {
 
     /// Puts all that a device needs into `rig`.
     pub(crate) fn finish(self, fold_ridge: f64, rig: &mut Rig<f64>) {
+        let centers = rig.centers();
         rig.influence_edges = self.influences.edges;
         rig.influence_weights = self.influences.weights;
         rig.pose_features = self.pose_features;
+        // The rest pose's weight is the sum of the others': b stands in its place.
         rig.rbf_weights = self.folds.weights;
+        rig.rbf_weights.chunks_mut(centers).zip(self.folds.constants).for_each(|(w, b)| w[0] = b);
+        let (anchors, anchor_weights, feature_gains) = self.linear_influences.anchors(
+            rig.strain_edges.len() as u32,
+            rig.influences(),
+            &self.band.feature_gains,
+        );
         rig.learned = Some(Learned {
             share: self.chosen.share,
             ridge: self.chosen.ridge,
             fold_ridge,
             marker_noise: self.linear_settings.marker_noise,
-            features: self.linear_influences.features,
-            feature_weights: self.linear_influences.weights,
-            feature_gains: self.band.feature_gains,
+            anchors,
+            anchor_weights,
+            feature_gains,
             example_weights: self.band.example_weights,
-            fold_constants: self.folds.constants,
             variances: self.band.variances,
         });
     }
@@ -209,7 +217,7 @@ fn displacements(rig: &Rig<f64>, examples: &[Example]) -> Vec<Vec<[f64; 3]>> {
 /// α and ω: what every vertex listens to.
 fn neighborhoods(
     rig: &Rig<f64>,
-    topology: &Topology,
+    along: (&Topology, &[Cell]),
     listens: &[Listens],
     max_influences: usize,
     mean: f64,
@@ -219,7 +227,8 @@ fn neighborhoods(
     let k = max_influences.min(edges.len());
     let some_follow = listens.iter().any(|listens| matches!(listens, Listens::As(_)));
     let anchors = if some_follow { k + ANCHORS } else { ANCHORS };
-    let distances = Distances::new(&rig.rest, topology, handles, edges, (k + 1, anchors), progress)?;
+    let distances = Distances::new(&rig.rest, along, handles, edges, (k + 1, anchors), progress)?;
+    progress.step("influences", 0, 1)?;
     let influences = neighborhoods::edge_influences(&distances, handles, edges, mean, max_influences);
     let linear = neighborhoods::linear_influences(
         &rig.rest,
@@ -230,6 +239,7 @@ fn neighborhoods(
         edges.len(),
         mean,
     );
+    progress.step("influences", 1, 1)?;
     Ok((influences, linear))
 }
 
@@ -269,14 +279,27 @@ fn residual(rig: &Rig<f64>, examples: &[Example], displacements: &[Vec<[f64; 3]>
     if count == 0 {
         return residual;
     }
-    residual.par_chunks_mut(count).enumerate().for_each(|(v, of_vertex)| {
-        let row = &rig.basis[v * handles..][..handles];
-        for ((w, example), u) in of_vertex.iter_mut().zip(examples).zip(displacements) {
-            for c in 0..3 {
-                let moved: f64 = row.iter().zip(u).map(|(b, u)| b * u[c]).sum();
-                w[c] = example.positions[v][c] - (rig.rest[v][c] + moved);
+    // Handle by handle, x, y, z of one example after the other.
+    let by_handle: Vec<f64> =
+        (0..handles).flat_map(|h| displacements.iter().flat_map(move |u| u[h])).collect();
+    let vectors = Arch::new();
+    residual.par_chunks_mut(count).enumerate().for_each_init(
+        || vec![0.0; 3 * count],
+        |moved, (v, of_vertex)| {
+            let row = &rig.basis[v * handles..][..handles];
+            vectors.dispatch(
+                #[inline(always)]
+                || {
+                    moved.fill(0.0);
+                    for (b, u) in row.iter().zip(by_handle.chunks_exact(3 * count)) {
+                        moved.iter_mut().zip(u).for_each(|(moved, u)| *moved += b * u);
+                    }
+                },
+            );
+            for ((w, example), moved) in of_vertex.iter_mut().zip(examples).zip(moved.as_chunks::<3>().0) {
+                *w = [0, 1, 2].map(|c| example.positions[v][c] - (rig.rest[v][c] + moved[c]));
             }
-        }
-    });
+        },
+    );
     residual
 }

@@ -46,12 +46,14 @@ pub(crate) fn edge_influences(
     let between: Vec<f64> =
         strain_edges.iter().map(|&[a, b]| distances.get(a, handles[b as usize] as usize)).collect();
     edges.par_chunks_mut(k).zip(weights.par_chunks_mut(k)).enumerate().for_each_init(
-        || Vec::with_capacity(strain_edges.len()),
-        |order, (v, (edges, weights))| {
+        || (vec![0.0; handles.len()], Vec::with_capacity(strain_edges.len())),
+        |(to_handle, order), (v, (edges, weights))| {
+            distances.to_handles(v, to_handle);
             order.clear();
             let lengths = strain_edges.iter().zip(&between).enumerate();
-            let all = lengths
-                .map(|(i, (&[a, b], length))| (distances.get(a, v) + distances.get(b, v) - length, i as u32));
+            let all = lengths.map(|(i, (&[a, b], length))| {
+                (to_handle[a as usize] + to_handle[b as usize] - length, i as u32)
+            });
             order.extend(all.filter(|(s, _)| s.is_finite()));
             let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
             let last = match order.len().checked_sub(1) {
@@ -91,6 +93,43 @@ pub struct LinearInfluences {
     pub per_vertex: usize,
 }
 
+impl LinearInfluences {
+    /// The anchors alone, V×A handles and their weights, where A is the most that any vertex has; and V×(K + A) gains, of strain
+    /// edges before anchors, given those of all features. `strain_edges` is F.
+    pub(crate) fn anchors(
+        &self,
+        strain_edges: u32,
+        k: usize,
+        gains: &[f64],
+    ) -> (Vec<u32>, Vec<f64>, Vec<f64>) {
+        let rows = || self.features.chunks(self.per_vertex).zip(self.weights.chunks(self.per_vertex));
+        let is_anchor = |feature: u32, weight: f64| feature >= strain_edges && weight > 0.0;
+        let count = |(features, weights): (&[u32], &[f64])| {
+            features.iter().zip(weights).filter(|(e, w)| is_anchor(**e, **w)).count()
+        };
+        let a = rows().map(count).max().unwrap_or(0).max(ANCHORS);
+        let vertices = self.features.len() / self.per_vertex;
+        let (mut anchors, mut nu) = (vec![0; vertices * a], vec![0.0; vertices * a]);
+        let mut of_features = vec![0.0; vertices * (k + a)];
+        for (v, ((features, weights), gains)) in rows().zip(gains.chunks(self.per_vertex)).enumerate() {
+            let all = features.iter().zip(weights).zip(gains);
+            let of_vertex = &mut of_features[v * (k + a)..][..k + a];
+            // Where there are edges, they are the first K.
+            for (to, ((_, _), gain)) in
+                of_vertex.iter_mut().zip(all.clone()).take(k).filter(|(_, ((e, _), _))| **e < strain_edges)
+            {
+                *to = *gain;
+            }
+            for (i, ((e, w), gain)) in all.filter(|((e, w), _)| is_anchor(**e, **w)).enumerate() {
+                anchors[v * a + i] = e - strain_edges;
+                nu[v * a + i] = *w;
+                of_vertex[k + i] = *gain;
+            }
+        }
+        (anchors, nu, of_features)
+    }
+}
+
 /// What a vertex of a part without a handle listens to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Listens {
@@ -123,8 +162,9 @@ pub(crate) fn linear_influences(
     let mut features = vec![strain_edges as u32; vertices * per_vertex];
     let mut weights = vec![0.0; vertices * per_vertex];
     let first_anchor = strain_edges as u32;
-    features.par_chunks_mut(per_vertex).zip(weights.par_chunks_mut(per_vertex)).enumerate().for_each(
-        |(v, (features, weights))| {
+    features.par_chunks_mut(per_vertex).zip(weights.par_chunks_mut(per_vertex)).enumerate().for_each_init(
+        || Vec::with_capacity(handles.len()),
+        |anchors, (v, (features, weights))| {
             let (edges, edge_weights) = (&alpha.edges[v * k..][..k], &alpha.weights[v * k..][..k]);
             let has_edges = listens[v] == Listens::Itself && edge_weights.iter().any(|&w| w > 0.0);
             let (start, share) = if has_edges { (k, ANCHORS_SHARE) } else { (0, 1.0) };
@@ -149,7 +189,7 @@ pub(crate) fn linear_influences(
                 Listens::As(_) => (per_vertex, WIDTH_ON_SURFACE),
                 Listens::At(_) => (per_vertex, WIDTH_AROUND_RIGID),
             };
-            let mut anchors = nearest(handles.len() as u32, room, distance);
+            nearest(handles.len() as u32, room, distance, anchors);
             let Some(&(least, _)) = anchors.first() else { return };
             anchors.sort_unstable_by_key(|&(_, h)| h);
             let nu = |g: f64| (-(g * g - least * least) / (width * mean).powi(2)).exp();
@@ -163,11 +203,14 @@ pub(crate) fn linear_influences(
     LinearInfluences { features, weights, per_vertex }
 }
 
-/// Up to `count` of `handles` handles at a finite distance, the nearest first (ties: the lower handle).
-fn nearest(handles: u32, count: usize, distance: impl Fn(u32) -> f64) -> Vec<(f64, u32)> {
-    let mut all: Vec<(f64, u32)> =
-        (0..handles).map(|h| (distance(h), h)).filter(|(g, _)| g.is_finite()).collect();
-    all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    all.truncate(count);
-    all
+/// Up to `count` of `handles` handles at a finite distance, the nearest first (ties: the lower handle), into `found`.
+fn nearest(handles: u32, count: usize, distance: impl Fn(u32) -> f64, found: &mut Vec<(f64, u32)>) {
+    found.clear();
+    found.extend((0..handles).map(|h| (distance(h), h)).filter(|(g, _)| g.is_finite()));
+    let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+    if count < found.len() {
+        found.select_nth_unstable_by(count, nearer);
+        found.truncate(count);
+    }
+    found.sort_unstable_by(nearer);
 }

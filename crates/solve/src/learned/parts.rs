@@ -43,7 +43,9 @@ pub(crate) fn listens(
         })
         .collect();
     let centroids: Vec<[f64; 3]> = members.iter().map(|part| centroid(rest, part).to_array()).collect();
-    let driven = (0..rest.len() as u32).filter(|&v| parts.driven[v as usize]);
+    // Most faces have no part that follows.
+    let some_follow = members.iter().zip(&is_rigid).any(|(part, rigid)| !part.is_empty() && !rigid);
+    let driven = (0..rest.len() as u32).filter(|&v| some_follow && parts.driven[v as usize]);
     let surface: Vec<_> = driven.map(|v| GeomWithData::new(rest[v as usize], v)).collect();
     let surface = RTree::bulk_load(surface);
     // Of vertices that are equally near, the lowest.

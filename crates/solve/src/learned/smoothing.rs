@@ -1,7 +1,7 @@
 //! The smooth part of what the shell leaves of the examples (step 3 of the learned method).
 use crate::cholesky::Factor;
 use crate::dissection::{Dissection, dissect};
-use crate::laplacian::laplacian;
+use crate::laplacian::Laplacian;
 use crate::system::{NONE, System};
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
@@ -20,7 +20,7 @@ const COLUMNS_AT_ONCE: usize = 16;
 /// [`rhytid_core::Error::Cancelled`].
 pub(crate) fn smooth(
     rest: &[[f64; 3]],
-    triangles: &[[u32; 3]],
+    laplacian: Laplacian,
     handles: &[u32],
     driven: &[bool],
     sigma: f64,
@@ -36,8 +36,9 @@ pub(crate) fn smooth(
         free[v as usize] = false;
         residual.as_flattened_mut()[v as usize * width..][..width].fill(0.0);
     }
+    progress.step("smooth", 0, width as u64)?;
     let free: Vec<u32> = (0..rest.len() as u32).filter(|&v| free[v as usize]).collect();
-    let system = System::smoothing(laplacian(rest, triangles), sigma);
+    let system = System::smoothing(laplacian, sigma);
     let Dissection { order, root } = dissect(rest, system.pattern(), free);
     let factor = Factor::new(&system.lower(&order), &root, progress)?;
     let place = system.places(&order);

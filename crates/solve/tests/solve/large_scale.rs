@@ -206,7 +206,10 @@ fn the_number_of_threads_changes_no_bit() {
     let driven = vec![true; positions.len()];
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| basis(&positions, &triangles, &handles, &driven, 4.0, &NoProgress)).unwrap()
+        pool.install(|| {
+            basis(&positions, laplacian(&positions, &triangles), &handles, &driven, 4.0, &NoProgress)
+        })
+        .unwrap()
     };
     let one = with(1);
     let sums = one.chunks_exact(handles.len()).map(|row| (row.iter().sum::<f64>() - 1.0).abs());
