@@ -190,7 +190,7 @@ mod tests {
 
     /// What a faultless peer would write, changed by `fault`, and what becomes of it.
     fn check(fault: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]])) -> Result<Differences> {
-        let rig: Rig = rhytid_solve::solve(&rhytid_demo::face(1500), &NoProgress)?.cast();
+        let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress)?.cast();
         let handles = rig::handles_over_time(&rig, FRAMES)?;
         let mut ours = Ours::new(&rig, &handles, BasisStorage::F32)?;
         let checker = Checker::new(&rig, &mut ours)?;
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn arrays_come_back_as_they_were_written_and_a_wrong_shape_is_an_error() {
-        let rig: Rig = rhytid_solve::solve(&rhytid_demo::face(1500), &NoProgress).unwrap().cast();
+        let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress).unwrap().cast();
         let handles = rig::handles_over_time(&rig, FRAMES).unwrap();
         let folder = folder::write(&rig, &handles).unwrap();
         let shape = [rig.vertices(), rig.handles.len()];

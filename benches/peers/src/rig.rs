@@ -1,5 +1,5 @@
 //! The rig that is evaluated, and at which handle positions.
-use rhytid_core::{Error, NoProgress, Result, Rig, rig_file};
+use rhytid_core::{Error, Face, Method, NoProgress, Result, Rig, rig_file};
 use std::f32::consts::PI;
 use std::path::Path;
 
@@ -7,13 +7,20 @@ use std::path::Path;
 pub(crate) fn at(path: &Path, vertices: u32) -> Result<Rig> {
     if !path.exists() {
         eprintln!("solving the demo face with about {vertices} vertices, once");
-        let rig = rhytid_solve::solve(&rhytid_demo::face(vertices as usize), &NoProgress)?.cast();
+        let rig = rhytid_solve::solve(&face(vertices as usize), &NoProgress)?.cast();
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
         }
         rig_file::write(path, &rig)?;
     }
     rig_file::read(path)
+}
+
+/// The demo face, to be solved by the chapter's method, which is what the peers compute.
+pub(crate) fn face(vertices: usize) -> Face {
+    let mut face = rhytid_demo::face(vertices);
+    face.settings.method = Method::Chapter;
+    face
 }
 
 /// `frames` × H × 3 handle positions in mesh units: the examples come and go smoothly, one after the other.

@@ -93,7 +93,11 @@ fn solve_case(case: &Case) -> Rig<f64> {
         },
         examples: (0..)
             .zip(&case.poses)
-            .map(|(j, positions)| Example { name: format!("pose {j}"), positions: positions.clone() })
+            .map(|(j, positions)| Example {
+                name: format!("pose {j}"),
+                positions: positions.clone(),
+                mirror: false,
+            })
             .collect(),
         settings: Settings {
             bending_length: Some((case.bending_stiffness / case.stretch_stiffness).sqrt()),

@@ -7,6 +7,7 @@ mod golden;
 mod learned;
 mod must_pass;
 mod mutants;
+mod other_data;
 mod real_data;
 #[path = "../support/mod.rs"]
 mod support;

@@ -68,7 +68,7 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
                     ]
                 })
                 .collect();
-            Example { name: format!("pose {j}"), positions }
+            Example { name: format!("pose {j}"), positions, mirror: false }
         })
         .collect();
     Face {

@@ -93,7 +93,12 @@ impl TileWeights {
         sums: &mut [Line],
     ) {
         let (indices, weights) = self.at(tile);
-        let mut all: [Lanes<S>; N] = std::array::from_fn(|j| started(simd, start, &sums[j], register));
+        let mut all = [Lanes::splat(simd, 0.0); N];
+        if let Some(start) = start {
+            for j in 0..N {
+                all[j] = Lanes::splat(simd, start) * Lanes::load(simd, &sums[j].0, register);
+            }
+        }
         for (i, weight) in indices.iter().zip(weights) {
             let cells = &table[*i as usize];
             let weight = Lanes::load(simd, &weight.0, register);
@@ -138,9 +143,15 @@ impl TileWeights {
         (first, sums): (usize, &mut [Vec<Line>; GROUP_VERTICES]),
     ) {
         let (indices, weights) = self.at(v / TILE);
-        let mut all: [[Lanes<S>; N]; GROUP_VERTICES] = std::array::from_fn(|lane| {
-            std::array::from_fn(|j| started(simd, start, &sums[lane][first + j], register))
-        });
+        let mut all = [[Lanes::splat(simd, 0.0); N]; GROUP_VERTICES];
+        if let Some(start) = start {
+            for lane in 0..GROUP_VERTICES {
+                for j in 0..N {
+                    let sum = Lanes::load(simd, &sums[lane][first + j].0, register);
+                    all[lane][j] = Lanes::splat(simd, start) * sum;
+                }
+            }
+        }
         for (i, weights) in indices.iter().zip(weights) {
             let cells = &table[*i as usize];
             let (weights, _) = weights.0.as_chunks::<GROUP_VERTICES>();
@@ -157,15 +168,6 @@ impl TileWeights {
                 sum.store(&mut out.0, register);
             }
         }
-    }
-}
-
-/// What a sum starts from.
-#[inline(always)]
-fn started<S: Simd>(simd: S, start: Option<f32>, sum: &Line, register: usize) -> Lanes<S> {
-    match start {
-        Some(factor) => Lanes::splat(simd, factor) * Lanes::load(simd, &sum.0, register),
-        None => Lanes::splat(simd, 0.0),
     }
 }
 

@@ -17,6 +17,8 @@ pub struct Example {
     pub name: String,
     /// V positions, in the neutral's vertex order and unit.
     pub positions: Vec<[f64; 3]>,
+    /// Whether its mirror image, left and right exchanged, is an example too.
+    pub mirror: bool,
 }
 
 /// Which pairs of handles carry a strain edge.

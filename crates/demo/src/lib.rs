@@ -48,6 +48,7 @@ pub fn face(vertices: usize) -> Face {
     let examples = EXPRESSIONS
         .iter()
         .map(|expression| Example {
+            mirror: false,
             name: expression.name.into(),
             positions: skin
                 .par_iter()

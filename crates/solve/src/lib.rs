@@ -39,6 +39,7 @@ pub mod geodesic;
 pub mod influences;
 pub mod laplacian;
 mod learned;
+mod mirror;
 mod rbf;
 mod sparse;
 mod system;
@@ -102,6 +103,8 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
 /// As [`solve`].
 pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f64>, Account)> {
     doctor::check(face)?;
+    let mirrored = mirror::with_mirror_images(face)?;
+    let face = mirrored.as_ref().unwrap_or(face);
     let mut shell = shell(face, progress)?;
     let mut account = Account::default();
     match face.settings.method {

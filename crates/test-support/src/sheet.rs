@@ -21,7 +21,7 @@ pub fn face() -> Face {
             labels: ["a", "b", "c", "d", "e"].map(String::from).to_vec(),
             vertices: vec![0, 4, 12, 20, 24],
         },
-        examples: vec![Example { name: "smile".into(), positions: smile }],
+        examples: vec![Example { name: "smile".into(), positions: smile, mirror: false }],
         settings: Settings::default(),
     }
 }

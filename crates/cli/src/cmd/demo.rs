@@ -145,7 +145,7 @@ fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String>
         let file = PathBuf::from("poses").join(format!("{}.obj", example.name));
         pose.positions.clone_from(&example.positions);
         mesh::write_obj(&dir.join(&file), &pose)?;
-        examples.push(ExampleSection { name: example.name.clone(), mesh: file });
+        examples.push(ExampleSection { name: example.name.clone(), mesh: file, mirror: example.mirror });
         report(i as u64 + 2)?;
     }
     tables::write_handles(&dir.join("markers.csv"), &face.handles)?;

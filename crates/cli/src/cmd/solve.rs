@@ -4,10 +4,13 @@ use super::doctor;
 use crate::progress::{Ui, timed};
 use crate::{args, memory, output};
 use rhytid::human;
-use rhytid::solve::{Account, Candidate, Report, Severity};
+use rhytid::solve::{Account, Candidate, FreePart, Report, Severity};
 use rhytid::{AtomicFile, Error, Progress, Result, Rig, rig_file};
 use std::path::Path;
 use std::time::Duration;
+
+/// Parts without a handle that are named: a head has dozens, teeth and lashes.
+const PARTS_NAMED: usize = 8;
 
 /// What a solve came to.
 pub(super) struct Solved {
@@ -108,14 +111,18 @@ fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
         lines.push(line);
     }
     for (what, rigid) in [("move as solids", true), ("follow the closest skin", false)] {
-        let parts: Vec<String> = account
-            .parts
+        let parts: Vec<&FreePart> = account.parts.iter().filter(|part| part.rigid == rigid).collect();
+        let named = parts
             .iter()
-            .filter(|part| part.rigid == rigid)
-            .map(|part| format!("{} vertices from {} on", human::count(part.vertices), part.first_vertex))
-            .collect();
+            .take(PARTS_NAMED)
+            .map(|part| format!("{} vertices from {} on", human::count(part.vertices), part.first_vertex));
+        let named = named.collect::<Vec<_>>().join(", ");
+        let more = match parts.len().saturating_sub(PARTS_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
         if !parts.is_empty() {
-            lines.push(format!("parts without a handle that {what}: {}", parts.join(", ")));
+            lines.push(format!("parts without a handle that {what}: {}: {named}{more}", parts.len()));
         }
     }
     lines

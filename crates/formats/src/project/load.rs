@@ -31,7 +31,7 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
         let key = format!("[[example]] {:?}: mesh", example.name);
         let example_path = existing(path, &example.mesh, &key)?;
         let positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
-        Ok(Example { name: example.name.clone(), positions })
+        Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
     };
     // Of several errors the first in the file's order is told.
     let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();

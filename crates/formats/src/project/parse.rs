@@ -116,7 +116,7 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
     let mut seen = HashMap::new();
     let sections = root.sections("example")?;
     for section in &sections {
-        section.allow(&["name", "mesh"])?;
+        section.allow(&["name", "mesh", "mirror"])?;
         let expected = "a name that no other example has";
         let name = match section.text("name", expected)? {
             None => return Err(section.lacks("name", expected)),
@@ -130,7 +130,12 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
             return Err(section.wrong("name", &quoted(name), &format!("{expected}, but see line {line}")));
         }
         let mesh = section.path("mesh", "the file of the example's mesh")?;
-        examples.push(ExampleSection { name: name.to_owned(), mesh });
+        let mirror = match section.get("mirror") {
+            None => false,
+            Some(DeValue::Boolean(mirror)) => *mirror,
+            Some(other) => return Err(section.wrong("mirror", &found(other), "true or false")),
+        };
+        examples.push(ExampleSection { name: name.to_owned(), mesh, mirror });
     }
     Ok(examples)
 }

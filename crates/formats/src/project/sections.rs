@@ -54,6 +54,9 @@ pub struct ExampleSection {
     pub name: String,
     /// A mesh with the neutral's vertices and faces.
     pub mesh: PathBuf,
+    /// Whether its mirror image is an example too.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub mirror: bool,
 }
 
 /// `[large_scale]`.

@@ -23,6 +23,7 @@ mesh = "poses/frown.obj"
 [[example]]
 name = "smile"
 mesh = "poses/smile.ply"
+mirror = true
 [large_scale]
 bending_length = 3.0
 bind = "nearest"
@@ -40,7 +41,11 @@ marker_noise = 0
 const SMALLEST: &str = "[mesh]\nneutral = 'n.obj'\nunits = 'm'\n[handles]\nvertices = 'h.csv'\n";
 
 fn full() -> Project {
-    let example = |name: &str, mesh: &str| ExampleSection { name: name.into(), mesh: mesh.into() };
+    let example = |name: &str, mesh: &str| ExampleSection {
+        name: name.into(),
+        mesh: mesh.into(),
+        mirror: name == "smile",
+    };
     Project {
         method: Method::Chapter,
         mesh: MeshSection {
@@ -186,7 +191,10 @@ fn any_project() -> impl Strategy<Value = Project> {
             up: if mesh.3 { UpAxis::Z } else { UpAxis::Y },
         },
         handles: HandlesSection { vertices },
-        examples: examples.into_iter().map(|(name, mesh)| ExampleSection { name, mesh }).collect(),
+        examples: examples
+            .into_iter()
+            .map(|(name, mesh)| ExampleSection { mirror: name.len() > 4, name, mesh })
+            .collect(),
         large_scale: LargeScaleSection {
             bending_length: choices.0,
             bind: if choices.1 { Bind::Nearest } else { Bind::Rigid },

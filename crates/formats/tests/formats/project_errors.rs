@@ -54,7 +54,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
         (
             "mesh = \"poses",
             "MESH = \"poses",
-            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh",
+            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh, mirror",
         ),
         (
             "bending_length",
@@ -155,6 +155,7 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
         ("units", "up = \"x\"\nunits", "line 3: [mesh] up is \"x\", expected \"y\" or \"z\""),
         ("units", "up = 1\nunits", "line 3: [mesh] up is 1, expected \"y\" or \"z\""),
         ("\"frown\"", "\"\"", "line 9: [[example]] name is \"\", expected a name that is not empty"),
+        ("\"frown\"", "\"frown\"\nmirror = 1", "line 10: [[example]] mirror is 1, expected true or false"),
         ("\"frown\"", "3", "line 9: [[example]] name is 3, expected a name that no other example has"),
         ("3.0", "0.0", &format!("line 13: [large_scale] bending_length is 0.0, expected {length}")),
         ("3.0", "-3", &format!("line 13: [large_scale] bending_length is -3, expected {length}")),

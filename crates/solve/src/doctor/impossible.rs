@@ -3,7 +3,7 @@ use super::finding::{Report, Severity};
 use super::words::{count, first_few};
 use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;
-use rhytid_core::{Face, StrainEdges};
+use rhytid_core::{Face, LearnedSettings, Method, StrainEdges};
 use std::collections::HashMap;
 
 pub(super) fn examine(face: &Face, report: &mut Report) {
@@ -102,6 +102,24 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     }
     if settings.max_influences == 0 {
         error("settings", "max_influences is 0, expected at least 1".into());
+    }
+    if let Method::Learned(learned) = settings.method {
+        let LearnedSettings { share, ridge, fold_ridge, marker_noise } = learned;
+        for (name, number, is_right, expected) in [
+            ("share", share, share.is_none_or(|s| (0.0..=1.0).contains(&s)), "0 to 1"),
+            ("ridge", ridge, ridge.is_none_or(positive), "a number above 0"),
+            ("fold_ridge", Some(fold_ridge), positive(fold_ridge), "a number above 0"),
+            (
+                "marker_noise",
+                Some(marker_noise),
+                marker_noise == 0.0 || positive(marker_noise),
+                "millimetres from 0",
+            ),
+        ] {
+            if let Some(number) = number.filter(|_| !is_right) {
+                error("settings", format!("{name} is {number}, expected {expected}"));
+            }
+        }
     }
     if !positive(face.metres_per_unit) {
         error("settings", format!("a unit is {} metres, expected a number above 0", face.metres_per_unit));

@@ -7,6 +7,7 @@ mod words;
 
 pub use finding::{Finding, Report, Severity};
 
+use crate::mirror::with_mirror_images;
 use rhytid_core::{Error, Face, Result};
 
 /// Looks at a face for everything that would hurt its solve. Errors are only what makes it impossible; where
@@ -14,6 +15,12 @@ use rhytid_core::{Error, Face, Result};
 pub fn examine(face: &Face) -> Report {
     let mut report = Report::default();
     impossible::examine(face, &mut report);
+    // The solve says it in the same words.
+    if !report.has_errors()
+        && let Err(e) = with_mirror_images(face)
+    {
+        report.add(Severity::Error, "no-mirror-image", e.to_string());
+    }
     if !report.has_errors() {
         surface::examine(face, &mut report);
         capture::examine(face, &mut report);

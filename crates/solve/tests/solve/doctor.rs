@@ -276,7 +276,7 @@ fn examples_that_move_no_handle() {
         f.settings.method = Method::Chapter;
         let mut positions = f.neutral.positions.clone();
         positions[17][2] += 0.6;
-        f.examples.push(Example { name: "twitch".into(), positions });
+        f.examples.push(Example { name: "twitch".into(), positions, mirror: false });
     });
     let words = ["example twitch moves no handle", "lost or shows at rest too"];
     finds(&face, Severity::Warning, "example-at-rest", &words);
@@ -480,7 +480,7 @@ prop_compose! {
             metres_per_unit: 0.05,
             up_axis: UpAxis::Z,
             handles: Handles { labels: (0..handles.len()).map(|h| h.to_string()).collect(), vertices: handles },
-            examples: vec![Example { name: "pose".into(), positions: example }],
+            examples: vec![Example { name: "pose".into(), positions: example, mirror: false }],
             settings: Settings {
                 bind: if nearest { Bind::Nearest } else { Bind::Rigid },
                 max_influences: 2,

@@ -68,7 +68,11 @@ fn face(case: &Case) -> Face {
         up_axis: UpAxis::Y,
         handles: Handles { labels, vertices: case.handles.clone() },
         examples: poses
-            .map(|(p, positions)| Example { name: format!("p{p}"), positions: positions.clone() })
+            .map(|(p, positions)| Example {
+                name: format!("p{p}"),
+                positions: positions.clone(),
+                mirror: false,
+            })
             .collect(),
         settings: Settings {
             bending_length: Some(case.bending_length),

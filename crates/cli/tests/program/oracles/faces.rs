@@ -80,6 +80,7 @@ fn make_head(data: &Path) -> Animation {
     let neutral = mesh::read(&neutral_path).unwrap();
     let poses = common::list(&data.join("head/poses")).into_iter().filter(|name| name.ends_with(".obj"));
     let examples = poses.map(|name| Example {
+        mirror: false,
         positions: mesh::read_like(&neutral, &neutral_path, &data.join("head/poses").join(&name)).unwrap(),
         name,
     });
@@ -94,5 +95,6 @@ fn make_head(data: &Path) -> Animation {
     };
     let labels = &face.handles.labels;
     let take = take::read(&data.join("takes/rom_3_clean.csv"), Some(labels), take::Missing::Error).unwrap();
-    Animation::new(&face, &take, 0..60)
+    // Two seconds in which the mouth opens.
+    Animation::new(&face, &take, 1420..1480)
 }
