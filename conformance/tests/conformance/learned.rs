@@ -88,6 +88,11 @@ fn golden_frames_are_met_by_the_learned_method() {
         let case: Value = serde_json::from_str(&text).unwrap();
         let face = face(&case);
         let rig = solve(&face, &NoProgress).unwrap();
+        // What was learned can be taken out again, in f32 too.
+        let shell = numbers(&case["expected"]["shell_basis"]);
+        assert!(worst_difference(&rig.clone().shell().basis, &shell).size < 1e-12);
+        let of_f32: Vec<f64> = rig.cast::<f32>().shell().basis.iter().map(|&b| f64::from(b)).collect();
+        assert!(worst_difference(&of_f32, &shell).size < 1e-6);
         for frame in case["expected"]["frames"].as_array().unwrap() {
             let handle_positions = vectors(&frame["handle_positions"]);
             let results = evaluate(&rig, &handle_positions);

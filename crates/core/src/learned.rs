@@ -2,6 +2,7 @@
 use crate::Rig;
 use rayon::prelude::*;
 use rhytid_kernels::Real;
+use rhytid_kernels::linear_band::EDGES_SHARE;
 
 /// What was learned of the examples and is no row of the basis: the linear band (`docs/method.md`, the learned method).
 ///
@@ -103,9 +104,50 @@ impl<T: Real> Rig<T> {
         vectors
     }
 
-    /// The rig with the shell alone as its large scale, as it was before any example was seen: ΔB is taken out of the
-    /// basis, and nothing is added to it. A rig of the chapter's method has nothing else, and is returned as it is.
+    /// What the large scale adds to each of the V vertices when `handle` moves by one mesh unit along `axis` (0 to 2) and no other
+    /// does: it is linear, so that these columns together are all of it.
+    pub fn large_scale_column(&self, handle: usize, axis: usize) -> Vec<[T; 3]> {
+        let (handles, k, edges) = (self.handles.len(), self.influences(), self.strain_edges.len());
+        let learned = self.learned.as_ref().filter(|learned| !learned.example_weights.is_empty());
+        // T of the features that this handle is a part of.
+        let vectors = if learned.is_some() { self.example_vectors() } else { Vec::new() };
+        let product = |p: usize, e: usize| {
+            let sign = match self.strain_edges.get(e) {
+                Some(&[_, b]) if b as usize == handle => 1.0,
+                Some(&[a, _]) if a as usize == handle => -1.0,
+                None if e - edges == handle => 1.0,
+                _ => return 0.0,
+            };
+            sign * vectors[p * self.features() + e][axis].widen()
+        };
+        (0..self.vertices())
+            .into_par_iter()
+            .map(|v| {
+                let mut offset = [0.0; 3];
+                offset[axis] = self.basis[v * handles + handle].widen();
+                if let Some(learned) = learned {
+                    let (a, examples) = (learned.anchors_per_vertex(), self.example_names.len());
+                    for (p, c) in learned.example_weights[v * examples..][..examples].iter().enumerate() {
+                        let of_edges = (v * k..(v + 1) * k).map(|i| {
+                            self.influence_weights[i].widen() * product(p, self.influence_edges[i] as usize)
+                        });
+                        let of_anchors = (v * a..(v + 1) * a).map(|i| {
+                            learned.anchor_weights[i].widen()
+                                * product(p, edges + learned.anchors[i] as usize)
+                        });
+                        let kappa = EDGES_SHARE * of_edges.sum::<f64>() + of_anchors.sum::<f64>();
+                        (0..3).for_each(|axis| offset[axis] += c[axis].widen() * kappa);
+                    }
+                }
+                offset.map(T::round_from)
+            })
+            .collect()
+    }
+
+    /// The rig with the shell alone, as it was before any example was seen: ΔB is taken out of the basis, nothing is added to it,
+    /// and there are no folds.
     pub fn shell(mut self) -> Self {
+        self.rbf_weights.fill([T::ZERO; 3]);
         let Some(learned) = self.learned.take() else { return self };
         let (handles, k, a) = (self.handles.len(), self.influences(), learned.anchors_per_vertex());
         let (lengths, edges) = (self.feature_lengths(), &self.strain_edges);

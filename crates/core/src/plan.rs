@@ -1,8 +1,10 @@
 //! The plan of what every GPU backend does with a rig: which buffers it makes, what is in them, and which kernels it runs on them.
 //! A backend adds how its API makes a buffer and runs a kernel, and nothing else.
 mod contents;
+mod extent;
 
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
+use extent::{Extent, extent, of_linear_band};
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
 use std::borrow::Cow;
@@ -488,58 +490,6 @@ fn rows(offsets: &[u32], part: &Range<usize>, lists: usize) -> Range<usize> {
     let [first, end] =
         [part.start / TILE, part.end.div_ceil(TILE)].map(|tile| offsets[lists * tile] as usize);
     first..end
-}
-
-/// What there is one of a buffer for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Extent {
-    /// The rig.
-    Rig,
-    /// Each part.
-    Part,
-    /// Each slice, to be filled by the host.
-    Input,
-    /// Each slice, written by one kernel for another.
-    Scratch,
-    /// Each slice, of this stage.
-    Result(Stage),
-}
-
-fn extent(buffer: Buffer) -> Extent {
-    match buffer {
-        Buffer::Rest
-        | Buffer::HandleRest
-        | Buffer::StrainEdges
-        | Buffer::RestLengths
-        | Buffer::PoseFeatures
-        | Buffer::ExampleVectors
-        | Buffer::TangentNeighbors => Extent::Rig,
-        Buffer::Basis
-        | Buffer::InfluenceOffsets
-        | Buffer::Influences
-        | Buffer::InfluenceWeights
-        | Buffer::RbfWeights
-        | Buffer::Pivots
-        | Buffer::ExampleWeights
-        | Buffer::FanOffsets
-        | Buffer::Fans => Extent::Part,
-        Buffer::HandlePositions | Buffer::Displacements => Extent::Input,
-        Buffer::SquaredDifferences | Buffer::StrainProducts | Buffer::BasisPositions => Extent::Scratch,
-        Buffer::Features => Extent::Result(Stage::Strain),
-        Buffer::LargeScalePositions => Extent::Result(Stage::LargeScale),
-        Buffer::LargeScaleNormals => Extent::Result(Stage::LargeScaleNormals),
-        Buffer::LocalDetail => Extent::Result(Stage::Detail),
-        Buffer::Positions => Extent::Result(Stage::Positions),
-        Buffer::VertexNormals => Extent::Result(Stage::Normals),
-    }
-}
-
-/// Whether the linear band alone needs `buffer`.
-fn of_linear_band(buffer: Buffer) -> bool {
-    matches!(
-        buffer,
-        Buffer::ExampleVectors | Buffer::ExampleWeights | Buffer::StrainProducts | Buffer::BasisPositions
-    )
 }
 
 fn words<T: bytemuck::NoUninit>(params: &T) -> Vec<u32> {

@@ -39,7 +39,7 @@ fn difference(moved: &[f32], rest: &[[f32; 3]]) -> Vec<[f32; 3]> {
     moved.zip(rest).map(|(moved, rest)| std::array::from_fn(|c| moved[c] - rest[c])).collect()
 }
 
-/// The basis' columns, 3 H of them: what one handle adds when it moves by one unit along an axis. None has the name of one of
+/// The large scale's columns, 3 H of them: what one handle adds when it moves by one unit along an axis. None has the name of one of
 /// the `examples`.
 pub fn handle_shapes(rig: &Rig, examples: &[Shape]) -> Vec<Shape> {
     let handles = rig.handles.len();
@@ -48,9 +48,7 @@ pub fn handle_shapes(rig: &Rig, examples: &[Shape]) -> Vec<Shape> {
         while examples.iter().any(|example| example.name == name) {
             name += "_handle";
         }
-        let offset =
-            |v: usize| std::array::from_fn(|c| if c == axis { rig.basis[v * handles + h] } else { 0.0 });
-        Shape { name, offsets: (0..rig.vertices()).map(offset).collect(), normal_offsets: None }
+        Shape { name, offsets: rig.large_scale_column(h, axis), normal_offsets: None }
     };
     (0..handles).flat_map(|h| (0..3).map(move |axis| (h, axis))).map(|(h, axis)| shape(h, axis)).collect()
 }

@@ -69,7 +69,7 @@ fn a_wrong_version() {
         |header, _| {
             let mut metadata: Value =
                 serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
-            assert_eq!(metadata["version"], 2);
+            assert_eq!(metadata["version"], 3);
             metadata["version"] = json!(999);
             header["__metadata__"]["rhytid"] = json!(metadata.to_string());
         },
@@ -79,7 +79,7 @@ fn a_wrong_version() {
 
 #[test]
 fn indices_out_of_range() {
-    for tensor in ["handles", "triangles", "strain_edges", "influence_edges", "frame_neighbors"] {
+    for tensor in ["handles", "triangles", "strain_edges", "influence_edges", "frame_neighbors", "anchors"] {
         refused_after(
             |header, data| {
                 let at = offset(header, tensor);

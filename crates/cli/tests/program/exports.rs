@@ -35,12 +35,13 @@ fn take_with_head(f: &Fixture) -> String {
 }
 
 /// Every format, and all options that it has.
-const EXPORTS: [&str; 13] = [
+const EXPORTS: [&str; 14] = [
     "face.usd",
     "face.usd --velocities --no-normals",
     "face.usda --velocities",
     "face.usdz",
     "face.usdc --stage large-scale --frames 3..17 --fps 24",
+    "face.usdc --stage shell",
     "face.glb",
     "face.gltf --no-normals",
     "face.glb --quantize",

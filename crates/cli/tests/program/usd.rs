@@ -15,12 +15,16 @@ fn usd_reads_the_backends_bits() {
     let take = take::read(&take_path, Some(&rig.labels), take::Missing::Error).unwrap();
     let handles = take.handle_positions(&rig.labels).unwrap();
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(take.frames())).unwrap();
-    animator.evaluate(&handles).unwrap();
+    // The shell alone is the large scale of another rig, from before anything was learned.
+    let mut animators = [&rig, &rig.clone().shell()]
+        .map(|rig| Animator::new(&cpu, rig, UploadOptions::frames(take.frames())).unwrap());
+    animators.iter_mut().for_each(|animator| animator.evaluate(&handles).unwrap());
+    let mut told = Vec::new();
 
-    for (args, stages) in [
-        ("", [Stage::Positions, Stage::Normals]),
-        (" --stage large-scale", [Stage::LargeScale, Stage::LargeScaleNormals]),
+    for (args, of, stages) in [
+        ("", 0, [Stage::Positions, Stage::Normals]),
+        (" --stage large-scale", 0, [Stage::LargeScale, Stage::LargeScaleNormals]),
+        (" --stage shell", 1, [Stage::LargeScale, Stage::LargeScaleNormals]),
     ] {
         // Other devices agree within rounding alone.
         let [of_rig, of_take] = [&rig_path, &take_path].map(|path| path.display());
@@ -28,7 +32,7 @@ fn usd_reads_the_backends_bits() {
         let mut expected = Vec::new();
         for stage in stages {
             let mut values = Vec::new();
-            animator.read(stage, &mut values).unwrap();
+            animators[of].read(stage, &mut values).unwrap();
             expected.extend(values.iter().flat_map(|x| x.to_le_bytes()));
         }
         let dump = f.path("dump.bin");
@@ -39,5 +43,7 @@ fn usd_reads_the_backends_bits() {
             String::from_utf8_lossy(&output.stdout).split_whitespace().map(|c| c.parse().unwrap()).collect();
         assert_eq!(codes, (0..take.frames()).map(|i| i as f64).collect::<Vec<_>>());
         assert!(f.read("dump.bin") == expected, "USD reads other bits than the backend gave{args}");
+        told.push(expected);
     }
+    assert!(told[0] != told[1] && told[1] != told[2], "stages are not told apart");
 }

@@ -36,7 +36,6 @@ bending_length = 3.0
 [strain]
 edges = "auto"
 [fine_scale]
-method = "chapter"
 max_influences = 16
 "#;
 

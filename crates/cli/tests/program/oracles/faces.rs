@@ -68,7 +68,7 @@ fn cut(uvs: &Uvs, vertices: &[u32], chosen: &[bool]) -> Uvs {
     Uvs { values: uvs.values.iter().copied().chain(moved).collect(), corners: Some(corners.collect()) }
 }
 
-/// The real head, where the test data is there: many parts, seams, quads among triangles; two seconds of its take.
+/// The real head, where the test data is there: many parts, seams, quads among triangles; the first seconds of its take.
 pub(super) fn real_head() -> Option<&'static Animation> {
     static HEAD: OnceLock<Animation> = OnceLock::new();
     let data = shared("data")?;
@@ -95,6 +95,6 @@ fn make_head(data: &Path) -> Animation {
     };
     let labels = &face.handles.labels;
     let take = take::read(&data.join("takes/rom_3_clean.csv"), Some(labels), take::Missing::Error).unwrap();
-    // Two seconds in which the mouth opens.
-    Animation::new(&face, &take, 1420..1480)
+    // To the middle of a blink.
+    Animation::new(&face, &take, 0..41)
 }
