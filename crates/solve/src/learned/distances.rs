@@ -18,8 +18,8 @@ pub(crate) struct Distances {
 }
 
 impl Distances {
-    /// From each of `handles`, the nearest of which to each vertex is in `cells`, with all that is needed for each vertex's `nearest_edges` strain edges of smallest
-    /// `s = g_va + g_vb − g_ab`, and for its `nearest` handles.
+    /// From each of `handles`, the nearest of which to each vertex is in `cells`, with all that is needed for each vertex's
+    /// `nearest_edges` strain edges of smallest `s = g_va + g_vb − g_ab`, and for its `nearest` handles.
     ///
     /// A search from a handle stops where it can matter no more. From the cell of handle h₀ on, at the distance d from it, all
     /// distances are at most d more than from h₀, so that of the edge of rank n, s is at most `S(h₀) + 2d`, where S is what it is at
@@ -143,4 +143,49 @@ fn between_handles(graph: &EdgeGraph<'_>, cells: &[Cell], handles: usize) -> Vec
         });
     }
     between
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::neighborhoods::{Listens, edge_influences, linear_influences};
+    use super::*;
+    use crate::geodesic::{nearest_handles, touching_cells};
+    use rhytid_core::NoProgress;
+
+    /// A bent grid of 40 × 30 vertices in quads cut in two, and 80 handles anywhere on it.
+    #[test]
+    fn what_is_not_searched_changes_nothing() {
+        let number = |i: u32| ((f64::from(i) * 12.9898).sin() * 43758.5453).fract().abs();
+        let at = |v: u32| {
+            let (x, y) = (f64::from(v % 40) + 0.6 * number(v), f64::from(v / 40) + 0.6 * number(v + 5000));
+            [x, y, 3.0 * (0.3 * x).sin()]
+        };
+        let rest: Vec<[f64; 3]> = (0..1200).map(at).collect();
+        let corners = (0..29).flat_map(|row| (0..39).map(move |column| 40 * row + column));
+        let triangles: Vec<[u32; 3]> =
+            corners.flat_map(|a| [[a, a + 1, a + 41], [a, a + 41, a + 40]]).collect();
+        let topology = Topology::new(rest.len(), &triangles);
+        let handles: Vec<u32> = (0..80).map(|h| (h * 7919 + 13) % 1200).collect();
+        let cells = nearest_handles(&EdgeGraph::new(&rest, &topology), &handles);
+        let of_handle: Vec<Option<u32>> = cells.iter().map(|cell| cell.map(|(_, h)| h)).collect();
+        let mut edges = touching_cells(&topology, &of_handle);
+        // One that goes right across.
+        edges.push([0, 41]);
+        let distances =
+            |ranks| Distances::new(&rest, (&topology, &cells), &handles, &edges, ranks, &NoProgress).unwrap();
+        let listens = vec![Listens::Itself; rest.len()];
+        for k in [3, 6, 12] {
+            let [some, all] = [(k + 1, 8), (usize::MAX, usize::MAX)].map(|ranks| {
+                let distances = distances(ranks);
+                let alpha = edge_influences(&distances, &handles, &edges, 4.0, k);
+                let omega =
+                    linear_influences(&rest, &handles, &distances, &alpha, &listens, edges.len(), 4.0);
+                let found = distances.along.iter().filter(|g| g.is_finite()).count();
+                (alpha, omega, found)
+            });
+            assert!(some.2 < all.2 * 9 / 10, "{k}: {} of {} were searched", some.2, all.2);
+            assert_eq!(some.0, all.0, "{k} strain edges");
+            assert_eq!(some.1, all.1, "{k} strain edges");
+        }
+    }
 }

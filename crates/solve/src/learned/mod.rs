@@ -262,6 +262,7 @@ fn add_band(band: &LinearBand, influences: &LinearInfluences, table: &[f64], pos
         }
     });
 }
+
 /// `T_ep = D_e · D_pe`, (F + H)×P: of one frame's vector strains with those of P examples.
 fn products(of_frame: &[[f64; 3]], of_examples: &[[f64; 3]]) -> Vec<f64> {
     let examples = of_examples.len() / of_frame.len().max(1);
