@@ -48,7 +48,7 @@ mod topology;
 mod triangulate;
 
 pub use doctor::{Finding, Report, Severity, examine};
-pub use learned::{Candidate, FreePart};
+pub use learned::{Candidate, Confidence, FreePart, PlannedScan, ScanPlan, plan_scans};
 pub use topology::Topology;
 pub use triangulate::triangulate;
 

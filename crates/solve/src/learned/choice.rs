@@ -54,7 +54,7 @@ pub(crate) fn choose(
         let only = Candidate { share, ridge, leave_one_out: f64::NAN };
         return Ok((only, vec![only]));
     }
-    let squares: Vec<Vec<f64>> = sample(area)
+    let squares: Vec<Vec<f64>> = sample(area, SAMPLES)
         .into_par_iter()
         .map_init(
             || (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![[0.0; 3]; examples]),
@@ -93,17 +93,17 @@ pub(crate) fn choose(
     Ok((best.unwrap_or(unseen), candidates))
 }
 
-/// Vertices at equal distances in the sum of the areas: a vertex of a large area may be there more than once.
-fn sample(area: &[f64]) -> Vec<usize> {
+/// `count` vertices at equal distances in the sum of the areas: a vertex of a large area may be there more than once.
+pub(super) fn sample(area: &[f64], count: usize) -> Vec<usize> {
     let total: f64 = area.iter().sum();
     if total <= 0.0 {
         return Vec::new();
     }
-    let mut vertices = Vec::with_capacity(SAMPLES);
+    let mut vertices = Vec::with_capacity(count);
     let mut sum = 0.0;
     for (v, area) in area.iter().enumerate() {
         sum += area;
-        while vertices.len() < SAMPLES && (vertices.len() as f64 + 0.5) / SAMPLES as f64 * total < sum {
+        while vertices.len() < count && (vertices.len() as f64 + 0.5) / count as f64 * total < sum {
             vertices.push(v);
         }
     }
@@ -116,10 +116,10 @@ mod tests {
 
     #[test]
     fn the_sample_goes_by_area() {
-        let found = sample(&[1.0, 0.0, 3.0]);
+        let found = sample(&[1.0, 0.0, 3.0], SAMPLES);
         assert_eq!(found.len(), SAMPLES);
         assert_eq!(found.iter().filter(|v| **v == 0).count(), SAMPLES / 4);
         assert!(!found.contains(&1));
-        assert!(sample(&[0.0; 3]).is_empty());
+        assert!(sample(&[0.0; 3], SAMPLES).is_empty());
     }
 }

@@ -74,8 +74,13 @@ impl VectorStrains {
     }
 
     /// D of feature `e`, 3P.
-    fn feature(&self, e: u32) -> &[f64] {
+    pub(crate) fn feature(&self, e: u32) -> &[f64] {
         &self.of_examples[e as usize * 3 * self.examples..][..3 * self.examples]
+    }
+
+    /// What noise of variance 1 adds to |D|² of feature `e` per axis.
+    pub(crate) fn noise(&self, e: u32) -> f64 {
+        self.noise[e as usize]
     }
 
     /// D of all features in the examples, P×(F + H).
@@ -173,6 +178,19 @@ impl VertexSystem {
     /// [`Error::Internal`] if the matrix is not positive definite, which a λ above 0 forbids.
     pub(crate) fn solve(&mut self, settings: LinearSettings, smooth: &[f64], z: &mut [f64]) -> Result<bool> {
         z.fill(0.0);
+        if !self.factorize(settings)? {
+            return Ok(false);
+        }
+        z.copy_from_slice(smooth);
+        self.substitute(z);
+        Ok(true)
+    }
+
+    /// The factor of the matrix that [`VertexSystem::solve`] solves with; false where there is none.
+    ///
+    /// # Errors
+    /// As [`VertexSystem::solve`].
+    pub(crate) fn factorize(&mut self, settings: LinearSettings) -> Result<bool> {
         let tau = self.tau();
         if tau <= 0.0 {
             return Ok(false);
@@ -195,9 +213,23 @@ impl VertexSystem {
             Default::default(),
         )
         .map_err(|e| Error::Internal(format!("a vertex's linear band has no solution: {e:?}")))?;
-        z.copy_from_slice(smooth);
-        self.substitute(z);
         Ok(true)
+    }
+
+    /// The factor's lower triangle, column by column.
+    pub(crate) fn factor(&self) -> Vec<f64> {
+        (0..self.size).flat_map(|j| &self.factor.col_as_slice(j)[j..]).copied().collect()
+    }
+
+    /// The traces of A's 3×3 blocks' inverses, P: the variance, in units of s_v², that an example has when it is left out.
+    pub(crate) fn left_out(&mut self) -> Vec<f64> {
+        self.invert();
+        (0..self.size / 3)
+            .map(|p| {
+                let inverse = self.block(p).inverse();
+                (0..3).map(|c| inverse.col(c)[c]).sum()
+            })
+            .collect()
     }
 
     /// L Lᵀ x = x, in place.
@@ -221,18 +253,23 @@ impl VertexSystem {
     /// What each example would have been off by, had it been left out: `e_p = (A_pp)⁻¹ z_p`, with A the inverse of the
     /// matrix that [`VertexSystem::solve`] gave `z` with; P×3 in mesh units.
     pub(crate) fn leave_one_out(&mut self, z: &[f64], errors: &mut [[f64; 3]]) {
-        llt::inverse::inverse(
-            self.inverse.as_mut(),
-            self.factor.as_ref(),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        self.invert();
         for (p, error) in errors.iter_mut().enumerate() {
-            // Only the lower triangle is there.
-            let a = |i: usize, j: usize| self.inverse[(3 * p + i.max(j), 3 * p + i.min(j))];
-            let block = glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(i % 3, i / 3)));
-            *error = (block.inverse() * glam::DVec3::from_slice(&z[3 * p..][..3])).to_array();
+            *error = (self.block(p).inverse() * glam::DVec3::from_slice(&z[3 * p..][..3])).to_array();
         }
+    }
+
+    /// A of the factor.
+    fn invert(&mut self) {
+        let scratch = MemStack::new(&mut self.scratch);
+        llt::inverse::inverse(self.inverse.as_mut(), self.factor.as_ref(), Par::Seq, scratch);
+    }
+
+    /// A_pp.
+    fn block(&self, p: usize) -> glam::DMat3 {
+        // Only the lower triangle is there.
+        let a = |i: usize, j: usize| self.inverse[(3 * p + i.max(j), 3 * p + i.min(j))];
+        glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(i % 3, i / 3)))
     }
 
     /// τ: the mean of K1's diagonal.

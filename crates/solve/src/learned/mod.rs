@@ -1,11 +1,13 @@
 //! The learned method: what the thin shell leaves of the examples, in two bands. The smooth part is a linear function of
 //! what the handles nearby do relative to each other; the folds are the chapter's, made zero at rest.
 mod choice;
+mod confidence;
 mod distances;
 mod folds;
 mod linear_band;
 mod neighborhoods;
 mod parts;
+mod scan_plan;
 mod smoothing;
 
 use crate::bind::bind_nearest;
@@ -13,6 +15,7 @@ use crate::detail::{self, at_handles};
 use crate::geodesic::Cell;
 use crate::{Shell, Topology};
 pub use choice::Candidate;
+pub use confidence::Confidence;
 use distances::Distances;
 use folds::Folds;
 use linear_band::{LinearBand, LinearSettings, VectorStrains};
@@ -21,6 +24,7 @@ pub use parts::FreePart;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Example, Face, Learned, LearnedSettings, Progress, Result, Rig};
+pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 
 /// σ of the smooth band in mean rest lengths.
 const SMOOTHING: f64 = 1.0 / 12.0;

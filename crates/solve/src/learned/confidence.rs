@@ -1,0 +1,214 @@
+//! How far a frame is to be trusted: the variance that the linear band, read as a Gaussian process, has left for it.
+use super::choice;
+use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
+use crate::driven::DrivenComponents;
+use rayon::prelude::*;
+use rhytid_core::{Error, Learned, Result, Rig};
+use rhytid_kernels::Real;
+use rhytid_kernels::linear_band::EDGES_SHARE;
+
+/// The vector strains of a rig's poses.
+pub(crate) struct HandlePoses {
+    strain_edges: Vec<[u32; 2]>,
+    rest: Vec<[f64; 3]>,
+    rest_lengths: Vec<f64>,
+    mean: f64,
+}
+
+impl HandlePoses {
+    pub(crate) fn of<T: Real>(rig: &Rig<T>) -> Self {
+        let mut rest_lengths = rig.feature_lengths();
+        let mean = rest_lengths.last().copied().unwrap_or(1.0);
+        rest_lengths.truncate(rig.strain_edges.len());
+        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize].map(T::widen)).collect();
+        Self { strain_edges: rig.strain_edges.clone(), rest, rest_lengths, mean }
+    }
+
+    /// Of poses × H positions.
+    pub(crate) fn strains<T: Real>(&self, positions: &[[T; 3]]) -> VectorStrains {
+        let displacements: Vec<Vec<[f64; 3]>> = (positions.chunks_exact(self.rest.len()))
+            .map(|pose| {
+                pose.iter().zip(&self.rest).map(|(x, r)| [0, 1, 2].map(|c| x[c].widen() - r[c])).collect()
+            })
+            .collect();
+        VectorStrains::new(&displacements, &self.strain_edges, &self.rest_lengths, self.mean)
+    }
+}
+
+/// What a vertex of a rig of the learned method listens to: features and their weights ω, all above 0.
+pub(crate) fn listens<T: Real>(rig: &Rig<T>, learned: &Learned<T>, v: usize) -> Vec<(u32, f64)> {
+    let (k, a, edges) = (rig.influences(), learned.anchors_per_vertex(), rig.strain_edges.len() as u32);
+    let of_edges = (v * k..(v + 1) * k)
+        .map(|i| (rig.influence_edges[i], EDGES_SHARE * rig.influence_weights[i].widen()));
+    let of_anchors =
+        (v * a..(v + 1) * a).map(|i| (edges + learned.anchors[i], learned.anchor_weights[i].widen()));
+    of_edges.chain(of_anchors).filter(|(_, w)| *w > 0.0).collect()
+}
+
+/// What a rig of the learned method knows of its own errors, at some of its vertices (`docs/method.md`, the learned method).
+///
+/// The linear band is the mean of a Gaussian process over the poses u of the handles. What that has left as variance is
+/// `σ_v² = s_v² tr(κ(u, u) − kᵀ A k)`: σ_v is how far, RMS, the vertex may be from where a scan of the pose would have it. It is
+/// 0 at rest and grows with the distance from what the examples span.
+pub struct Confidence {
+    poses: HandlePoses,
+    examples: VectorStrains,
+    share: f64,
+    vertices: Vec<u32>,
+    of_vertices: Vec<OfVertex>,
+}
+
+struct OfVertex {
+    /// ω where it is above 0.
+    listens: Vec<(u32, f64)>,
+    /// s_v².
+    variance: f64,
+    tau: f64,
+    /// L of the system's matrix, the lower triangle column by column; empty where nothing is learned.
+    factor: Vec<f64>,
+    left_out: f64,
+}
+
+impl Confidence {
+    /// Of `vertices` of a rig.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the rig is not of the learned method, or has no example; [`Error::Internal`] if a system has no
+    /// solution in floating point.
+    pub fn new<T: Real>(rig: &Rig<T>, vertices: &[u32]) -> Result<Self> {
+        let Some(learned) = rig.learned.as_ref().filter(|_| !rig.example_names.is_empty()) else {
+            return Err(Error::input(
+                "the rig does not know how far it is to be trusted: that takes the learned method and an example; solve it again \
+                 with method = \"learned\"",
+            ));
+        };
+        let poses = HandlePoses::of(rig);
+        let examples = poses.strains(&rig.example_handles);
+        let settings =
+            LinearSettings { share: learned.share, ridge: learned.ridge, marker_noise: learned.marker_noise };
+        let count = examples.examples();
+        let of_vertices = vertices
+            .par_iter()
+            .map_init(
+                || VertexSystem::new(count),
+                |system, &v| {
+                    let listens = listens(rig, learned, v as usize);
+                    let (features, omega): (Vec<u32>, Vec<f64>) = listens.iter().copied().unzip();
+                    system.assemble(&examples, &features, &omega);
+                    let variance = learned.variances[v as usize].widen();
+                    let is_learned = variance > 0.0 && system.factorize(settings)?;
+                    let (factor, left_out) = match is_learned {
+                        true => (system.factor(), system.left_out()),
+                        false => (Vec::new(), Vec::new()),
+                    };
+                    let left_out = variance * left_out.iter().sum::<f64>() / count as f64;
+                    Ok(OfVertex { listens, variance, tau: system.tau(), factor, left_out })
+                },
+            )
+            .collect::<Result<_>>()?;
+        Ok(Self { poses, examples, share: learned.share, vertices: vertices.to_vec(), of_vertices })
+    }
+
+    /// Of at most `count` vertices that stand for the parts with a handle, by their areas.
+    ///
+    /// # Errors
+    /// As [`Confidence::new`].
+    pub fn sampled<T: Real>(rig: &Rig<T>, count: usize) -> Result<Self> {
+        Self::new(rig, &sample(rig, count))
+    }
+
+    /// The vertices, S of them.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// What σ² is for an example that is left out, the mean over the examples, S in mesh units squared: the scale on which to
+    /// read [`Confidence::variances`]. As far from the others as the examples are from each other, so much is a pose uncertain.
+    pub fn left_out(&self) -> impl Iterator<Item = f64> {
+        self.of_vertices.iter().map(|of_vertex| of_vertex.left_out)
+    }
+
+    /// σ², frames × S in mesh units squared, given frames × H positions of the handles in the rig's order.
+    pub fn variances<T: Real>(&self, handle_positions: &[[T; 3]]) -> Vec<f64> {
+        let handles = self.poses.rest.len();
+        let mut variances = vec![0.0; handle_positions.len() / handles * self.vertices.len()];
+        variances
+            .par_chunks_mut(self.vertices.len().max(1))
+            .zip(handle_positions.par_chunks(handles))
+            .for_each_init(Vec::new, |scratch, (variances, positions)| {
+                let frame = self.poses.strains(positions);
+                for (variance, of_vertex) in variances.iter_mut().zip(&self.of_vertices) {
+                    *variance = of_vertex.variance(self.share, &self.examples, &frame, scratch);
+                }
+            });
+        variances
+    }
+}
+
+impl OfVertex {
+    /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes.
+    fn variance(
+        &self,
+        share: f64,
+        examples: &VectorStrains,
+        frame: &VectorStrains,
+        k: &mut Vec<[f64; 3]>,
+    ) -> f64 {
+        if self.factor.is_empty() {
+            return 0.0;
+        }
+        let size = 3 * examples.examples();
+        k.clear();
+        k.resize(size, [0.0; 3]);
+        let mut own = 0.0;
+        for &(e, w) in &self.listens {
+            let d = frame.feature(e);
+            let (dx, dy, dz) = (d[0], d[1], d[2]);
+            own += w * (dx * dx + dy * dy + dz * dz);
+            // (1 − s) K1, and s κ on its diagonal.
+            for (k, p) in k.as_chunks_mut::<3>().0.iter_mut().zip(examples.feature(e).as_chunks::<3>().0) {
+                let common = share * w * (p[0] * dx + p[1] * dy + p[2] * dz);
+                for (c, row) in k.iter_mut().enumerate() {
+                    let moved = (1.0 - share) * w * p[c];
+                    row[0] += moved * dx;
+                    row[1] += moved * dy;
+                    row[2] += moved * dz;
+                    row[c] += common;
+                }
+            }
+        }
+        // |L⁻¹ k|²: what the examples say of the pose.
+        let mut told = 0.0;
+        let mut column = &self.factor[..];
+        for j in 0..size {
+            let (of_column, rest) = column.split_at(size - j);
+            let y = k[j].map(|k| k / of_column[0]);
+            told += y[0] * y[0] + y[1] * y[1] + y[2] * y[2];
+            for (k, l) in k[j + 1..].iter_mut().zip(&of_column[1..]) {
+                k[0] -= l * y[0];
+                k[1] -= l * y[1];
+                k[2] -= l * y[2];
+            }
+            column = rest;
+        }
+        let left = (1.0 + 2.0 * share) * own / self.tau - told / (self.tau * self.tau);
+        self.variance * left.max(0.0)
+    }
+}
+
+/// At most `count` vertices of the parts with a handle, none of them a handle, that stand for equal areas; ascending.
+pub(crate) fn sample<T: Real>(rig: &Rig<T>, count: usize) -> Vec<u32> {
+    let rest: Vec<[f64; 3]> = rig.rest.iter().map(|x| x.map(T::widen)).collect();
+    let driven = DrivenComponents::new(&rest, &rig.triangles, &rig.handles).driven;
+    let mut area = vec![0.0; rest.len()];
+    for triangle in &rig.triangles {
+        let [a, b, c] = triangle.map(|v| glam::DVec3::from_array(rest[v as usize]));
+        let of_triangle = (b - a).cross(c - a).length();
+        triangle.iter().for_each(|&v| area[v as usize] += of_triangle);
+    }
+    area.iter_mut().zip(&driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
+    rig.handles.iter().for_each(|&v| area[v as usize] = 0.0);
+    let mut vertices: Vec<u32> = choice::sample(&area, count).into_iter().map(|v| v as u32).collect();
+    vertices.dedup();
+    vertices
+}

@@ -1,0 +1,187 @@
+//! Which scans to make: the frames of a take whose examples would leave the least uncertain, from markers alone.
+use super::confidence::{self, HandlePoses};
+use super::linear_band::VectorStrains;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+use rayon::prelude::*;
+use rhytid_core::{Error, Progress, Result, Rig};
+use rhytid_kernels::Real;
+
+/// Vertices that are looked at.
+const SAMPLES: usize = 300;
+
+/// λ where a rig has none of its own, being without examples.
+const RIDGE: f64 = 1e-2;
+
+/// A frame to scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannedScan {
+    /// The frame, an index into the frames that were asked about.
+    pub frame: usize,
+    /// The standard deviation that is left with this scan and those before it, over all frames and vertices, as a part of what
+    /// there would be without any example: 0..1.
+    pub left: f64,
+    /// The part of the variance without any example that this scan takes away at each of [`ScanPlan::vertices`]; the mean of
+    /// all is what it takes away in all.
+    pub gains: Vec<f64>,
+}
+
+/// The scans to make, the most useful first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanPlan {
+    /// The vertices that were looked at, S of them.
+    pub vertices: Vec<u32>,
+    /// [`PlannedScan::left`] before the first scan: 1 where the rig has no example.
+    pub left: f64,
+    /// Fewer than asked for where there are no more candidates.
+    pub scans: Vec<PlannedScan>,
+}
+
+/// What a vertex has of the frames: the kernel `κ(u, u') = Σ_e ω_ve D_e·D'_e` is a product of vectors √ω D, three numbers for
+/// each feature that it listens to.
+struct OfVertex {
+    /// 3·features × frames, over √τ, so that the frames have the variance 1 in the mean.
+    frames: Mat<f64>,
+    /// The mean of their products, of each row with each.
+    gram: Mat<f64>,
+    /// What the scans so far have left of the identity.
+    left: Mat<f64>,
+    /// λ + n_v/τ.
+    noise: f64,
+}
+
+/// Chooses `count` of the frames `candidates` (indices into `frames`, frames × H positions of the handles in the rig's order) for
+/// scans, one after the other: each is the one that takes most variance from all `frames`,
+/// `argmax_j Σ_v Σ_i cov_v(i, j)²/(var_v(j) + λ)`, given the rig's examples and the scans before it. Of equals the first.
+///
+/// The rig's examples count by where their handles are, so that one without any example will do. Every vertex counts alike.
+/// A few hundred frames are enough: neighbouring frames are alike.
+///
+/// # Errors
+/// [`Error::Input`] if the rig is not of the learned method; [`Error::Cancelled`].
+pub fn plan_scans<T: Real>(
+    rig: &Rig<T>,
+    frames: &[[f64; 3]],
+    candidates: &[usize],
+    count: usize,
+    progress: &dyn Progress,
+) -> Result<ScanPlan> {
+    let Some(learned) = &rig.learned else {
+        return Err(Error::input(
+            "scans are planned by what vertices listen to, which a rig of the chapter's method does not have; solve it again with \
+             method = \"learned\"",
+        ));
+    };
+    let vertices = confidence::sample(rig, SAMPLES);
+    let poses = HandlePoses::of(rig);
+    let (examples, frames) = (poses.strains(&rig.example_handles), poses.strains(frames));
+    let ridge = if rig.example_names.is_empty() { RIDGE } else { learned.ridge };
+    progress.step("plan", 0, count as u64)?;
+    let mut of_vertices: Vec<OfVertex> = vertices
+        .par_iter()
+        .map(|&v| {
+            let listens = confidence::listens(rig, learned, v as usize);
+            let columns = |strains: &VectorStrains| {
+                Mat::from_fn(3 * listens.len(), strains.examples(), |i, pose| {
+                    let (e, w) = listens[i / 3];
+                    w.sqrt() * strains.feature(e)[3 * pose + i % 3]
+                })
+            };
+            let noise: f64 = listens.iter().map(|&(e, w)| w * frames.noise(e)).sum();
+            OfVertex::new(columns(&frames), columns(&examples), ridge, learned.marker_noise.powi(2) * noise)
+        })
+        .collect();
+    let variance = |of_vertices: &[OfVertex]| {
+        of_vertices.iter().map(OfVertex::variance).sum::<f64>() / of_vertices.len().max(1) as f64
+    };
+    let mut plan = ScanPlan { vertices, left: variance(&of_vertices).sqrt(), scans: Vec::new() };
+    let mut open = candidates.to_vec();
+    while plan.scans.len() < count {
+        progress.step("plan", plan.scans.len() as u64, count as u64)?;
+        let gains: Vec<Vec<f64>> = of_vertices.par_iter().map(|of_vertex| of_vertex.gains(&open)).collect();
+        let total = |i: usize| gains.iter().map(|of_vertex| of_vertex[i]).sum::<f64>();
+        let best = (0..open.len()).map(|i| (i, total(i))).reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let Some((i, _)) = best else { break };
+        let frame = open.remove(i);
+        of_vertices.par_iter_mut().for_each(|of_vertex| {
+            let OfVertex { frames, left, noise, .. } = of_vertex;
+            scan(left, frames.col_as_slice(frame), *noise);
+        });
+        let gains = gains.iter().map(|of_vertex| of_vertex[i]).collect();
+        plan.scans.push(PlannedScan { frame, left: variance(&of_vertices).sqrt(), gains });
+    }
+    progress.step("plan", count as u64, count as u64)?;
+    Ok(plan)
+}
+
+impl OfVertex {
+    /// Of the frames' and examples' columns.
+    fn new(mut frames: Mat<f64>, mut examples: Mat<f64>, ridge: f64, noise: f64) -> Self {
+        let features = frames.nrows();
+        let count = frames.ncols().max(1) as f64;
+        let tau = frames.squared_norm_l2() / count;
+        let mut of_vertex = Self {
+            gram: Mat::zeros(features, features),
+            left: Mat::identity(features, features),
+            // Where nothing moves there is nothing to tell.
+            noise: if tau > 0.0 { ridge + noise / tau } else { 1.0 },
+            frames: Mat::new(),
+        };
+        if tau > 0.0 {
+            for columns in [&mut frames, &mut examples] {
+                *columns *= faer::Scale(1.0 / tau.sqrt());
+            }
+        }
+        product(&mut of_vertex.gram, frames.as_ref(), frames.transpose(), 1.0 / count);
+        of_vertex.frames = frames;
+        for example in 0..examples.ncols() {
+            scan(&mut of_vertex.left, examples.col_as_slice(example), of_vertex.noise);
+        }
+        of_vertex
+    }
+
+    /// The mean variance of the frames.
+    fn variance(&self) -> f64 {
+        let size = self.left.nrows();
+        let columns = (0..size).map(|i| dot(self.left.col_as_slice(i), self.gram.col_as_slice(i)));
+        columns.sum()
+    }
+
+    /// What a scan of each of the frames `open` would take from the mean variance.
+    fn gains(&self, open: &[usize]) -> Vec<f64> {
+        let size = self.left.nrows();
+        let (mut half, mut whole) = (Mat::zeros(size, size), Mat::zeros(size, size));
+        product(&mut half, self.left.as_ref(), self.gram.as_ref(), 1.0);
+        product(&mut whole, half.as_ref(), self.left.as_ref(), 1.0);
+        let asked = Mat::from_fn(size, open.len(), |i, j| self.frames[(i, open[j])]);
+        let (mut taken, mut own) = (Mat::zeros(size, open.len()), Mat::zeros(size, open.len()));
+        product(&mut taken, whole.as_ref(), asked.as_ref(), 1.0);
+        product(&mut own, self.left.as_ref(), asked.as_ref(), 1.0);
+        let gain = |j: usize| {
+            let frame = asked.col_as_slice(j);
+            dot(frame, taken.col_as_slice(j)) / (dot(frame, own.col_as_slice(j)) + self.noise)
+        };
+        (0..open.len()).map(gain).collect()
+    }
+}
+
+/// Takes what a scan of `frame` tells from `left`.
+fn scan(left: &mut Mat<f64>, frame: &[f64], noise: f64) {
+    // It is symmetric.
+    let told: Vec<f64> = (0..frame.len()).map(|i| dot(left.col_as_slice(i), frame)).collect();
+    let variance = dot(&told, frame) + noise;
+    for (j, column) in told.iter().enumerate() {
+        for (left, row) in left.col_as_slice_mut(j).iter_mut().zip(&told) {
+            *left -= row * column / variance;
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `to = scale · a b`, on this thread.
+fn product(to: &mut Mat<f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>, scale: f64) {
+    matmul(to.as_mut(), Accum::Replace, a, b, scale, Par::Seq);
+}
