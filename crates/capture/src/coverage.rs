@@ -136,7 +136,7 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
         });
         known.push(shape);
     }
-    let mut beyond = edges_beyond(rig, take, &strains, &to_mm);
+    let mut beyond = beyond_of(rig, take, &strains, &to_mm);
     let edges_beyond = beyond.len();
     beyond.truncate(top);
     Ok(Coverage {
@@ -237,8 +237,26 @@ fn differences(rig: &Rig<f64>, shape: &[f64], nearest: &[f64], to_mm: &[f64]) ->
     differences.into_iter().map(named).collect()
 }
 
-/// All edges that go beyond the centres, the farthest first.
-fn edges_beyond(rig: &Rig<f64>, take: &Take, strains: &[f64], to_mm: &[f64]) -> Vec<Edge> {
+/// All strain edges that go beyond every example of the rig in some frame of the take, the farthest first.
+///
+/// # Errors
+/// [`Error::Input`] if the take lacks handles of the rig.
+pub fn edges_beyond(rig: &Rig<f64>, take: &Take) -> Result<Vec<Edge>> {
+    let to_mm: Vec<f64> = rig.rest_lengths().iter().map(|l| l * rig.metres_per_unit * 1e3).collect();
+    Ok(match rig.strain_edges.is_empty() {
+        true => Vec::new(),
+        false => beyond_of(rig, take, &strains(rig, take)?, &to_mm),
+    })
+}
+
+/// The strain edges that are longest or shortest, measured from rest, where the handles are at these H positions.
+pub fn largest_strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Difference> {
+    let to_mm: Vec<f64> = rig.rest_lengths().iter().map(|l| l * rig.metres_per_unit * 1e3).collect();
+    let strains = rig.strains(handle_positions);
+    differences(rig, &strains, &vec![0.0; strains.len()], &to_mm)
+}
+
+fn beyond_of(rig: &Rig<f64>, take: &Take, strains: &[f64], to_mm: &[f64]) -> Vec<Edge> {
     let edges = rig.strain_edges.len();
     let of_edge = |edge: usize| {
         let centers = || rig.pose_features.iter().skip(edge).step_by(edges).copied();

@@ -114,14 +114,30 @@ Examples:
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --map chin=M12 --map brow=M7 --skip low-pass")]
     Prepare(Prepare),
 
-    /// Find what the take does that no example shows: the expressions to scan next.
+    /// Find out how good a face's rig is, and where it is not.
     ///
-    /// The take's strains are compared with those of the examples; docs/coverage.md says what the numbers mean.
+    /// From the examples alone: what each would be off by if it were left out, and what the noise of markers does. With --truth, dense meshes
+    /// that a take belongs to: how far the rig is from them, beside what else could be made of the same examples. docs/evaluate.md
+    /// says how to read it.
+    #[command(after_help = "\
+Examples:
+  rhytid evaluate FACE.toml
+  rhytid evaluate FACE.toml --report report
+  rhytid evaluate FACE.toml --truth scans/ --take TAKE.csv --truth-frames scanned.csv
+  rhytid evaluate FACE.toml --truth dense.usd --take TAKE.csv --groups regions.obj --json")]
+    Evaluate(Evaluate),
+
+    /// Find what the take does that no example shows, and plan the scans to make.
+    ///
+    /// It says how uncertain the rig is of the take, and which frames to scan, from markers alone: a rig without any example will do.
+    /// docs/coverage.md says what the numbers mean.
     #[command(after_help = "\
 Examples:
   rhytid coverage FACE.safetensors TAKE.csv
   rhytid coverage FACE.safetensors TAKE.csv --top 3
-  rhytid coverage FACE.safetensors TAKE.csv --json")]
+  rhytid coverage FACE.safetensors TAKE.csv --json
+  rhytid coverage FACE.safetensors TAKE.csv --plan 6 --report plan
+  rhytid coverage FACE.safetensors TAKE.csv --plan 6 --take-examples dense.usd -o scans")]
     Coverage(Coverage),
 
     /// Say what is in a mesh, rig, take, handle table or project file.
@@ -383,6 +399,51 @@ pub(crate) struct Prepare {
     pub known: Setup,
 }
 
+/// `rhytid evaluate`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Evaluate {
+    /// The project file.
+    #[arg(value_name = "FACE.toml")]
+    pub project: PathBuf,
+
+    /// Dense meshes over time with the neutral's vertices, in head space: a USD or glTF animation, a .npy array of frames × vertices × 3,
+    /// or a folder with a mesh for each frame.
+    #[arg(long, requires = "take")]
+    pub truth: Option<PathBuf>,
+
+    /// The take that the truth belongs to, as for `animate`.
+    #[arg(long, requires = "truth")]
+    pub take: Option<PathBuf>,
+
+    /// Which frames of the take the truth has: CSV with a column frame, counted from 0 [default: all].
+    #[arg(long, value_name = "FRAMES.csv", requires = "truth")]
+    pub truth_frames: Option<PathBuf>,
+
+    /// Regions: the neutral as .obj with groups (“g NAME” before faces) [default: by the names of the handles].
+    #[arg(long, value_name = "GROUPS.obj")]
+    pub groups: Option<PathBuf>,
+
+    /// What to do where a marker is missing from a frame.
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    pub missing: MissingChoice,
+
+    /// For a raw take: what is known of the actor and the session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml", requires = "take")]
+    pub setup: Option<PathBuf>,
+
+    /// The folder to write evaluation.html, with maps drawn on the face, and evaluation.json to; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
+    #[arg(long, default_value = "auto")]
+    pub device: String,
+
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `rhytid coverage`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Coverage {
@@ -403,6 +464,27 @@ pub(crate) struct Coverage {
     /// How many expressions and how many strain edges to list.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub top: u32,
+
+    /// How many scans to plan [default: as many as --top].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub plan: Option<u32>,
+
+    /// The frames that can be scanned: CSV with a column frame, counted from 0 [default: all whose markers were seen].
+    #[arg(long, value_name = "FRAMES.csv")]
+    pub candidates: Option<PathBuf>,
+
+    /// The folder to write plan.html, with the planned frames drawn, and plan.json to; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+
+    /// Dense meshes over time, a frame for each of the take or of --candidates, as for `evaluate --truth`: the planned scans are cut
+    /// out of them.
+    #[arg(long, value_name = "DENSE", requires = "output")]
+    pub take_examples: Option<PathBuf>,
+
+    /// The folder to write the examples to; made if it does not exist.
+    #[arg(short, long, value_name = "DIR", requires = "take_examples")]
+    pub output: Option<PathBuf>,
 
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]

@@ -15,6 +15,14 @@ pub(crate) fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
     if wanted == "auto" { Ok(None) } else { find_device(wanted).map(Some) }
 }
 
+/// The processor, for what is soon done.
+///
+/// # Errors
+/// As [`find_device`].
+pub(crate) fn processor() -> Result<DeviceInfo> {
+    find_device("cpu:0")
+}
+
 /// The device that was named; else those that conform, the fastest first, which is said.
 ///
 /// # Errors

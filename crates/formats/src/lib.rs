@@ -58,6 +58,7 @@ mod gltf;
 pub mod mesh;
 pub mod project;
 pub mod raw_take;
+pub mod sequence;
 pub mod tables;
 pub mod take;
 pub mod usd;

@@ -1,5 +1,6 @@
-//! The report of a clean-up: what it found in a raw take and did to it, as a page that needs nothing else and as JSON.
-//! `docs/report.md` says what is on it.
+//! Pages that need nothing else, with the same as JSON: of a clean-up, what it found in a raw take and did to it ([`write()`],
+//! `docs/report.md`); of an evaluation, how good a rig is and where not ([`write_evaluation`],
+//! `docs/evaluate.md`); of a plan, which frames to scan ([`write_plan`], `docs/coverage.md`).
 //!
 //! ```
 //! use rhytid_capture::{Cleaned, Settings, Target, clean};
@@ -20,9 +21,13 @@
 
 mod camera;
 mod curve;
+mod document;
+mod evaluation;
 mod events;
+mod map;
 mod page;
 mod picture;
+mod plan;
 mod plots;
 mod raster;
 mod strain;
@@ -30,14 +35,17 @@ mod summary;
 #[cfg(test)]
 mod tests;
 mod timeline;
+mod written;
 
+pub use evaluation::write_evaluation;
+pub use plan::write_plan;
 use rhytid_capture::Report;
-use rhytid_core::{AtomicFile, Error, Result, Rig, Take};
+use rhytid_core::{Error, Result, Rig, Take};
 use serde::Serialize;
-use std::io::Write;
 use std::path::Path;
 use strain::Strains;
 use summary::Summary;
+use written::write_texts;
 
 /// `report.json`: the keys of [`Report`], and what the page adds to them.
 #[derive(Serialize)]
@@ -62,15 +70,7 @@ pub fn write(dir: &Path, title: &str, report: &Report, take: &Take, rig: &Rig) -
     let document = Document { title, summary: &summary, strains: &strains.edges, report };
     let json =
         serde_json::to_string(&document).map_err(|e| Error::Internal(format!("the report as JSON: {e}")))?;
-
-    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
-    for (name, text) in [("report.html", page), ("report.json", json)] {
-        let mut file = AtomicFile::create(&dir.join(name))?;
-        let written = file.write_all(text.as_bytes()).and_then(|()| file.write_all(b"\n"));
-        written.map_err(file.error())?;
-        file.finish()?;
-    }
-    Ok(())
+    write_texts(dir, [("report.html", page), ("report.json", json)])
 }
 
 /// Whether the report's frames have times, and every index in it is within what it counts.

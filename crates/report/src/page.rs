@@ -1,9 +1,10 @@
-//! The page: one file that needs nothing else.
+//! The page of a clean-up.
 
+use crate::document::document;
 use crate::strain::{Edge, Strains};
 use crate::summary::{Spread, Summary};
 use crate::{events, picture, plots, timeline};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use rhytid_capture::{Kind, Report};
 use rhytid_core::human;
 use rhytid_core::{Result, Rig, Take};
@@ -25,40 +26,27 @@ pub(crate) fn page(
 ) -> Result<String> {
     let plots = plots(summary, strains, report)?;
     let views = picture::views(report, strains, take, rig)?;
-    let markup = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(include_str!("style.css"))) }
+    let about = html! { "on " b { (rig.name) } ", as " code { "rhytid prepare" } " made it clean" };
+    Ok(document(
+        title,
+        &about,
+        &html! {
+            (overview(summary, report))
+            section {
+                h2 { "Markers over time" }
+                (timeline::legend(summary))
+                (timeline::timeline(report))
             }
-            body {
-                header {
-                    h1 { (title) }
-                    p { "on " b { (rig.name) } ", as " code { "rhytid prepare" } " made it clean" }
-                }
-                main {
-                    (overview(summary, report))
-                    section {
-                        h2 { "Markers over time" }
-                        (timeline::legend(summary))
-                        (timeline::timeline(report))
-                    }
-                    (plots)
-                    section {
-                        h2 { "On the rest mesh" }
-                        (picture_key(strains))
-                        (views)
-                    }
-                    section { h2 { "What was changed" } (events::events(report)) }
-                    section { h2 { "Which marker is which" } (events::mapping(report)) }
-                }
+            (plots)
+            section {
+                h2 { "On the rest mesh" }
+                (picture_key(strains))
+                (views)
             }
-        }
-    };
-    Ok(markup.into_string())
+            section { h2 { "What was changed" } (events::events(report)) }
+            section { h2 { "Which marker is which" } (events::mapping(report)) }
+        },
+    ))
 }
 
 fn overview(summary: &Summary, report: &Report) -> Markup {

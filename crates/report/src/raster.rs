@@ -7,18 +7,28 @@ use rhytid_core::{Error, Result};
 /// Each pixel is the mean of this many by this many.
 const FINE: usize = 2;
 
-/// The mesh in shades of grey, what is not covered transparent.
+/// The mesh, lit, what is not covered transparent.
 pub(crate) struct Raster {
     size: [usize; 2],
-    /// Grey and opacity of each pixel.
-    pixels: Vec<[u8; 2]>,
+    /// Red, green, blue and opacity of each pixel.
+    pixels: Vec<[u8; 4]>,
     /// How near the surface is to the viewer at each fine pixel, in pixels.
     depth: Vec<f32>,
 }
 
 impl Raster {
-    /// Draws `triangles` over `points` as `camera` sees them.
+    /// Draws `triangles` over `points` as `camera` sees them, in white.
     pub(crate) fn new(camera: &Camera, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+        Self::coloured(camera, points, triangles, &vec![[1.0; 3]; points.len()])
+    }
+
+    /// The same with a colour for each point, red, green and blue from 0 to 1.
+    pub(crate) fn coloured(
+        camera: &Camera,
+        points: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        colours: &[[f32; 3]],
+    ) -> Self {
         let seen: Vec<[f32; 3]> = (points.iter())
             .map(|p| camera.project(p.map(f64::from)).map(|x| (x * FINE as f64) as f32))
             .collect();
@@ -28,11 +38,12 @@ impl Raster {
             width,
             height,
             depth: vec![f32::NEG_INFINITY; width * height],
-            grey: vec![0.0; width * height],
+            light: vec![[0.0; 3]; width * height],
         };
         for triangle in triangles {
             let corners = triangle.map(|v| seen[v as usize]);
-            fine.triangle(corners, triangle.map(|v| normals[v as usize]));
+            let of_corners = triangle.map(|v| (normals[v as usize], colours[v as usize]));
+            fine.triangle(corners, of_corners);
         }
         let depth = fine.depth.iter().map(|d| d / FINE as f32).collect();
         Self { size: camera.size, pixels: fine.mean(camera.size), depth }
@@ -57,7 +68,7 @@ impl Raster {
         let failed = |e: png::EncodingError| Error::Internal(format!("the picture of the mesh: {e}"));
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.size[0] as u32, self.size[1] as u32);
-        encoder.set_color(png::ColorType::GrayscaleAlpha);
+        encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(self.pixels.as_flattened()).map_err(failed)?;
@@ -100,18 +111,19 @@ struct Fine {
     width: usize,
     height: usize,
     depth: Vec<f32>,
-    grey: Vec<f32>,
+    light: Vec<[f32; 3]>,
 }
 
 impl Fine {
-    fn triangle(&mut self, [a, b, c]: [[f32; 3]; 3], normals: [[f32; 3]; 3]) {
+    /// Draws a triangle, of the corners' places and their normals and colours.
+    fn triangle(&mut self, [a, b, c]: [[f32; 3]; 3], corners: [([f32; 3], [f32; 3]); 3]) {
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if !(area.is_finite() && area != 0.0) {
             return;
         }
         // Rows count downwards, so a triangle that faces the viewer has a negative area; its inside is darker.
         let (side, dim) = if area < 0.0 { (1.0, 1.0) } else { (-1.0, 0.55) };
-        let lit = normals.map(|n| dim * brightness(n.map(|x| side * x)));
+        let lit = corners.map(|(n, colour)| colour.map(|part| part * dim * brightness(n.map(|x| side * x))));
         let range = |axis: usize, n: usize| {
             let least = a[axis].min(b[axis]).min(c[axis]).floor().max(0.0);
             let greatest = a[axis].max(b[axis]).max(c[axis]).ceil().min(n as f32);
@@ -130,27 +142,29 @@ impl Fine {
                 let at = row * self.width + column;
                 if depth > self.depth[at] {
                     self.depth[at] = depth;
-                    self.grey[at] = mix(lit[0], lit[1], lit[2]);
+                    self.light[at] = [0, 1, 2].map(|part| mix(lit[0][part], lit[1][part], lit[2][part]));
                 }
             }
         }
     }
 
     /// The means of blocks of fine pixels.
-    fn mean(&self, [width, height]: [usize; 2]) -> Vec<[u8; 2]> {
+    fn mean(&self, [width, height]: [usize; 2]) -> Vec<[u8; 4]> {
         let pixel = |at: usize| {
             let (row, column) = (at / width * FINE, at % width * FINE);
-            let (mut covered, mut grey) = (0.0, 0.0);
+            let (mut covered, mut light) = (0.0, [0.0; 3]);
             for y in row..row + FINE {
                 for x in column..column + FINE {
                     if self.depth[y * self.width + x] > f32::NEG_INFINITY {
                         covered += 1.0;
-                        grey += self.grey[y * self.width + x];
+                        let fine = self.light[y * self.width + x];
+                        light = [0, 1, 2].map(|part| light[part] + fine[part]);
                     }
                 }
             }
             let opacity = covered / (FINE * FINE) as f32;
-            [(255.0 * grey / covered.max(1.0)) as u8, (255.0 * opacity) as u8]
+            let [red, green, blue] = light.map(|part| (255.0 * part / covered.max(1.0)) as u8);
+            [red, green, blue, (255.0 * opacity) as u8]
         };
         (0..width * height).map(pixel).collect()
     }
@@ -180,8 +194,8 @@ mod tests {
         assert!(at(1.0, 1.0, 0.0) && !at(1.0, 1.0, -0.5), "behind the large square");
         assert!(at(5.0, 0.0, -9.0), "beside the picture nothing hides it");
         // 4 units wide in 70 pixels with the margin: the square's 50 pixels are opaque, the corners are empty.
-        let opaque = raster.pixels.iter().filter(|p| p[1] == 255).count();
-        assert_eq!((opaque, raster.pixels[0]), (2500, [0, 0]));
+        let opaque = raster.pixels.iter().filter(|p| p[3] == 255).count();
+        assert_eq!((opaque, raster.pixels[0]), (2500, [0; 4]));
     }
 
     #[test]

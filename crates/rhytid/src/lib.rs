@@ -69,7 +69,8 @@
 //! | `formats` | meshes, takes, capture files, project files in; USD and glTF out and in: [`formats`] |
 //! | `capture` | from a raw take to a clean one: [`capture`] |
 //! | `playback` | a take on a rig, with overlap, fall-back and choice of device: [`playback`] |
-//! | `report` | what a clean-up did, as a page: [`report`] |
+//! | `evaluate` | how good a rig is and where not, which scans to make: [`evaluate`](mod@evaluate) |
+//! | `report` | what a clean-up did, and what an evaluation found, as pages: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -85,6 +86,9 @@ pub use rhytid_capture as capture;
 #[cfg(feature = "conformance")]
 #[doc(inline)]
 pub use rhytid_conformance as conformance;
+#[cfg(feature = "evaluate")]
+#[doc(inline)]
+pub use rhytid_evaluate as evaluate;
 #[cfg(feature = "formats")]
 #[doc(inline)]
 pub use rhytid_formats as formats;

@@ -48,7 +48,7 @@ mod topology;
 mod triangulate;
 
 pub use doctor::{Finding, Report, Severity, examine};
-pub use learned::{Candidate, Confidence, FreePart, PlannedScan, ScanPlan, plan_scans};
+pub use learned::{Candidate, Confidence, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
 pub use topology::Topology;
 pub use triangulate::triangulate;
 
@@ -102,11 +102,32 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
 /// # Errors
 /// As [`solve`].
 pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f64>, Account)> {
+    let (rig, account, _) = solve_with(face, progress, false)?;
+    Ok((rig, account))
+}
+
+/// The same, and the leave-one-out map: P errors at each vertex, V×P×3 in mesh units, that the smooth part of each of the rig's
+/// examples would have if it were left out. Empty by the chapter's method.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_and_leave_one_out(
+    face: &Face,
+    progress: &dyn Progress,
+) -> Result<(Rig<f64>, Account, Vec<[f64; 3]>)> {
+    solve_with(face, progress, true)
+}
+
+fn solve_with(
+    face: &Face,
+    progress: &dyn Progress,
+    leave_one_out: bool,
+) -> Result<(Rig<f64>, Account, Vec<[f64; 3]>)> {
     doctor::check(face)?;
     let mirrored = mirror::with_mirror_images(face)?;
     let face = mirrored.as_ref().unwrap_or(face);
     let mut shell = shell(face, progress)?;
-    let mut account = Account::default();
+    let (mut account, mut errors) = (Account::default(), Vec::new());
     match face.settings.method {
         Method::Chapter => chapter(face, &mut shell, progress)?,
         Method::Learned(settings) => {
@@ -114,6 +135,10 @@ pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f6
             account.candidates.push(steps.chosen);
             account.candidates.extend(steps.candidates.iter().filter(|other| **other != steps.chosen));
             account.parts.clone_from(&steps.parts);
+            if leave_one_out {
+                let vertices: Vec<u32> = (0..face.neutral.positions.len() as u32).collect();
+                errors = steps.leave_one_out(&vertices)?;
+            }
             steps.finish(settings.fold_ridge, &mut shell.rig);
         }
     }
@@ -124,7 +149,7 @@ pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f6
              run the doctor and mend what it names"
         )));
     }
-    Ok((rig, account))
+    Ok((rig, account, errors))
 }
 
 /// What both methods start from.

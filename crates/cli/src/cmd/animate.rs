@@ -3,14 +3,18 @@
 use crate::args::{HeadChoice, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::evaluate::{Regions, coverage};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
 use rhytid::formats::take::Missing;
 use rhytid::human;
 use rhytid::playback::{Playback, PlaybackOptions, Selection};
-use rhytid::{AtomicFile, DeviceInfo, Error, Result, Take, rig_file};
+use rhytid::{AtomicFile, DeviceInfo, Error, Result, Rig, Take, rig_file};
 use std::path::Path;
 use std::time::{Duration, Instant};
+
+/// Stretches that a warning lists.
+const STRETCHES: usize = 4;
 
 /// What an animation came to.
 pub(super) struct Animated {
@@ -82,6 +86,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let hash = rig_file::hash(&args.rig)?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
     say_what_changes_nothing(args, &take);
+    warn_far(&rig, &take, ui)?;
     let range = args.frames.within(take.frames())?;
     let selection = Selection::new(take, range.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
@@ -117,6 +122,41 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let written = playback.export(&selection, wanted, &args.output, &options, &provenance, ui)?;
     let (device, metres_per_unit) = (playback.device().clone(), rig.metres_per_unit);
     Ok(Animated { frames, rate: selection.rate, metres_per_unit, device, time: start.elapsed(), written })
+}
+
+/// Warns once of all that is far outside what the examples show.
+fn warn_far(rig: &Rig, take: &Take, ui: &Ui) -> Result<()> {
+    if rig.learned.is_none() || rig.example_names.is_empty() {
+        return Ok(());
+    }
+    let far = coverage::take_sigma(rig, take, &Regions::by_handles(rig), ui)?.far;
+    let Some(worst) = far.iter().max_by(|a, b| a.times.total_cmp(&b.times)) else { return Ok(()) };
+    let frames: usize = far.iter().map(|stretch| stretch.frames).sum();
+    let stretches: Vec<String> = far
+        .iter()
+        .take(STRETCHES)
+        .map(|stretch| match stretch.frames {
+            1 => stretch.first.to_string(),
+            n => format!("{}..{}", stretch.first, stretch.first + n),
+        })
+        .collect();
+    let more = if far.len() > STRETCHES {
+        format!(" and {} more stretches", far.len() - STRETCHES)
+    } else {
+        String::new()
+    };
+    log::warn!(
+        "the take goes far outside what the examples show in {} ({}{more}), most in frame {} ({:.2} s) in the region {}: \
+         {:.1} times as uncertain there as an example that is left out; look at these frames, scan such an expression \
+         (`rhytid coverage` plans it), or let the folds fade there with --fade-detail",
+        human::counted(frames, "frame"),
+        stretches.join(", "),
+        worst.farthest,
+        worst.time,
+        worst.region,
+        worst.times
+    );
+    Ok(())
 }
 
 /// Options that this take leaves nothing to do for: scripts give them to every take.

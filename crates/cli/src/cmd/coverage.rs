@@ -2,29 +2,190 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::capture::coverage::{self, Coverage, Difference, Edge, Expression};
-use rhytid::human;
-use rhytid::{Result, rig_file};
+use rhytid::capture::coverage as by_strain;
+use rhytid::capture::coverage::{Difference, Edge, Expression};
+use rhytid::evaluate::Regions;
+use rhytid::evaluate::coverage::{self, Coverage, Scan, TakeSigma};
+use rhytid::formats::sequence::Sequence;
+use rhytid::formats::{export::OutputStage, mesh, tables};
+use rhytid::playback::Playback;
+use rhytid::{Error, Mesh, NoProgress, Result, Rig, Take, human, rig_file};
+use std::path::Path;
 
-/// Prints what of the take no example shows.
+/// Regions that are named for a scan.
+const NAMED: usize = 3;
+
+/// Prints what of the take no example shows, and the scans to make.
 ///
 /// # Errors
 /// As reading the rig and the take, and as [`coverage::coverage`].
 pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
+    let take_name = args.take.display().to_string();
     let top = args.top as usize;
-    let found = ui.timed("compare", || coverage::coverage(&rig.cast(), &take, top)).0?;
+    let plans = args.plan.is_some()
+        || args.candidates.is_some()
+        || args.report.is_some()
+        || args.take_examples.is_some();
+    if rig.learned.is_none() && !plans {
+        let found = ui.timed("compare", || by_strain::coverage(&rig.cast(), &take, top)).0?;
+        ui.clear();
+        return match args.json {
+            true => output::json(&found),
+            false => output::say(&strain_text(&found, &take_name)),
+        };
+    }
+    let candidates =
+        args.candidates.as_ref().map(|path| tables::read_frames(path, take.frames())).transpose()?;
+    let regions = Regions::by_handles(&rig);
+    let scans = args.plan.map_or(top, |scans| scans as usize);
+    let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), scans, ui)?;
+    if let Some(dir) = &args.report {
+        let poses = poses(&rig, &take, &found, ui)?;
+        rhytid::report::write_plan(dir, &take_name, &found, &regions, &poses, &rig)?;
+    }
+    let lines = match (&args.take_examples, &args.output) {
+        (Some(dense), Some(dir)) => cut_out(&rig, args, dense, dir, candidates.as_deref(), (&take, &found))?,
+        _ => String::new(),
+    };
     ui.clear();
-    if args.json {
-        output::json(&found)
-    } else {
-        output::say(&text(&found, &args.take.display().to_string()))
+    match args.json {
+        true => output::json(&found),
+        false => output::say(&(text(&found, &take_name, top) + &lines)),
     }
 }
 
-fn text(found: &Coverage, take: &str) -> String {
-    let share = |frames: usize| format!("{:.1} %", frames as f64 / found.frames.max(1) as f64 * 100.0);
+/// The face in each planned frame, as the rig has it now.
+fn poses(rig: &Rig, take: &Take, found: &Coverage, ui: &Ui) -> Result<Vec<Vec<[f32; 3]>>> {
+    let positions = take.handle_positions(&rig.labels)?;
+    let per_frame = 3 * rig.handles.len();
+    let handles: Vec<f32> = found
+        .scans
+        .iter()
+        .flat_map(|scan| &positions[scan.frame * per_frame..][..per_frame])
+        .copied()
+        .collect();
+    let devices = inputs::devices(Some(inputs::processor()?), ui)?;
+    let mut playback = Playback::new(rig, &devices, found.scans.len())?;
+    let mut poses = Vec::new();
+    playback.evaluate(&handles, OutputStage::Full, false, &NoProgress, |pose, _| {
+        poses.push(pose.as_chunks().0.to_vec());
+        Ok(())
+    })?;
+    Ok(poses)
+}
+
+/// Writes the planned frames out of dense meshes, and says what to add to the project file.
+fn cut_out(
+    rig: &Rig,
+    args: &args::Coverage,
+    dense: &Path,
+    dir: &Path,
+    candidates: Option<&[usize]>,
+    (take, found): (&Take, &Coverage),
+) -> Result<String> {
+    let rest = rig.rest.iter().map(|x| x.map(f64::from)).collect();
+    let neutral = Mesh {
+        positions: rest,
+        faces: rig.faces.clone(),
+        uvs: rig.uvs.clone(),
+        materials: rig.materials.clone(),
+    };
+    let mut meshes = Sequence::open(dense, &neutral, &args.rig, rig.metres_per_unit)?;
+    let expected = candidates.map_or(take.frames(), <[usize]>::len);
+    if meshes.frames() != expected {
+        return Err(Error::input(format!(
+            "{}: has {} frames, expected one for each of the {expected} {}; say with --candidates which frames of the take they are",
+            dense.display(),
+            meshes.frames(),
+            if candidates.is_some() { "candidates" } else { "frames of the take" },
+        )));
+    }
+    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
+    let mut lines = "\n\nTo be added to the project file:".to_owned();
+    let mut positions = Vec::new();
+    for scan in &found.scans {
+        let place = match candidates {
+            Some(candidates) => candidates.iter().position(|frame| *frame == scan.frame),
+            None => Some(scan.frame),
+        };
+        let place = place.ok_or_else(|| Error::Internal("a planned frame is no candidate".into()))?;
+        meshes.positions(place, &mut positions)?;
+        let positions = positions.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
+        let name = format!("frame_{}", scan.frame);
+        let path = dir.join(format!("{name}.obj"));
+        mesh::write_obj(&path, &Mesh { positions, ..neutral.clone() })?;
+        lines += &format!("\n[[example]]\nname = \"{name}\"\nmesh = {:?}", path.display().to_string());
+    }
+    Ok(lines)
+}
+
+fn text(found: &Coverage, take: &str, top: usize) -> String {
+    let mut text = match &found.sigma {
+        None => format!("{take}: {}, and no example yet", human::counted(found.frames, "frame")),
+        Some(sigma) => sigma_text(sigma, take, found.frames),
+    };
+    if found.scans.is_empty() {
+        text += "\n\nNo frame can be scanned.";
+    } else {
+        let header = ["", "frame", "time", "left then", "for", "what is strained most"];
+        let rows = found.scans.iter().enumerate().map(|(i, s)| scan(i, s));
+        let rows: Vec<[String; 6]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
+        let now = format!("{:.0} %", 100.0 * found.left);
+        text += &format!(
+            "\n\nTo be scanned next, the most useful first; of the uncertainty without any example {now} is left now:\n{}",
+            output::table(&rows)
+        );
+    }
+    text += &edges_text(&found.edges[..found.edges.len().min(top)], found.edges_beyond, found.frames);
+    text
+}
+
+fn sigma_text(sigma: &TakeSigma, take: &str, frames: usize) -> String {
+    let rms = (sigma.frames_mm.iter().map(|x| x * x).sum::<f64>() / frames.max(1) as f64).sqrt();
+    let mut text = format!(
+        "{take}: σ is {rms:.3} mm RMS, where an example that is left out has {:.3}; {} of {} {} covered",
+        sigma.left_out_mm,
+        share(sigma.covered, frames),
+        human::counted(frames, "frame"),
+        if frames == 1 { "is" } else { "are" }
+    );
+    for far in sigma.far.iter().take(NAMED) {
+        text += &format!(
+            "\nfar from the examples: {} from frame {} on, most at {} {}: {:.1} times as uncertain as an example that is left out",
+            human::counted(far.frames, "frame"),
+            far.first,
+            seconds(far.time),
+            far.region,
+            far.times
+        );
+    }
+    if sigma.far.len() > NAMED {
+        text += &format!("\nand {} more stretches", sigma.far.len() - NAMED);
+    }
+    text
+}
+
+fn scan(i: usize, s: &Scan) -> [String; 6] {
+    let regions: Vec<String> =
+        s.regions.iter().take(NAMED).map(|r| format!("{} {:.0} %", r.region, 100.0 * r.share)).collect();
+    [
+        (i + 1).to_string(),
+        s.frame.to_string(),
+        seconds(s.time),
+        format!("{:.0} %", 100.0 * s.left),
+        regions.join(", "),
+        s.edges.iter().map(difference).collect::<Vec<_>>().join(", "),
+    ]
+}
+
+fn share(frames: usize, of: usize) -> String {
+    format!("{:.1} %", frames as f64 / of.max(1) as f64 * 100.0)
+}
+
+fn strain_text(found: &by_strain::Coverage, take: &str) -> String {
+    let share = |frames: usize| share(frames, found.frames);
     let mut text = format!(
         "{take}: {} of {} {} covered by the examples",
         share(found.covered),
@@ -45,20 +206,23 @@ fn text(found: &Coverage, take: &str) -> String {
             output::table(&rows)
         );
     }
-    if found.edges.is_empty() {
-        text += "\n\nNo strain edge goes beyond the examples.";
-    } else {
-        let header = ["edge", "beyond", "", "in the examples", "at frame", "time", "frames beyond"];
-        let rows = found.edges.iter().map(|e| edge(e, &share));
-        let rows: Vec<[String; 7]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
-        text += &format!(
-            "\n\n{} {} beyond every example, the farthest first:\n{}",
-            human::counted(found.edges_beyond, "strain edge"),
-            if found.edges_beyond == 1 { "goes" } else { "go" },
-            output::table(&rows)
-        );
+    text + &edges_text(&found.edges, found.edges_beyond, found.frames)
+}
+
+/// The strain edges that go beyond the examples, of which there are `count` in all.
+fn edges_text(edges: &[Edge], count: usize, frames: usize) -> String {
+    if edges.is_empty() {
+        return "\n\nNo strain edge goes beyond the examples.".into();
     }
-    text
+    let header = ["edge", "beyond", "", "in the examples", "at frame", "time", "frames beyond"];
+    let rows = edges.iter().map(|e| edge(e, &|beyond| share(beyond, frames)));
+    let rows: Vec<[String; 7]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
+    format!(
+        "\n\n{} {} beyond every example, the farthest first:\n{}",
+        human::counted(count, "strain edge"),
+        if count == 1 { "goes" } else { "go" },
+        output::table(&rows)
+    )
 }
 
 fn expression(i: usize, e: &Expression, share: &dyn Fn(usize) -> String) -> [String; 7] {

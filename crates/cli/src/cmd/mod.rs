@@ -8,6 +8,7 @@ mod coverage;
 mod demo;
 mod devices;
 mod doctor;
+mod evaluate;
 mod export_shapes;
 mod info;
 mod man;
@@ -33,6 +34,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),
         Command::Prepare(args) => prepare::run(args, ui)?,
+        Command::Evaluate(args) => evaluate::run(args, ui)?,
         Command::Coverage(args) => coverage::run(args, ui)?,
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,

@@ -5,6 +5,7 @@
 
 mod check;
 mod gltf;
+mod groups;
 mod like;
 mod materials;
 mod obj;
@@ -14,6 +15,7 @@ mod uvs;
 mod write_obj;
 
 pub use check::check;
+pub use groups::read_groups;
 pub use like::read_like;
 pub use read::{Format, decode, read};
 pub use write_obj::write_obj;

@@ -58,6 +58,12 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Mesh> {
     reader.finish()
 }
 
+/// The statements of a file.
+pub(super) fn statements(bytes: &[u8]) -> impl Iterator<Item = Cow<'_, [u8]>> {
+    let mut lines = Lines { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), next_number: 1 };
+    std::iter::from_fn(move || lines.next().map(|(_, statement)| statement))
+}
+
 /// Statements: lines, joined where one ends with a backslash.
 struct Lines<'a> {
     rest: &'a [u8],

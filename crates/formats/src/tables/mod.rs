@@ -63,6 +63,40 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
     Ok(handles)
 }
 
+/// Reads which frames of a take are meant from a CSV file with a column `frame`, counted from 0; other columns do not matter.
+///
+/// # Errors
+/// [`Error::Input`]: no such column, a frame that is not a whole number or not below `frames`, no rows. [`Error::Io`].
+pub fn read_frames(path: &Path, frames: usize) -> Result<Vec<usize>> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let name = path.display().to_string();
+    let mut rows = Rows::open(&bytes, &name)?;
+    let Some(column) = rows.header().iter().position(|cell| cell == "frame") else {
+        return Err(rows.error(&format!(
+            "the header is {}, expected a column “frame”",
+            quoted(&rows.header().join(","))
+        )));
+    };
+    let mut found = Vec::new();
+    while rows.next()? {
+        let text = rows.text(column)?;
+        match text.parse() {
+            Ok(frame) if frame < frames => found.push(frame),
+            _ => {
+                return Err(rows.error(&format!(
+                    "the frame is {}, expected a whole number from 0 to {}, the last frame of the take",
+                    quoted(text),
+                    frames.saturating_sub(1)
+                )));
+            }
+        }
+    }
+    if found.is_empty() {
+        return Err(Error::input(format!("{name}: has no frame, expected one in each row")));
+    }
+    Ok(found)
+}
+
 /// Writes handles so that [`read_handles`] gives them back.
 ///
 /// # Errors

@@ -2,6 +2,7 @@
 use super::choice;
 use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
 use crate::driven::DrivenComponents;
+use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Error, Learned, Result, Rig};
 use rhytid_kernels::Real;
@@ -132,14 +133,20 @@ impl Confidence {
     pub fn variances<T: Real>(&self, handle_positions: &[[T; 3]]) -> Vec<f64> {
         let handles = self.poses.rest.len();
         let mut variances = vec![0.0; handle_positions.len() / handles * self.vertices.len()];
+        let vectors = Arch::new();
         variances
             .par_chunks_mut(self.vertices.len().max(1))
             .zip(handle_positions.par_chunks(handles))
             .for_each_init(Vec::new, |scratch, (variances, positions)| {
                 let frame = self.poses.strains(positions);
-                for (variance, of_vertex) in variances.iter_mut().zip(&self.of_vertices) {
-                    *variance = of_vertex.variance(self.share, &self.examples, &frame, scratch);
-                }
+                vectors.dispatch(
+                    #[inline(always)]
+                    || {
+                        for (variance, of_vertex) in variances.iter_mut().zip(&self.of_vertices) {
+                            *variance = of_vertex.variance(self.share, &self.examples, &frame, scratch);
+                        }
+                    },
+                );
             });
         variances
     }
@@ -147,6 +154,7 @@ impl Confidence {
 
 impl OfVertex {
     /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes.
+    #[inline(always)]
     fn variance(
         &self,
         share: f64,

@@ -25,9 +25,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Example, Face, Learned, LearnedSettings, Progress, Result, Rig};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
-
-/// σ of the smooth band in mean rest lengths.
-const SMOOTHING: f64 = 1.0 / 12.0;
+pub use smoothing::Smoothing;
 
 /// Metres in a millimetre, the unit of the marker noise that is asked for.
 const MILLIMETRE: f64 = 1e-3;
@@ -92,15 +90,11 @@ pub fn learn(
     let mut area = laplacian.mass.clone();
     area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
     rig.handles.iter().for_each(|&v| area[v as usize] = 0.0);
-    smoothing::smooth(
-        &rig.rest,
-        laplacian.clone(),
-        &rig.handles,
-        &parts.driven,
-        SMOOTHING * mean,
-        &mut smooth_residual,
-        progress,
-    )?;
+    progress.step("smooth", 0, 1)?;
+    if !examples.is_empty() {
+        Smoothing::of(&rig.rest, laplacian.clone(), &rig.handles, &parts.driven, mean, progress)?
+            .apply(&mut smooth_residual, progress)?;
+    }
 
     let (influences, linear_influences) =
         neighborhoods(rig, (topology, cells), &listens, face.settings.max_influences, mean, progress)?;

@@ -1,0 +1,106 @@
+//! `rhytid evaluate`
+
+use crate::progress::Ui;
+use crate::{args, inputs, output};
+use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Regions, Truth};
+use rhytid::formats::sequence::Sequence;
+use rhytid::formats::{mesh, project, tables};
+use rhytid::{Face, Result, Rig, human};
+
+/// Regions that are named on a line.
+const NAMED: usize = 4;
+
+/// Solves the face, evaluates it, and says what was found.
+///
+/// # Errors
+/// As reading, solving and playing.
+pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
+    let device = inputs::named_device(&args.device)?;
+    let face = ui.timed("read", || project::read(&args.project)).0?;
+    // Before the solve, so that a mistake is told at once.
+    let meshes = args
+        .truth
+        .as_ref()
+        .map(|path| Sequence::open(path, &face.neutral, &args.project, face.metres_per_unit));
+    let meshes = meshes.transpose()?;
+    let groups = args.groups.as_ref().map(|path| mesh::read_groups(&face.neutral, &args.project, path));
+    let groups = groups.transpose()?;
+    let devices = inputs::devices(device, ui)?;
+    let given = |rig: &Rig| {
+        let regions = match &groups {
+            Some(groups) => Regions::by_groups(rig.vertices(), groups)?,
+            None => Regions::by_handles(rig),
+        };
+        let truth = match (meshes, &args.take) {
+            (Some(meshes), Some(take)) => {
+                let take = inputs::take(take, rig, args.missing, args.setup.as_deref(), ui)?;
+                let frames = args.truth_frames.as_ref().map(|path| tables::read_frames(path, take.frames()));
+                Some(Truth::new(meshes, frames.transpose()?, take)?)
+            }
+            _ => None,
+        };
+        Ok((regions, truth))
+    };
+    let (rig, found, maps) = evaluate::evaluate(&face, given, &devices, ui)?;
+    if let Some(dir) = &args.report {
+        ui.timed("write the report", || rhytid::report::write_evaluation(dir, &found, &maps, &rig)).0?;
+    }
+    ui.clear();
+    match args.json {
+        true => output::json(&found),
+        false => output::say(&text(&face, &found)),
+    }
+}
+
+fn text(face: &Face, found: &Evaluation) -> String {
+    let mut text = format!(
+        "{}: {} vertices, {}, {}; distances in mm",
+        found.name,
+        human::count(found.vertices),
+        human::counted(found.handles, "handle"),
+        human::counted(face.examples.len(), "example")
+    );
+    if let Some(comparisons) = &found.truth {
+        let header = ["from the truth", "RMS", "95 %", "99.9 %", "worst", "fold band", "most in"];
+        let rows = comparisons.iter().map(comparison);
+        text += &format!("\n\n{}", table(header, rows));
+    }
+    if let Some(left_out) = &found.leave_one_out {
+        let header = ["left out", "RMS", "95 %", "99.9 %", "worst", "most in"];
+        let all = std::iter::once(("any of them", &left_out.all));
+        let each = left_out.examples.iter().map(|example| (example.example.as_str(), &example.errors));
+        let row = |(name, e): (&str, &Errors)| {
+            [name.into(), mm(e.rms_mm), mm(e.p95_mm), mm(e.p99_9_mm), mm(e.worst_mm), regions(e)]
+        };
+        text += &format!("\n\n{}", table(header, all.chain(each).map(row)));
+    }
+    let noise = &found.noise;
+    text += &format!(
+        "\n\n{} mm of noise at the markers moves the skin by {} RMS, {} at most; most in {}",
+        noise.noise_mm,
+        mm(noise.errors.rms_mm),
+        mm(noise.errors.worst_mm),
+        regions(&noise.errors)
+    );
+    text
+}
+
+fn comparison(Comparison { method, errors: e, fold_band_rms_mm }: &Comparison) -> [String; 7] {
+    let numbers = [e.rms_mm, e.p95_mm, e.p99_9_mm, e.worst_mm, *fold_band_rms_mm].map(mm);
+    let [rms, p95, p99_9, worst, folds] = numbers;
+    [(*method).into(), rms, p95, p99_9, worst, folds, regions(e)]
+}
+
+/// The regions where most is wrong.
+fn regions(errors: &Errors) -> String {
+    let worst = errors.regions.iter().take(NAMED);
+    worst.map(|r| format!("{} {}", r.region, mm(r.rms_mm))).collect::<Vec<_>>().join(", ")
+}
+
+fn table<const N: usize>(header: [&str; N], rows: impl Iterator<Item = [String; N]>) -> String {
+    output::table(&std::iter::once(header.map(str::to_owned)).chain(rows).collect::<Vec<_>>())
+}
+
+fn mm(value: f64) -> String {
+    format!("{value:.3}")
+}

@@ -1,0 +1,234 @@
+//! Coverage by the learned method: how uncertain a take's frames are, and which of them to scan. `docs/coverage.md` says how to
+//! read it.
+
+use crate::Regions;
+use rhytid_capture::coverage::{Difference, Edge, edges_beyond, largest_strains};
+use rhytid_core::{Error, Progress, Result, Rig, Take};
+use rhytid_solve::{Confidence, ScanPlan, plan_scans};
+use serde::Serialize;
+
+/// A frame is covered where its σ is at most this part of what an example that is left out has.
+pub const COVERED: f64 = 0.5;
+
+/// A frame is far from the examples where its σ is more than this many times what an example that is left out has.
+pub const FAR: f64 = 1.5;
+
+/// Vertices that stand for all.
+const SAMPLES: usize = 300;
+
+/// Frames of a long take that are looked at for a plan: neighbours are alike.
+const FRAMES: usize = 400;
+
+/// A marker whose confidence is at most this is a guess, and nothing to scan by.
+const GUESS: f32 = 0.5;
+
+/// How uncertain a take is on a rig, and the scans that would make it less so.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Coverage {
+    /// Frames of the take.
+    pub frames: usize,
+    /// What the examples say of it; `None` where the rig has none.
+    pub sigma: Option<TakeSigma>,
+    /// The standard deviation over the take and the face with the examples that are there, as a part of that without any: 0..1.
+    pub left: f64,
+    /// The scans to make, the most useful first.
+    pub scans: Vec<Scan>,
+    /// How many strain edges go beyond every example in some frame.
+    pub edges_beyond: usize,
+    /// Those that go farthest.
+    pub edges: Vec<Edge>,
+}
+
+/// The standard deviation of a take's frames: how far, RMS, a vertex may be from where a scan of the frame would have it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TakeSigma {
+    /// Of each frame, RMS over the face, in millimetres.
+    pub frames_mm: Vec<f64>,
+    /// Of an example that is left out, in millimetres: the scale to read the others on.
+    pub left_out_mm: f64,
+    /// Frames whose σ is at most [`COVERED`] times that.
+    pub covered: usize,
+    /// Stretches of frames that are far from the examples.
+    pub far: Vec<Far>,
+}
+
+/// Consecutive frames in which a region is more than [`FAR`] times as uncertain as in an example that is left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Far {
+    /// The first frame, counted from 0.
+    pub first: usize,
+    /// How many.
+    pub frames: usize,
+    /// The frame that is farthest.
+    pub farthest: usize,
+    /// Its time in seconds.
+    pub time: f64,
+    /// The region that is farthest in it.
+    pub region: String,
+    /// How many times as uncertain as in an example that is left out.
+    pub times: f64,
+}
+
+/// A frame to scan.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scan {
+    /// Counted from 0.
+    pub frame: usize,
+    /// In seconds.
+    pub time: f64,
+    /// What is left of the standard deviation over the take with this scan and those before, as a part of that without any example.
+    pub left: f64,
+    /// The regions that it is for, and how much of what it tells is theirs, 0..1; the largest first.
+    pub regions: Vec<ScanRegion>,
+    /// The strain edges that are longest or shortest in it.
+    pub edges: Vec<Difference>,
+}
+
+/// A region that a scan is for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScanRegion {
+    /// Its name.
+    pub region: String,
+    /// Its share, 0..1.
+    pub share: f64,
+}
+
+/// Compares `take` with `rig`, plans `scans` scans, and lists at most `scans` strain edges that go beyond the examples. `candidates`
+/// are the frames that can be scanned; without them every frame whose markers were all seen.
+///
+/// # Errors
+/// [`Error::Input`] if the take lacks handles, a candidate is not in it, or the rig is not of the learned method;
+/// [`Error::Cancelled`].
+pub fn coverage(
+    rig: &Rig,
+    take: &Take,
+    regions: &Regions,
+    candidates: Option<&[usize]>,
+    scans: usize,
+    progress: &dyn Progress,
+) -> Result<Coverage> {
+    let positions = take.handle_positions(&rig.labels)?;
+    let h = rig.handles.len();
+    if let Some(frame) = candidates.and_then(|frames| frames.iter().find(|frame| **frame >= take.frames())) {
+        return Err(Error::input(format!(
+            "frame {frame} can't be scanned, as the take has {}",
+            take.frames()
+        )));
+    }
+    // Frames evenly over the take, and the candidates among or behind them.
+    let mut frames: Vec<usize> = (0..take.frames()).step_by(take.frames().div_ceil(FRAMES).max(1)).collect();
+    let places: Vec<usize> = match candidates {
+        Some(candidates) => {
+            frames.extend(candidates);
+            (frames.len() - candidates.len()..frames.len()).collect()
+        }
+        None => (0..frames.len()).filter(|&i| is_seen(rig, take, frames[i])).collect(),
+    };
+    let at = |frame: usize| positions.as_chunks::<3>().0[frame * h..][..h].iter().map(|x| x.map(f64::from));
+    let poses: Vec<[f64; 3]> = frames.iter().flat_map(|&frame| at(frame)).collect();
+    let plan = plan_scans(rig, &poses, &places, scans, progress)?;
+    let f64_rig = rig.cast::<f64>();
+    let of_plan = plan.scans.iter().map(|scan| Scan {
+        frame: frames[scan.frame],
+        time: take.times[frames[scan.frame]],
+        left: scan.left,
+        regions: shares(&plan, &scan.gains, regions),
+        edges: largest_strains(&f64_rig, &at(frames[scan.frame]).collect::<Vec<_>>()),
+    });
+    let scans_found: Vec<Scan> = of_plan.collect();
+    let mut edges = edges_beyond(&f64_rig, take)?;
+    let edges_beyond = edges.len();
+    edges.truncate(scans);
+    let sigma =
+        (!rig.example_names.is_empty()).then(|| take_sigma(rig, take, regions, progress)).transpose()?;
+    Ok(Coverage { frames: take.frames(), sigma, left: plan.left, scans: scans_found, edges_beyond, edges })
+}
+
+/// Whether every marker of a frame was seen.
+fn is_seen(rig: &Rig, take: &Take, frame: usize) -> bool {
+    let Some(confidence) = &take.confidence else { return true };
+    let of_frame = &confidence[frame * take.labels.len()..][..take.labels.len()];
+    take.labels.iter().zip(of_frame).all(|(label, c)| *c > GUESS || !rig.labels.contains(label))
+}
+
+/// How the regions share what a scan tells.
+fn shares(plan: &ScanPlan, gains: &[f64], regions: &Regions) -> Vec<ScanRegion> {
+    let total: f64 = gains.iter().sum();
+    let mut found: Vec<ScanRegion> =
+        regions.names().iter().map(|region| ScanRegion { region: region.clone(), share: 0.0 }).collect();
+    for (&v, gain) in plan.vertices.iter().zip(gains) {
+        if let Some(region) = regions.of_vertex(v) {
+            found[region].share += gain / total.max(f64::MIN_POSITIVE);
+        }
+    }
+    found.retain(|region| region.share > 0.0);
+    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    found
+}
+
+/// How uncertain each frame of a take is.
+///
+/// # Errors
+/// As [`Confidence::new`]; [`Error::Input`] if the take lacks handles; [`Error::Cancelled`].
+pub fn take_sigma(rig: &Rig, take: &Take, regions: &Regions, progress: &dyn Progress) -> Result<TakeSigma> {
+    let confidence = Confidence::sampled(rig, SAMPLES)?;
+    let positions = take.handle_positions(&rig.labels)?;
+    let positions = positions.as_chunks::<3>().0;
+    let count = regions.names().len();
+    // The last region is the whole face.
+    let of_sample: Vec<Option<usize>> = confidence.vertices().iter().map(|&v| regions.of_vertex(v)).collect();
+    let sums = |variances: &mut dyn Iterator<Item = f64>| {
+        let mut sums = vec![0.0; count + 1];
+        for (variance, region) in variances.zip(&of_sample) {
+            sums[count] += variance;
+            if let Some(region) = region {
+                sums[*region] += variance;
+            }
+        }
+        sums
+    };
+    let left_out = sums(&mut confidence.left_out());
+    let samples = of_sample.len().max(1) as f64;
+    let millimetres = 1e3 * rig.metres_per_unit;
+    let mut frames_mm = Vec::with_capacity(take.frames());
+    // Of each frame the region that is farthest, and how far.
+    let mut farthest = Vec::with_capacity(take.frames());
+    const AT_ONCE: usize = 64;
+    for chunk in positions.chunks(AT_ONCE * rig.handles.len()) {
+        progress.step("confidence", frames_mm.len() as u64, take.frames() as u64)?;
+        for variances in confidence.variances(chunk).chunks(of_sample.len().max(1)) {
+            let of_frame = sums(&mut variances.iter().copied());
+            frames_mm.push(millimetres * (of_frame[count] / samples).sqrt());
+            let times = |region: usize| match left_out[region] > 0.0 {
+                true => (of_frame[region] / left_out[region]).sqrt(),
+                false => 0.0,
+            };
+            let best = (0..count).map(|region| (region, times(region)));
+            farthest.push(best.fold((count, times(count)), |a, b| if b.1 > a.1 { b } else { a }));
+        }
+    }
+    progress.step("confidence", take.frames() as u64, take.frames() as u64)?;
+    let left_out_mm = millimetres * (left_out[count] / samples).sqrt();
+    let covered = frames_mm.iter().filter(|sigma| **sigma <= COVERED * left_out_mm).count();
+    let name =
+        |region: usize| regions.names().get(region).map_or("the whole face", String::as_str).to_owned();
+    let mut far: Vec<Far> = Vec::new();
+    for (frame, &(region, times)) in farthest.iter().enumerate().filter(|(_, (_, times))| *times > FAR) {
+        let here = Far {
+            first: frame,
+            frames: 1,
+            farthest: frame,
+            time: take.times[frame],
+            region: name(region),
+            times,
+        };
+        match far.last_mut().filter(|last| last.first + last.frames == frame) {
+            Some(last) if times > last.times => {
+                *last = Far { first: last.first, frames: last.frames + 1, ..here }
+            }
+            Some(last) => last.frames += 1,
+            None => far.push(here),
+        }
+    }
+    Ok(TakeSigma { frames_mm, left_out_mm, covered, far })
+}

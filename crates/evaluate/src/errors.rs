@@ -1,0 +1,148 @@
+//! Distances between what a rig gives and what it should: over all vertices, by region and by vertex.
+
+use crate::Regions;
+use serde::Serialize;
+
+/// How far vertices are from where they should be, in millimetres.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Errors {
+    /// The root of the mean square.
+    pub rms_mm: f64,
+    /// Of 1000 distances 950 are at most this.
+    pub p95_mm: f64,
+    /// The same of 999.
+    pub p99_9_mm: f64,
+    /// The largest.
+    pub worst_mm: f64,
+    /// Where that is: the frame, counted from 0 in what was compared.
+    pub frame: usize,
+    /// And the vertex.
+    pub vertex: usize,
+    /// The RMS of each region, the largest first.
+    pub regions: Vec<RegionError>,
+}
+
+/// The error of a region.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RegionError {
+    /// Its name.
+    pub region: String,
+    /// The root of the mean square.
+    pub rms_mm: f64,
+    /// The largest.
+    pub worst_mm: f64,
+}
+
+/// Sums up distances, frame by frame.
+pub(crate) struct Sum<'a> {
+    regions: &'a Regions,
+    /// Millimetres in a mesh unit.
+    millimetres: f64,
+    /// Of all frames × vertices, for the quantiles.
+    all: Vec<f32>,
+    squares: Vec<f64>,
+    worst: (f64, usize, usize),
+    worst_of_region: Vec<f64>,
+    frames: usize,
+}
+
+impl<'a> Sum<'a> {
+    pub(crate) fn new(regions: &'a Regions, vertices: usize, millimetres: f64) -> Self {
+        Self {
+            regions,
+            millimetres,
+            all: Vec::new(),
+            squares: vec![0.0; vertices],
+            worst: (0.0, 0, 0),
+            worst_of_region: vec![0.0; regions.names().len()],
+            frames: 0,
+        }
+    }
+
+    /// The next frame: the V distances, in mesh units.
+    pub(crate) fn add(&mut self, distances: impl Iterator<Item = f64>) {
+        for (v, distance) in distances.enumerate() {
+            let distance = distance * self.millimetres;
+            self.all.push(distance as f32);
+            self.squares[v] += distance * distance;
+            // Also if it is no number, which stays the worst.
+            if distance > self.worst.0 || distance.is_nan() {
+                self.worst = (distance, self.frames, v);
+            }
+            if let Some(region) = self.regions.of_vertex(v as u32) {
+                let worst = &mut self.worst_of_region[region];
+                *worst = worst.max(distance);
+            }
+        }
+        self.frames += 1;
+    }
+
+    /// The RMS over the frames at each vertex, in millimetres.
+    pub(crate) fn by_vertex(&self) -> Vec<f32> {
+        self.squares.iter().map(|square| (square / self.frames.max(1) as f64).sqrt() as f32).collect()
+    }
+
+    pub(crate) fn finish(mut self) -> Errors {
+        let count = self.regions.names().len();
+        let (mut squares, mut vertices) = (vec![0.0; count], vec![0_usize; count]);
+        for (v, square) in self.squares.iter().enumerate() {
+            if let Some(region) = self.regions.of_vertex(v as u32) {
+                squares[region] += square;
+                vertices[region] += 1;
+            }
+        }
+        let rms = |sum: f64, vertices: usize| (sum / (vertices * self.frames).max(1) as f64).sqrt();
+        let of_region = |(i, region): (usize, &String)| RegionError {
+            region: region.clone(),
+            rms_mm: rms(squares[i], vertices[i]),
+            worst_mm: self.worst_of_region[i],
+        };
+        let mut regions: Vec<RegionError> = self.regions.names().iter().enumerate().map(of_region).collect();
+        regions.sort_by(|a, b| b.rms_mm.total_cmp(&a.rms_mm));
+        let rms_mm = rms(self.squares.iter().sum(), self.squares.len());
+        let mut quantile = |per_mille: usize| match self.all.len() {
+            0 => 0.0,
+            n => {
+                let at = (n * per_mille).div_ceil(1000).max(1) - 1;
+                f64::from(*self.all.select_nth_unstable_by(at, f32::total_cmp).1)
+            }
+        };
+        let (p95_mm, p99_9_mm) = (quantile(950), quantile(999));
+        let (worst_mm, frame, vertex) = self.worst;
+        Errors { rms_mm, p95_mm, p99_9_mm, worst_mm, frame, vertex, regions }
+    }
+}
+
+/// The distance of each vertex between two fields of 3V numbers.
+pub(crate) fn distances(a: &[f32], b: &[f32]) -> impl Iterator<Item = f64> {
+    let pairs = a.as_chunks::<3>().0.iter().zip(b.as_chunks::<3>().0);
+    pairs.map(|(a, b)| (0..3).map(|c| (f64::from(a[c]) - f64::from(b[c])).powi(2)).sum::<f64>().sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_summed_up() {
+        let groups = [("left".to_owned(), vec![0, 1]), ("right".to_owned(), vec![2])];
+        let regions = Regions::by_groups(4, &groups).unwrap();
+        let mut sum = Sum::new(&regions, 4, 10.0);
+        sum.add([0.1, 0.2, 0.5, 0.0].into_iter());
+        sum.add([0.3, 0.2, 0.1, 0.4].into_iter());
+        let by_vertex = sum.by_vertex();
+        assert!((f64::from(by_vertex[0]) - (10.0_f64 / 2.0).sqrt()).abs() < 1e-6, "{by_vertex:?}");
+        let errors = sum.finish();
+        assert!((errors.rms_mm - (60.0_f64 / 8.0).sqrt()).abs() < 1e-12, "{errors:?}");
+        assert_eq!((errors.worst_mm, errors.frame, errors.vertex), (5.0, 0, 2));
+        assert_eq!((errors.p95_mm, errors.p99_9_mm), (5.0, 5.0));
+        assert_eq!(errors.regions[0].region, "right");
+        assert!(
+            (errors.regions[1].rms_mm - (18.0_f64 / 4.0).sqrt()).abs() < 1e-12
+                && errors.regions[1].worst_mm == 3.0
+        );
+        let apart: Vec<f64> =
+            distances(&[0.0, 0.0, 0.0, 1.0, 1.0, 1.0], &[3.0, 0.0, 4.0, 1.0, 1.0, 1.0]).collect();
+        assert_eq!(apart, [5.0, 0.0]);
+    }
+}

@@ -1,0 +1,154 @@
+//! The whole evaluation of a face.
+
+use crate::Regions;
+use crate::errors::{Errors, Sum};
+use crate::noise;
+use crate::truth::{Comparison, Truth, compare};
+use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig};
+use rhytid_solve::solve_and_leave_one_out;
+use serde::Serialize;
+
+/// How good the rig of a face is, and where not.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Evaluation {
+    /// The face's name.
+    pub name: String,
+    /// V.
+    pub vertices: usize,
+    /// H.
+    pub handles: usize,
+    /// What the smooth part of each example would be off by if it were left out; `None` without examples or by the chapter's
+    /// method. It is pessimistic in level, since each example is far from the others, and right in where.
+    pub leave_one_out: Option<LeaveOneOut>,
+    /// What the noise of markers does to the skin, at the rest pose and the examples.
+    pub noise: NoiseAnswer,
+    /// How far each method is from the truth, where one was given; that of the face's settings first.
+    pub truth: Option<Vec<Comparison>>,
+}
+
+/// What each example would be off by if it were left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeaveOneOut {
+    /// Over all examples; a frame is an example.
+    #[serde(flatten)]
+    pub all: Errors,
+    /// One by one.
+    pub examples: Vec<LeftOut>,
+}
+
+/// An example that is left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// Its name in the rig.
+    pub example: String,
+    /// What the others would have it off by.
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+/// The answer to the noise of markers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NoiseAnswer {
+    /// The standard deviation of the noise per axis.
+    pub noise_mm: f64,
+    /// How far the skin moves by it.
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+/// What a map is about; maps of the same are to be drawn on one scale.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Subject {
+    /// Examples that are left out.
+    LeaveOneOut,
+    /// The answer to noise.
+    Noise,
+    /// The distance from the truth.
+    Truth,
+}
+
+/// A number for each vertex, in millimetres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    /// What it is about.
+    pub subject: Subject,
+    /// What it shows.
+    pub title: String,
+    /// V numbers.
+    pub values: Vec<f32>,
+}
+
+/// Solves `face` and evaluates it: the rig, what was found, and maps of it. `inputs` is given the rig, and says which regions it
+/// has, [`Regions::by_handles`] for one, and the truth, if there is any.
+///
+/// # Errors
+/// As solving, playing and reading the truth; as `inputs`.
+pub fn evaluate(
+    face: &Face,
+    inputs: impl FnOnce(&Rig) -> Result<(Regions, Option<Truth>)>,
+    devices: &[DeviceInfo],
+    progress: &dyn Progress,
+) -> Result<(Rig, Evaluation, Vec<Map>)> {
+    let (rig, _, left_out) = solve_and_leave_one_out(face, progress)?;
+    let rounded = rig.cast::<f32>();
+    let (regions, truth) = inputs(&rounded)?;
+    let millimetres = 1e3 * face.metres_per_unit;
+    let mut maps = Vec::new();
+    let leave_one_out = (!left_out.is_empty()).then(|| {
+        let examples = rig.example_names.len();
+        let mut all = Sum::new(&regions, rig.vertices(), millimetres);
+        let mut of_examples = Vec::new();
+        let mut of_example_maps = Vec::new();
+        for (p, name) in rig.example_names.iter().enumerate() {
+            let distances = || {
+                let of_example = left_out.iter().skip(p).step_by(examples);
+                of_example.map(|e| e.iter().map(|x| x * x).sum::<f64>().sqrt())
+            };
+            let mut one = Sum::new(&regions, rig.vertices(), millimetres);
+            one.add(distances());
+            all.add(distances());
+            of_example_maps.push(Map {
+                subject: Subject::LeaveOneOut,
+                title: format!("without {name}"),
+                values: one.by_vertex(),
+            });
+            of_examples.push(LeftOut { example: name.clone(), errors: one.finish() });
+        }
+        maps.push(Map {
+            subject: Subject::LeaveOneOut,
+            title: "any of them".into(),
+            values: all.by_vertex(),
+        });
+        maps.append(&mut of_example_maps);
+        LeaveOneOut { all: all.finish(), examples: of_examples }
+    });
+    let (errors, map) = noise::noise(&rounded, &regions, devices, progress)?;
+    maps.push(Map {
+        subject: Subject::Noise,
+        title: format!("{} mm of noise", noise::NOISE_MM),
+        values: map,
+    });
+    let truth = match truth {
+        None => None,
+        Some(mut truth) => {
+            let found = compare(face, &rig, &mut truth, &regions, devices, progress)?;
+            let (comparisons, by_vertex): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+            let of_method = |(comparison, values): (&Comparison, Vec<f32>)| Map {
+                subject: Subject::Truth,
+                title: comparison.method.into(),
+                values,
+            };
+            maps.extend(comparisons.iter().zip(by_vertex).map(of_method));
+            Some(comparisons)
+        }
+    };
+    let evaluation = Evaluation {
+        name: face.name.clone(),
+        vertices: rig.vertices(),
+        handles: rig.handles.len(),
+        leave_one_out,
+        noise: NoiseAnswer { noise_mm: noise::NOISE_MM, errors },
+        truth,
+    };
+    Ok((rounded, evaluation, maps))
+}

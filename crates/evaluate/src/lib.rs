@@ -1,0 +1,32 @@
+//! How good a rig is, and where it is not: what each example would be off by without it, what the noise of markers does, how far
+//! a truth is, where there is one, and which frames of a take would be worth a scan. `docs/evaluate.md` and `docs/coverage.md` say
+//! how to read it.
+//!
+//! ```
+//! use rhytid_core::NoProgress;
+//! use rhytid_evaluate::{Regions, evaluate};
+//!
+//! # let face = rhytid_demo::face(1_000);
+//! # let device = rhytid_playback::choose_devices("cpu:0", &NoProgress)?.devices;
+//! // `face` from rhytid_formats::project::read.
+//! let (_, found, _) = evaluate(&face, |rig| Ok((Regions::by_handles(rig), None)), &device, &NoProgress)?;
+//! let left_out = found.leave_one_out.expect("it has examples");
+//! println!("{:.2} mm, most in the region {}", left_out.all.rms_mm, left_out.all.regions[0].region);
+//! assert_eq!(left_out.examples.len(), face.examples.len());
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod blendshapes;
+pub mod coverage;
+mod errors;
+mod evaluation;
+mod noise;
+mod regions;
+mod truth;
+
+pub use errors::{Errors, RegionError};
+pub use evaluation::{Evaluation, LeaveOneOut, LeftOut, Map, NoiseAnswer, Subject, evaluate};
+pub use noise::NOISE_MM;
+pub use regions::Regions;
+pub use truth::{Comparison, Truth};

@@ -1,0 +1,125 @@
+//! Regions of a face: brows, lids and so on where the markers' names say it, the neighbourhoods of the markers where not.
+
+use rhytid_core::{Error, Result, Rig};
+use rhytid_kernels::Real;
+use rhytid_solve::{Topology, geodesic};
+
+/// Words in a label, and the region that they stand for; the first that is found counts.
+const WORDS: [(&str, &[&str]); 10] = [
+    ("brows", &["brow", "corrugator"]),
+    ("lids", &["lid", "eye", "canthus", "orbit"]),
+    ("nose", &["nose", "nostril", "nasal", "nasion", "alar", "columella"]),
+    ("cheeks", &["cheek", "zygom", "malar", "nasolabial", "buccal"]),
+    ("lips", &["lip", "mouth", "cupid", "philtrum", "commissure"]),
+    ("chin", &["chin", "mentalis", "menton"]),
+    ("jaw", &["jaw", "mandib", "gonion"]),
+    ("forehead", &["forehead", "frontal", "glabella"]),
+    ("ears", &["ear_", "tragus"]),
+    ("neck", &["neck", "throat"]),
+];
+
+/// The 68 landmarks of Multi-PIE and iBUG by their numbers, which labels as `mp36` carry.
+const LANDMARKS: [(&str, std::ops::Range<u32>); 5] =
+    [("jaw", 0..17), ("brows", 17..27), ("nose", 27..36), ("lids", 36..48), ("lips", 48..68)];
+
+/// A part of the vertices for each of some names; a vertex is in one at most.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regions {
+    names: Vec<String>,
+    of_vertex: Vec<Option<u32>>,
+}
+
+impl Regions {
+    /// A vertex is in the region of the handle that is nearest along the mesh; a handle is in the one that its label names (`brow_l`,
+    /// `LipUpper2`, `mp36`), and in one of its own, `near LABEL`, where it names none.
+    pub fn by_handles<T: Real>(rig: &Rig<T>) -> Self {
+        let of_handle: Vec<String> = rig
+            .labels
+            .iter()
+            .map(|label| named(label).map_or_else(|| format!("near {label}"), str::to_owned))
+            .collect();
+        let mut names = of_handle.clone();
+        names.sort_by_key(|name| (name.starts_with("near "), name.clone()));
+        names.dedup();
+        let rest: Vec<[f64; 3]> = rig.rest.iter().map(|x| x.map(T::widen)).collect();
+        let topology = Topology::new(rest.len(), &rig.triangles);
+        let cells = geodesic::voronoi_cells(&rest, &topology, &rig.handles);
+        let region = |h: u32| names.iter().position(|name| *name == of_handle[h as usize]).map(|i| i as u32);
+        let of_vertex = cells.into_iter().map(|handle| handle.and_then(region)).collect();
+        Self { names, of_vertex }
+    }
+
+    /// Groups of the V vertices, as [`rhytid_formats::mesh::read_groups`] gives them. A vertex of several is in the last one.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a vertex is not below V.
+    pub fn by_groups(vertices: usize, groups: &[(String, Vec<u32>)]) -> Result<Self> {
+        let mut of_vertex = vec![None; vertices];
+        for (i, (name, group)) in groups.iter().enumerate() {
+            for &v in group {
+                let place = of_vertex.get_mut(v as usize).ok_or_else(|| {
+                    Error::input(format!("the group “{name}” has the vertex {v}, but there are {vertices}"))
+                })?;
+                *place = Some(i as u32);
+            }
+        }
+        Ok(Self { names: groups.iter().map(|(name, _)| name.clone()).collect(), of_vertex })
+    }
+
+    /// Their names.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The index of a vertex's region in [`Regions::names`].
+    pub fn of_vertex(&self, v: u32) -> Option<usize> {
+        self.of_vertex[v as usize].map(|region| region as usize)
+    }
+}
+
+/// The region that a label names.
+fn named(label: &str) -> Option<&'static str> {
+    let lower = label.to_lowercase();
+    let by_word = WORDS.iter().find(|(_, words)| words.iter().any(|word| lower.contains(word)));
+    let number = || lower.strip_prefix("mp")?.parse::<u32>().ok();
+    let by_number = || number().and_then(|n| LANDMARKS.iter().find(|(_, range)| range.contains(&n)));
+    by_word.map(|(name, _)| *name).or_else(|| by_number().map(|(name, _)| *name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_name_regions() {
+        for (label, expected) in [
+            ("brow_l", Some("brows")),
+            ("LeftEyebrow3", Some("brows")),
+            ("UpperLid", Some("lids")),
+            ("eye.R", Some("lids")),
+            ("lip-corner", Some("lips")),
+            ("Chin", Some("chin")),
+            ("jaw07", Some("jaw")),
+            ("mp16", Some("jaw")),
+            ("mp17", Some("brows")),
+            ("mp35", Some("nose")),
+            ("mp36", Some("lids")),
+            ("mp67", Some("lips")),
+            ("mp68", None),
+            ("mp", None),
+            ("fps12", None),
+            ("M7", None),
+        ] {
+            assert_eq!(named(label), expected, "{label}");
+        }
+    }
+
+    #[test]
+    fn groups_are_of_the_mesh() {
+        let groups = [("a".to_owned(), vec![0, 1]), ("b".to_owned(), vec![1, 3])];
+        let regions = Regions::by_groups(5, &groups).unwrap();
+        let found: Vec<Option<usize>> = (0..5).map(|v| regions.of_vertex(v)).collect();
+        assert_eq!(found, [Some(0), Some(1), None, Some(1), None]);
+        assert!(Regions::by_groups(3, &groups).unwrap_err().to_string().contains("“b” has the vertex 3"));
+    }
+}

@@ -1,0 +1,196 @@
+//! A rig beside the truth, and beside what else could be made of the same examples.
+
+use crate::Regions;
+use crate::blendshapes::{Blendshapes, Weights};
+use crate::errors::{Errors, Sum, distances};
+use rayon::prelude::*;
+use rhytid_core::{
+    DeviceInfo, Error, Example, Face, LearnedSettings, Method, NoProgress, Progress, Result, Rig, Take,
+};
+use rhytid_formats::export::OutputStage;
+use rhytid_formats::sequence::Sequence;
+use rhytid_playback::Playback;
+use rhytid_solve::{Smoothing, solve};
+use serde::Serialize;
+
+/// Frames whose fold band is computed at once.
+const FRAMES_AT_ONCE: usize = 8;
+
+/// Dense meshes, and the take that belongs to them.
+pub struct Truth {
+    /// The meshes.
+    pub meshes: Sequence,
+    /// The frame of the take that each mesh shows.
+    pub frames: Vec<usize>,
+    /// The markers.
+    pub take: Take,
+}
+
+impl Truth {
+    /// `frames` says which frames of the take the meshes show; without it there has to be one for each frame.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the numbers of meshes and frames differ.
+    pub fn new(meshes: Sequence, frames: Option<Vec<usize>>, take: Take) -> Result<Self> {
+        let is_given = frames.is_some();
+        let frames = frames.unwrap_or_else(|| (0..take.frames()).collect());
+        match meshes.frames() == frames.len() && frames.iter().all(|&frame| frame < take.frames()) {
+            true => Ok(Self { meshes, frames, take }),
+            false if is_given => Err(Error::input(format!(
+                "the truth has {} frames, but {} are listed for it; list the frame of the take for each, in their order",
+                meshes.frames(),
+                frames.len()
+            ))),
+            false => Err(Error::input(format!(
+                "the truth has {} frames and the take {}; say which frames of the take they are, in a CSV file with a column frame",
+                meshes.frames(),
+                frames.len()
+            ))),
+        }
+    }
+}
+
+/// A way to make the frames, and how far it is from the truth.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// `learned`, `chapter`, `shell`, `blendshapes` (weights from 0 to 1), `components` (any weights: all principal components of
+    /// the examples).
+    pub method: &'static str,
+    /// Over all vertices.
+    #[serde(flatten)]
+    pub errors: Errors,
+    /// The RMS of what is left of the errors when their smooth part is taken out: wrinkles that are missing, or wrong.
+    pub fold_band_rms_mm: f64,
+}
+
+/// How far each method is from the truth, that of the face's settings first; and for each the RMS of every vertex in millimetres.
+/// `rig` is the face, solved.
+///
+/// # Errors
+/// As solving, reading the truth and playing.
+pub(crate) fn compare(
+    face: &Face,
+    rig: &Rig<f64>,
+    truth: &mut Truth,
+    regions: &Regions,
+    devices: &[DeviceInfo],
+    progress: &dyn Progress,
+) -> Result<Vec<(Comparison, Vec<f32>)>> {
+    let all = truth.take.handle_positions(&rig.labels)?;
+    let per_frame = 3 * rig.handles.len();
+    let handles: Vec<f32> = truth
+        .frames
+        .iter()
+        .flat_map(|&frame| all[frame * per_frame..][..per_frame].iter().copied())
+        .collect();
+    let smoothing = Smoothing::new(rig, &NoProgress)?;
+    let millimetres = 1e3 * face.metres_per_unit;
+    let mut against =
+        Against { truth: &mut truth.meshes, regions, smoothing: &smoothing, millimetres, progress };
+
+    let is_learned = matches!(face.settings.method, Method::Learned(_));
+    let mut other = face.clone();
+    other.settings.method = match is_learned {
+        true => Method::Chapter,
+        false => Method::Learned(LearnedSettings::default()),
+    };
+    let other = solve(&other, progress)?.cast::<f32>();
+    let own = rig.cast::<f32>();
+    let names = if is_learned { ["learned", "chapter"] } else { ["chapter", "learned"] };
+    let shell = own.clone().shell();
+    let mut found = Vec::new();
+    for (name, rig, stage) in [
+        (names[0], &own, OutputStage::Full),
+        (names[1], &other, OutputStage::Full),
+        ("shell", &shell, OutputStage::Shell),
+    ] {
+        let mut playback = Playback::new(rig, devices, truth.frames.len())?;
+        found.push(against.compare(name, |each| {
+            playback.evaluate(&handles, stage, false, progress, |positions, _| each(positions))
+        })?);
+    }
+    let offsets = |at: &dyn Fn(usize) -> [f64; 3], rest: &dyn Fn(usize) -> [f64; 3], n: usize| -> Vec<f64> {
+        (0..n).flat_map(|i| [0, 1, 2].map(|c| at(i)[c] - rest(i)[c])).collect()
+    };
+    let h = rig.handles.len();
+    let rest_handle = |i: usize| rig.rest[rig.handles[i] as usize];
+    let at_markers =
+        |example: &Example| offsets(&|i| example.positions[rig.handles[i] as usize], &rest_handle, h);
+    let shapes = Blendshapes::new(face.examples.iter().map(at_markers).collect());
+    for (name, weights) in [("blendshapes", Weights::ZeroToOne), ("components", Weights::Any)] {
+        found.push(against.compare(name, |each| {
+            for frame in handles.as_chunks::<3>().0.chunks(h) {
+                let w = shapes.fit(&offsets(&|i| frame[i].map(f64::from), &rest_handle, h), weights)?;
+                let position = |(v, rest): (usize, &[f64; 3])| {
+                    let mut x = *rest;
+                    for (w, example) in w.iter().zip(&face.examples) {
+                        (0..3).for_each(|c| x[c] += w * (example.positions[v][c] - rest[c]));
+                    }
+                    x.map(|x| x as f32)
+                };
+                let positions: Vec<[f32; 3]> = rig.rest.par_iter().enumerate().map(position).collect();
+                each(positions.as_flattened())?;
+            }
+            Ok(())
+        })?);
+    }
+    Ok(found)
+}
+
+/// What frames are compared with.
+struct Against<'a> {
+    truth: &'a mut Sequence,
+    regions: &'a Regions,
+    smoothing: &'a Smoothing,
+    millimetres: f64,
+    progress: &'a dyn Progress,
+}
+
+/// Is given a frame's 3V positions.
+type Each<'a> = &'a mut dyn FnMut(&[f32]) -> Result<()>;
+
+impl Against<'_> {
+    /// Compares all frames, which `play` hands over in order.
+    fn compare(
+        &mut self,
+        method: &'static str,
+        play: impl FnOnce(Each<'_>) -> Result<()>,
+    ) -> Result<(Comparison, Vec<f32>)> {
+        let count = self.truth.frames();
+        let mut expected = Vec::new();
+        self.truth.positions(0, &mut expected)?;
+        let vertices = expected.len() / 3;
+        let mut sum = Sum::new(self.regions, vertices, self.millimetres);
+        let (mut frame, mut folds, mut open) = (0, 0.0, Vec::new());
+        play(&mut |positions| {
+            self.truth.positions(frame, &mut expected)?;
+            sum.add(distances(positions, &expected));
+            open.push(positions.iter().zip(&expected).map(|(a, b)| f64::from(*a) - f64::from(*b)).collect());
+            frame += 1;
+            if open.len() == FRAMES_AT_ONCE || frame == count {
+                folds += self.folds(&open)?;
+                open.clear();
+            }
+            self.progress.step("compare", frame as u64, count as u64)
+        })?;
+        let fold_band_rms_mm = self.millimetres * (folds / (vertices * count) as f64).sqrt();
+        let by_vertex = sum.by_vertex();
+        Ok((Comparison { method, errors: sum.finish(), fold_band_rms_mm }, by_vertex))
+    }
+
+    /// The squares of what smoothing takes out of these frames' errors, each 3V.
+    fn folds(&self, errors: &[Vec<f64>]) -> Result<f64> {
+        let vertices = errors[0].len() / 3;
+        let at = |v: usize, frame: &Vec<f64>| [0, 1, 2].map(|c| frame[3 * v + c]);
+        let field: Vec<[f64; 3]> =
+            (0..vertices).flat_map(|v| errors.iter().map(move |frame| at(v, frame))).collect();
+        let mut smooth = field.clone();
+        self.smoothing.apply(&mut smooth, &NoProgress)?;
+        let left = field
+            .as_flattened()
+            .iter()
+            .zip(smooth.as_flattened())
+            .map(|(all, smooth)| (all - smooth).powi(2));
+        Ok(left.sum())
+    }
+}

@@ -1,0 +1,55 @@
+//! Groups of vertices, as DCC tools write them into OBJ files: `g NAME` before the faces of each.
+
+use super::obj;
+use rhytid_core::{Error, Mesh, Result};
+use std::path::Path;
+
+/// The groups of an OBJ file in the order of their names, each with its vertices, ascending: those of its faces. The mesh in the
+/// file has to be like `neutral`, which was read from `neutral_path`. Faces before the first `g` are in no group.
+///
+/// # Errors
+/// As [`super::read_like`]; [`Error::Input`] if the file is no OBJ or has no group.
+pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<(String, Vec<u32>)>> {
+    let fault = |what: &str| Error::input(format!("{}: {what}", path.display()));
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+        return Err(fault("groups are read from .obj; export the mesh with its groups in this format"));
+    }
+    super::read_like(neutral, neutral_path, path)?;
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
+    // Those that the next face is in, and its vertices. A face stands on one statement.
+    let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), neutral.faces.iter());
+    for statement in obj::statements(&bytes) {
+        let text = String::from_utf8_lossy(&statement);
+        let mut words = text.split_whitespace();
+        match words.next() {
+            Some("g") => {
+                current = words
+                    .filter(|name| *name != "default")
+                    .map(|name| match groups.iter().position(|(known, _)| known == name) {
+                        Some(i) => i,
+                        None => {
+                            groups.push((name.to_owned(), Vec::new()));
+                            groups.len() - 1
+                        }
+                    })
+                    .collect();
+            }
+            Some("f" | "fo") => {
+                let face = faces.next().unwrap_or_default();
+                current.iter().for_each(|&group| groups[group].1.extend(face));
+            }
+            _ => {}
+        }
+    }
+    for (_, vertices) in &mut groups {
+        vertices.sort_unstable();
+        vertices.dedup();
+    }
+    groups.retain(|(_, vertices)| !vertices.is_empty());
+    groups.sort();
+    match groups.is_empty() {
+        true => Err(fault("has no group, expected “g NAME” before the faces of each region")),
+        false => Ok(groups),
+    }
+}

@@ -1,0 +1,147 @@
+//! Dense meshes over time, whatever they are kept in: the truth that a rig is measured by, and what examples are cut out of.
+
+use crate::animation;
+use crate::animation_reader::AnimationReader;
+use crate::mesh;
+use npyz::{DType, NpyFile, TypeChar};
+use rhytid_core::{Error, Mesh, Result};
+use std::path::{Path, PathBuf};
+
+/// Frames of a mesh whose vertices are those of a neutral one.
+pub struct Sequence {
+    kept: Kept,
+    frames: usize,
+}
+
+enum Kept {
+    /// In a USD or glTF file.
+    Animation(Box<dyn AnimationReader>),
+    /// Each in a file of its own, by name.
+    Meshes { files: Vec<PathBuf>, neutral: Mesh, neutral_path: PathBuf },
+    /// One array, frames × V × 3.
+    Array(Vec<f32>),
+}
+
+impl Sequence {
+    /// Opens a USD or glTF animation, a NumPy array of frames × V × 3 float32 or float64 in mesh units (`.npy`), or a folder of
+    /// meshes, whose frames are in the order of their names. `neutral` was read from `neutral_path`; animations have to be in
+    /// its unit, `metres_per_unit`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it is none of these, has no frame, or other vertices than `neutral`; [`Error::Io`].
+    pub fn open(path: &Path, neutral: &Mesh, neutral_path: &Path, metres_per_unit: f64) -> Result<Self> {
+        let fault = |what: String| Err(Error::input(format!("{}: {what}", path.display())));
+        let vertices = neutral.positions.len();
+        if path.is_dir() {
+            let files = meshes_in(path)?;
+            if files.is_empty() {
+                return fault("has no mesh, expected one .obj, .ply, .glb or .gltf for each frame".into());
+            }
+            let frames = files.len();
+            let kept = Kept::Meshes { files, neutral: neutral.clone(), neutral_path: neutral_path.into() };
+            return Ok(Self { kept, frames });
+        }
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
+            let (frames, positions) = array(path, vertices)?;
+            return Ok(Self { kept: Kept::Array(positions), frames });
+        }
+        let reader = animation::open(path).map_err(|error| match error {
+            Error::Input(message) if animation::Format::of(path).is_err() => Error::Input(format!(
+                "{message}; dense meshes over time are read from those, from .npy, or from a folder of meshes"
+            )),
+            other => other,
+        })?;
+        let summary = reader.summary();
+        if summary.vertices != vertices {
+            return fault(format!(
+                "has {} vertices, but {} has {vertices}; the frames need the neutral's vertices in the same order",
+                summary.vertices,
+                neutral_path.display()
+            ));
+        }
+        if (summary.metres_per_unit / metres_per_unit - 1.0).abs() > 1e-6 {
+            return fault(format!(
+                "its unit is {} m, but the face's is {metres_per_unit} m; export it in the face's unit",
+                summary.metres_per_unit
+            ));
+        }
+        let frames = summary.frames;
+        Ok(Self { kept: Kept::Animation(reader), frames })
+    }
+
+    /// The number of frames, at least 1.
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Replaces `out` by the 3V positions of a frame below [`Sequence::frames`], in mesh units.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the frame is damaged or has other vertices or faces than the neutral; [`Error::Io`].
+    pub fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        match &mut self.kept {
+            Kept::Animation(reader) => reader.positions(frame, out),
+            Kept::Meshes { files, neutral, neutral_path } => {
+                let positions = mesh::read_like(neutral, neutral_path, &files[frame])?;
+                out.clear();
+                out.extend(positions.as_flattened().iter().map(|&x| x as f32));
+                Ok(())
+            }
+            Kept::Array(positions) => {
+                let per_frame = positions.len() / self.frames;
+                out.clear();
+                out.extend_from_slice(&positions[frame * per_frame..][..per_frame]);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// The meshes of a folder by name; what else is there does not matter.
+fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let io = Error::io(folder);
+    let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
+    let mut files: Vec<PathBuf> = entries.map_err(io)?.into_iter().map(|entry| entry.path()).collect();
+    files.retain(|file| file.is_file() && mesh::Format::of(file).is_ok());
+    files.sort();
+    Ok(files)
+}
+
+/// The frames of a NumPy array and their positions.
+fn array(path: &Path, vertices: usize) -> Result<(usize, Vec<f32>)> {
+    let name = path.display();
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let damaged =
+        |e: std::io::Error| Error::input(format!("{name}: is no NumPy array that can be read: {e}"));
+    let array = NpyFile::new(&bytes[..]).map_err(damaged)?;
+    let shape = array.shape().to_vec();
+    let frames = match shape[..] {
+        [frames, v, 3] if frames > 0 && v == vertices as u64 && array.order() == npyz::Order::C => frames,
+        _ => {
+            return Err(Error::input(format!(
+                "{name}: is an array of the shape {shape:?}, expected frames × {vertices} × 3 in C order"
+            )));
+        }
+    };
+    let size = match array.dtype() {
+        DType::Plain(kind) if kind.type_char() == TypeChar::Float => kind.size_field(),
+        _ => 0,
+    };
+    let positions: Vec<f32> = match size {
+        4 => array.into_vec::<f32>().map_err(damaged)?,
+        8 => array.into_vec::<f64>().map_err(damaged)?.into_iter().map(|x| x as f32).collect(),
+        _ => {
+            return Err(Error::input(format!(
+                "{name}: its numbers are {}, expected float32 or float64",
+                array.dtype().descr()
+            )));
+        }
+    };
+    if let Some(at) = positions.iter().position(|x| !x.is_finite()) {
+        let (frame, vertex) = (at / (3 * vertices), at / 3 % vertices);
+        return Err(Error::input(format!(
+            "{name}: is not finite in frame {frame} at vertex {vertex} (both from 0)"
+        )));
+    }
+    Ok((frames as usize, positions))
+}

@@ -1,0 +1,155 @@
+//! The page of an evaluation: how good a rig is, and where not.
+
+use crate::document::document;
+use crate::map;
+use crate::written::write_texts;
+use maud::{Markup, html};
+use rhytid_core::{Error, Result, Rig, human};
+use rhytid_evaluate::{Comparison, Errors, Evaluation, LeaveOneOut, Map, RegionError, Subject};
+use std::path::Path;
+
+/// Regions that are named for one example.
+const NAMED: usize = 3;
+
+/// Regions that are listed at once.
+const REGIONS: usize = 10;
+
+/// Writes `evaluation.html` and `evaluation.json` to the folder `dir`, which is made if it is not there. `maps` are of `rig`.
+///
+/// # Errors
+/// [`Error::Io`] if a file cannot be written; [`Error::Internal`] if a map has other vertices than the rig.
+pub fn write_evaluation(dir: &Path, found: &Evaluation, maps: &[Map], rig: &Rig) -> Result<()> {
+    if maps.iter().any(|map| map.values.len() != rig.vertices()) {
+        return Err(Error::Internal("a map of the evaluation has other vertices than the rig".into()));
+    }
+    let page = page(found, maps, rig)?;
+    let json =
+        serde_json::to_string(found).map_err(|e| Error::Internal(format!("the evaluation as JSON: {e}")))?;
+    write_texts(dir, [("evaluation.html", page), ("evaluation.json", json)])
+}
+
+fn page(found: &Evaluation, maps: &[Map], rig: &Rig) -> Result<String> {
+    let about = html! {
+        (human::count(found.vertices)) " vertices, " (human::counted(found.handles, "handle"))
+        ", " (human::counted(rig.example_names.len(), "example")) ", as " code { "rhytid evaluate" } " found it"
+    };
+    let left_out = drawn(maps, Subject::LeaveOneOut, rig)?;
+    let noise = drawn(maps, Subject::Noise, rig)?;
+    let truth = drawn(maps, Subject::Truth, rig)?;
+    let main = html! {
+        @if let Some(comparisons) = &found.truth {
+            section {
+                h2 { "How far it is from the truth" }
+                p { "Over all frames that the truth has. The others are made of the same examples: the shell alone, weights from 0 to 1 on "
+                    "the examples (blendshapes), any weights (all their principal components). The fold band is what smoothing takes out of the error." }
+                (methods(comparisons))
+                (method_regions(comparisons))
+                (truth)
+            }
+        }
+        section {
+            h2 { "Which expression is missing where" }
+            @match &found.leave_one_out {
+                Some(errors) => {
+                    p { "What the smooth part of each example would be off by if it had not been scanned. The level is pessimistic, since each "
+                        "example is far from the others; where it is large is where another scan helps most." }
+                    (examples(errors))
+                    (left_out)
+                }
+                None => p { "That is known by the learned method, with examples." }
+            }
+        }
+        section {
+            h2 { "The answer to noise" }
+            p { "How far the skin moves when every marker has " (found.noise.noise_mm) " mm of noise per axis, at rest and in the examples: "
+                (mm(found.noise.errors.rms_mm)) " mm RMS, " (mm(found.noise.errors.worst_mm)) " mm at most." }
+            (noise)
+        }
+    };
+    Ok(document(&found.name, &about, &main))
+}
+
+/// The maps of a subject on one scale.
+fn drawn(maps: &[Map], subject: Subject, rig: &Rig) -> Result<Markup> {
+    let maps: Vec<&Map> = maps.iter().filter(|map| map.subject == subject).collect();
+    let end = map::end(maps.iter().map(|map| map.values.as_slice()));
+    let figures: Vec<Markup> =
+        maps.iter().map(|map| map::map(rig, &map.title, &map.values, end)).collect::<Result<_>>()?;
+    Ok(html! { (map::scale(end)) div.maps { @for figure in &figures { (figure) } } })
+}
+
+fn methods(comparisons: &[Comparison]) -> Markup {
+    html! {
+        table {
+            thead { tr {
+                th { "method" } @for name in ["RMS", "95 %", "99.9 %", "worst", "fold band"] { th.number { (name) } }
+            } }
+            tbody {
+                @for Comparison { method, errors, fold_band_rms_mm } in comparisons {
+                    tr {
+                        th { (method) }
+                        @for value in [errors.rms_mm, errors.p95_mm, errors.p99_9_mm, errors.worst_mm, *fold_band_rms_mm] {
+                            td.number { (mm(value)) }
+                        }
+                    }
+                }
+            }
+        }
+        p { "In millimetres." }
+    }
+}
+
+/// The RMS of each region by each method; the regions in the order of the first one's.
+fn method_regions(comparisons: &[Comparison]) -> Markup {
+    let Some(first) = comparisons.first() else { return html! {} };
+    let of = |errors: &Errors, region: &str| {
+        errors.regions.iter().find(|r| r.region == region).map_or("–".to_owned(), |r| mm(r.rms_mm))
+    };
+    let (shown, others) = first.errors.regions.split_at(first.errors.regions.len().min(REGIONS));
+    let rows = |regions: &[RegionError]| {
+        html! {
+            table {
+                thead { tr { th { "region, RMS" } @for c in comparisons { th.number { (c.method) } } } }
+                tbody {
+                    @for region in regions {
+                        tr {
+                            th { (region.region) }
+                            @for c in comparisons { td.number { (of(&c.errors, &region.region)) } }
+                        }
+                    }
+                }
+            }
+        }
+    };
+    html! {
+        (rows(shown))
+        @if !others.is_empty() {
+            details { summary { (human::counted(others.len(), "more region")) } (rows(others)) }
+        }
+    }
+}
+
+fn examples(left_out: &LeaveOneOut) -> Markup {
+    let row = |name: &str, errors: &Errors| {
+        let worst = errors.regions.iter().take(NAMED);
+        let worst: Vec<String> = worst.map(|r| format!("{} {}", r.region, mm(r.rms_mm))).collect();
+        html! { tr {
+            th { (name) } td.number { (mm(errors.rms_mm)) } td.number { (mm(errors.p95_mm)) } td.number { (mm(errors.worst_mm)) }
+            td { (worst.join(", ")) }
+        } }
+    };
+    html! {
+        table {
+            thead { tr { th { "left out" } th.number { "RMS" } th.number { "95 %" } th.number { "worst" } th { "most in" } } }
+            tbody {
+                (row("any of them", &left_out.all))
+                @for example in &left_out.examples { (row(&example.example, &example.errors)) }
+            }
+        }
+        p { "In millimetres." }
+    }
+}
+
+fn mm(value: f64) -> String {
+    format!("{value:.3}")
+}

@@ -1,0 +1,62 @@
+//! The page of a plan: which frames of a take to scan, and what each is for.
+
+use crate::document::document;
+use crate::map;
+use crate::written::write_texts;
+use maud::{Markup, html};
+use rhytid_core::{Error, Result, Rig, human};
+use rhytid_evaluate::Regions;
+use rhytid_evaluate::coverage::{Coverage, Scan};
+use std::path::Path;
+
+/// Regions that a scan is said to be for.
+const NAMED: usize = 3;
+
+/// Writes `plan.html` and `plan.json` to the folder `dir`, which is made if it is not there. `take` names the take, `poses` has the
+/// V positions of each planned frame.
+///
+/// # Errors
+/// [`Error::Io`] if a file cannot be written; [`Error::Internal`] if there is not a pose for each scan.
+pub fn write_plan(
+    dir: &Path,
+    take: &str,
+    found: &Coverage,
+    regions: &Regions,
+    poses: &[Vec<[f32; 3]>],
+    rig: &Rig,
+) -> Result<()> {
+    if poses.len() != found.scans.len() || poses.iter().any(|pose| pose.len() != rig.vertices()) {
+        return Err(Error::Internal("the plan's poses are not one for each scan".into()));
+    }
+    let mut figures = Vec::new();
+    for ((i, scan), pose) in found.scans.iter().enumerate().zip(poses) {
+        let largest = scan.regions.first().map_or(1.0, |region| region.share);
+        let share = |v: u32| {
+            let region = regions.of_vertex(v).map(|region| &regions.names()[region]);
+            let of_region = scan.regions.iter().find(|r| Some(&r.region) == region);
+            of_region.map_or(0.0, |r| (r.share / largest) as f32)
+        };
+        let values: Vec<f32> = (0..rig.vertices() as u32).map(share).collect();
+        figures.push(map::posed(rig, pose, &caption(i, scan), &values, 1.0, true)?);
+    }
+    let about = html! { "on " b { (rig.name) } ", as " code { "rhytid coverage" } " planned it" };
+    let main = html! {
+        section {
+            h2 { "Which scans to make" }
+            p { (human::counted(found.frames, "frame")) ", " (human::counted(rig.example_names.len(), "example")) " so far. Each frame is the one whose "
+                "scan takes most uncertainty from the whole take, given those before it; coloured are the regions that it is for. "
+                "Dots are the markers." }
+            div.maps { @for figure in &figures { (figure) } }
+        }
+    };
+    let json = serde_json::to_string(found).map_err(|e| Error::Internal(format!("the plan as JSON: {e}")))?;
+    write_texts(dir, [("plan.html", document(take, &about, &main)), ("plan.json", json)])
+}
+
+fn caption(i: usize, scan: &Scan) -> Markup {
+    let regions: Vec<&str> = scan.regions.iter().take(NAMED).map(|region| region.region.as_str()).collect();
+    html! {
+        b { (i + 1) ": frame " (scan.frame) ", " (format!("{:.2} s", scan.time)) } " for " (regions.join(", ")) "; leaves "
+        (format!("{:.0} %", 100.0 * scan.left))
+    }
+}
