@@ -264,7 +264,7 @@ pub(crate) struct Animate {
     pub setup: Option<PathBuf>,
 
     /// Fade the folds out where they are driven by markers that were filled rather than measured, as the take's
-    /// confidence says.
+    /// confidence says, and where a frame is far outside what the examples show.
     #[arg(long)]
     pub fade_detail: bool,
 
@@ -279,6 +279,10 @@ pub(crate) struct Animate {
     /// USD: write velocities, for motion blur.
     #[arg(long)]
     pub velocities: bool,
+
+    /// USD: write how far each vertex may be from where a scan of the frame would have it, as the primvar sigma, in mesh units.
+    #[arg(long)]
+    pub sigma: bool,
 
     /// glTF: as few morph targets as --max-error allows, instead of one for each frame.
     #[arg(long)]

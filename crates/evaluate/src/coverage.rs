@@ -4,14 +4,11 @@
 use crate::Regions;
 use rhytid_capture::coverage::{Difference, Edge, edges_beyond, largest_strains};
 use rhytid_core::{Error, Progress, Result, Rig, Take};
-use rhytid_solve::{Confidence, ScanPlan, plan_scans};
+use rhytid_solve::{Confidence, FAR, ScanPlan, plan_scans};
 use serde::Serialize;
 
 /// A frame is covered where its σ is at most this part of what an example that is left out has.
 pub const COVERED: f64 = 0.5;
-
-/// A frame is far from the examples where its σ is more than this many times what an example that is left out has.
-pub const FAR: f64 = 1.5;
 
 /// Vertices that stand for all.
 const SAMPLES: usize = 300;
@@ -78,7 +75,7 @@ pub struct Scan {
     pub time: f64,
     /// What is left of the standard deviation over the take with this scan and those before, as a part of that without any example.
     pub left: f64,
-    /// The regions that it is for, and how much of what it tells is theirs, 0..1; the largest first.
+    /// The regions that it is for, the one that it tells most of first.
     pub regions: Vec<ScanRegion>,
     /// The strain edges that are longest or shortest in it.
     pub edges: Vec<Difference>,
@@ -89,8 +86,8 @@ pub struct Scan {
 pub struct ScanRegion {
     /// Its name.
     pub region: String,
-    /// Its share, 0..1.
-    pub share: f64,
+    /// How much of the variance that there is without any example the scan takes away there, 0..1.
+    pub taken: f64,
 }
 
 /// Compares `take` with `rig`, plans `scans` scans, and lists at most `scans` strain edges that go beyond the examples. `candidates`
@@ -132,7 +129,7 @@ pub fn coverage(
         frame: frames[scan.frame],
         time: take.times[frames[scan.frame]],
         left: scan.left,
-        regions: shares(&plan, &scan.gains, regions),
+        regions: taken(&plan, &scan.gains, regions),
         edges: largest_strains(&f64_rig, &at(frames[scan.frame]).collect::<Vec<_>>()),
     });
     let scans_found: Vec<Scan> = of_plan.collect();
@@ -151,18 +148,22 @@ fn is_seen(rig: &Rig, take: &Take, frame: usize) -> bool {
     take.labels.iter().zip(of_frame).all(|(label, c)| *c > GUESS || !rig.labels.contains(label))
 }
 
-/// How the regions share what a scan tells.
-fn shares(plan: &ScanPlan, gains: &[f64], regions: &Regions) -> Vec<ScanRegion> {
-    let total: f64 = gains.iter().sum();
-    let mut found: Vec<ScanRegion> =
-        regions.names().iter().map(|region| ScanRegion { region: region.clone(), share: 0.0 }).collect();
+/// What a scan takes away in each region, the most first.
+fn taken(plan: &ScanPlan, gains: &[f64], regions: &Regions) -> Vec<ScanRegion> {
+    let mut sums = vec![(0.0, 0); regions.names().len()];
     for (&v, gain) in plan.vertices.iter().zip(gains) {
         if let Some(region) = regions.of_vertex(v) {
-            found[region].share += gain / total.max(f64::MIN_POSITIVE);
+            sums[region].0 += gain;
+            sums[region].1 += 1;
         }
     }
-    found.retain(|region| region.share > 0.0);
-    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let known = regions.names().iter().zip(sums).filter(|(_, (_, count))| *count > 0);
+    let of_region = |(region, (sum, count)): (&String, (f64, i32))| ScanRegion {
+        region: region.clone(),
+        taken: sum / f64::from(count),
+    };
+    let mut found: Vec<ScanRegion> = known.map(of_region).collect();
+    found.sort_by(|a, b| b.taken.total_cmp(&a.taken));
     found
 }
 

@@ -104,6 +104,7 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         rest: positions.as_chunks().0,
         rest_normals: Some(normals.as_chunks().0),
         velocities: false,
+        sigma: false,
         faces: &faces,
         triangle_corners: &triangle_corners,
         uvs: None,
@@ -125,7 +126,7 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         }
         let (positions, normals) = frame.split_at(3 * SIDE * SIDE);
         let start = Instant::now();
-        exporter.frame(Frame { positions, normals: Some(normals), velocities: None })?;
+        exporter.frame(Frame { positions, normals: Some(normals), velocities: None, sigma: None })?;
         spent += start.elapsed();
     }
     let start = Instant::now();

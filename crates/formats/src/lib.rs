@@ -18,6 +18,7 @@
 //!     rest: &rest,
 //!     rest_normals: None,
 //!     velocities: false,
+//!     sigma: false,
 //!     faces: &square.faces,
 //!     triangle_corners: &[[0, 1, 2], [0, 2, 3]],
 //!     uvs: None,
@@ -38,7 +39,7 @@
 //! // `path` could as well end in .usd, .usdz, .glb or .gltf.
 //! let mut exporter = animation::create(path, &scene, &Options::default())?;
 //! for positions in [rest.as_flattened(), &raised] {
-//!     exporter.frame(Frame { positions, normals: None, velocities: None })?;
+//!     exporter.frame(Frame { positions, normals: None, velocities: None, sigma: None })?;
 //! }
 //! exporter.finish(&NoProgress)?;
 //!

@@ -18,6 +18,7 @@ fn export(path: &Path, frames: usize, options: &Options) {
         rest: &rest,
         rest_normals: Some(&rest),
         velocities: false,
+        sigma: false,
         faces: &faces,
         triangle_corners: &[[0, 1, 2]],
         uvs: None,
@@ -35,7 +36,9 @@ fn export(path: &Path, frames: usize, options: &Options) {
     let normals = vec![0.5; 3 * VERTICES];
     for k in 0..frames {
         positions.iter_mut().enumerate().for_each(|(i, x)| *x = ((i * (k + 1)) as f32 * 0.1).sin());
-        exporter.frame(Frame { positions: &positions, normals: Some(&normals), velocities: None }).unwrap();
+        exporter
+            .frame(Frame { positions: &positions, normals: Some(&normals), velocities: None, sigma: None })
+            .unwrap();
     }
     exporter.finish(&NoProgress).unwrap();
 }

@@ -28,6 +28,7 @@ impl Playback<'_> {
         let scene = Scene {
             rest_normals: rest_normals.as_deref(),
             velocities: options.velocities,
+            sigma: options.sigma,
             head: selection.head().filter(|_| options.head == HeadMotion::Keep),
             frames,
             rate: selection.rate,

@@ -1,45 +1,66 @@
-//! Folds that fade where the markers that drive them were filled rather than measured.
+//! Folds that fade where they are not to be trusted: the markers that drive them were filled rather than measured, or the frame is
+//! far outside what the examples show.
 
-use rhytid_core::{Rig, Take};
+use crate::uncertainty::Uncertainty;
+use rhytid_core::{Result, Rig, Take};
 use rhytid_kernels::normals::{self, VertexTriangles};
+use rhytid_solve::FAR;
 use std::ops::Range;
 
-/// Takes detail away from the frames of a take as its confidence says.
+/// Takes detail away from the frames of a take as its confidence and the rig's say.
 ///
 /// Vertex v of a frame is at x̃ + c_v (x − x̃), between the large scale x̃ and the full result x. c_v is the confidence of
 /// the strain edges that v listens to, weighted by its influences: Σ_k α_vk min(c_a, c_b) / Σ_k α_vk, where edge k joins
-/// the handles a and b. A vertex without influences has no detail to fade.
+/// the handles a and b. A vertex without influences has no detail to fade. By the learned method, c_v is that times what falls from 1
+/// to 0 where σ_v is from [`FAR`] to twice as many times that of an example that is left out.
 pub(crate) struct Fade<'a> {
     rig: &'a Rig,
     vertex_triangles: VertexTriangles,
-    /// frames × F: the lesser confidence of each edge's two handles.
+    /// frames × F: the lesser confidence of each edge's two handles; empty where the take has none below 1.
     edges: Vec<f32>,
+    /// Where some frame is far from the examples.
+    far: Option<Uncertainty>,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
 }
 
 impl<'a> Fade<'a> {
-    /// `None` where the take's confidence leaves everything as it is. The take has all of the rig's handles.
-    pub(crate) fn new(rig: &'a Rig, take: &Take) -> Option<Self> {
-        let confidence = take.confidence.as_ref()?;
+    /// `None` where both leave everything as it is. The take has all of the rig's handles, at these frames × H positions.
+    ///
+    /// # Errors
+    /// As [`Uncertainty::new`].
+    pub(crate) fn new(rig: &'a Rig, take: &Take, handle_positions: &[f32]) -> Result<Option<Self>> {
         let marker = |label: &String| take.labels.iter().position(|known| known == label);
-        let markers: Vec<usize> = rig.labels.iter().map(marker).collect::<Option<_>>()?;
-        let edges: Vec<f32> = confidence
-            .chunks_exact(take.labels.len())
-            .flat_map(|frame| {
+        let markers: Vec<usize> = rig.labels.iter().filter_map(marker).collect();
+        let mut edges: Vec<f32> = take.confidence.as_ref().map_or_else(Vec::new, |confidence| {
+            let of_frame = |frame: &[f32]| {
                 let at = |handle: u32| frame[markers[handle as usize]];
-                rig.strain_edges.iter().map(move |&[a, b]| at(a).min(at(b)))
-            })
-            .collect();
+                rig.strain_edges.iter().map(|&[a, b]| at(a).min(at(b))).collect::<Vec<f32>>()
+            };
+            confidence.chunks_exact(take.labels.len()).flat_map(of_frame).collect()
+        });
+        if edges.iter().all(|&c| c >= 1.0) {
+            edges.clear();
+        }
+        let is_far = |uncertainty: &Uncertainty| {
+            (0..take.frames()).any(|frame| uncertainty.samples(frame).iter().any(|n| f64::from(*n) > FAR))
+        };
+        let far = Uncertainty::new(rig, handle_positions)?.filter(is_far);
+        if edges.is_empty() && far.is_none() {
+            return Ok(None);
+        }
         let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
-        let fades = edges.iter().any(|&c| c < 1.0);
-        fades.then(|| Self { rig, vertex_triangles, edges, positions: Vec::new(), normals: Vec::new() })
+        Ok(Some(Self { rig, vertex_triangles, edges, far, positions: Vec::new(), normals: Vec::new() }))
     }
 
     /// Whether any of these frames may need its large scale.
     pub(crate) fn touches(&self, frames: Range<usize>) -> bool {
         let edges = self.rig.strain_edges.len();
-        self.edges[frames.start * edges..frames.end * edges].iter().any(|&c| c < 1.0)
+        let unsure = !self.edges.is_empty()
+            && self.edges[frames.start * edges..frames.end * edges].iter().any(|&c| c < 1.0);
+        let mut frames = frames;
+        let is_far = |frame, far: &Uncertainty| far.samples(frame).iter().any(|n| f64::from(*n) > FAR);
+        unsure || self.far.as_ref().is_some_and(|far| frames.any(|frame| is_far(frame, far)))
     }
 
     /// A frame's 3V positions and normals (empty where they are not wanted) after the fading, from those before and the 3V
@@ -56,12 +77,16 @@ impl<'a> Fade<'a> {
             return unchanged;
         }
         let edges = self.rig.strain_edges.len();
-        let confidence = &self.edges[frame * edges..][..edges];
+        let confidence = self.edges.get(frame * edges..(frame + 1) * edges).unwrap_or_default();
+        let far = self.far.as_ref().map(|far| (far, far.samples(frame)));
         let mut fades = false;
         self.positions.clear();
         let pairs = large_scale.as_chunks::<3>().0.iter().zip(positions.as_chunks::<3>().0);
         self.positions.extend(pairs.enumerate().map(|(v, (smooth, full))| {
-            let c = vertex_confidence(self.rig, v, confidence);
+            let mut c = if confidence.is_empty() { 1.0 } else { vertex_confidence(self.rig, v, confidence) };
+            if let Some((far, samples)) = far {
+                c *= (2.0 - f64::from(far.at(v, samples)) / FAR).clamp(0.0, 1.0);
+            }
             if c >= 1.0 {
                 return *full;
             }

@@ -37,6 +37,7 @@ mod playback;
 mod selection;
 mod shapes;
 mod takes;
+mod uncertainty;
 mod velocities;
 
 pub use batch::{batch_frames, frame_bytes, rig_bytes};

@@ -4,6 +4,7 @@ use crate::bake::Bake;
 use crate::evaluator::Evaluator;
 use crate::fade::Fade;
 use crate::selection::Selection;
+use crate::uncertainty::Uncertainty;
 use crate::velocities::Velocities;
 use crate::{batch, pipeline};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions};
@@ -38,7 +39,10 @@ pub struct PlaybackOptions {
     pub normals: bool,
     /// Velocities too, which need [`Selection::new`] to be asked for neighbours.
     pub velocities: bool,
-    /// Detail fades where the take's confidence is below 1; of use to [`OutputStage::Full`] alone.
+    /// How far each vertex is to be trusted too ([`rhytid_solve::Confidence`]), which a rig of the learned method knows.
+    pub sigma: bool,
+    /// Detail fades where the take's confidence is below 1, and where the rig's says that a frame is far outside what its examples
+    /// show; of use to [`OutputStage::Full`] alone.
     pub fade_detail: bool,
     /// What becomes of the head's motion: [`HeadMotion::Bake`] puts it into the frames.
     pub head: HeadMotion,
@@ -51,6 +55,7 @@ impl Default for PlaybackOptions {
             stage: OutputStage::Full,
             normals: true,
             velocities: false,
+            sigma: false,
             fade_detail: false,
             head: HeadMotion::Keep,
         }
@@ -184,17 +189,33 @@ impl<'a> Playback<'a> {
     ) -> Result<()> {
         let handles = selection.take.handle_positions(&self.rig.labels)?;
         let fades = options.fade_detail && options.stage == OutputStage::Full;
-        let mut fade = if fades { Fade::new(self.rig, &selection.take) } else { None };
+        let mut fade = if fades { Fade::new(self.rig, &selection.take, &handles)? } else { None };
         let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
         let mut bake = Bake::default();
         let mut velocities = options.velocities.then(|| Velocities::new(selection.rate));
         let (mut evaluated, mut passed) = (0, 0);
+        let uncertainty = match options.sigma {
+            true => Some(Uncertainty::new(self.rig, &handles)?.ok_or_else(|| {
+                Error::input(
+                    "the rig does not know how far it is to be trusted: that takes the learned method and an example",
+                )
+            })?),
+            false => None,
+        };
+        let mut sigma = Vec::new();
         // Frames around the inner ones only serve the velocities.
         let mut inner = |positions: &[f32], normals: &[f32], velocities: Option<&[f32]>| {
-            let is_inner = selection.inner.contains(&passed);
+            let frame = passed;
             passed += 1;
+            if !selection.inner.contains(&frame) {
+                return Ok(());
+            }
             let normals = options.normals.then_some(normals);
-            if is_inner { each(Frame { positions, normals, velocities }) } else { Ok(()) }
+            if let Some(uncertainty) = &uncertainty {
+                uncertainty.sigma(frame, &mut sigma);
+            }
+            let sigma = uncertainty.is_some().then_some(sigma.as_slice());
+            each(Frame { positions, normals, velocities, sigma })
         };
         let (stage, normals) = (options.stage, options.normals);
         self.evaluate_fading(&handles, stage, normals, fade.as_mut(), progress, |positions, normals| {
@@ -241,6 +262,7 @@ mod tests {
             stage: OutputStage::Full,
             normals: true,
             velocities: true,
+            sigma: true,
             fade_detail: false,
             head: HeadMotion::Keep,
         };
@@ -250,6 +272,7 @@ mod tests {
         let scene = Scene {
             rest_normals: Some(&rest_normals),
             velocities: true,
+            sigma: true,
             frames: FRAMES,
             ..Scene::of(&rig, &corners, &provenance)
         };

@@ -30,11 +30,11 @@ pub fn write_plan(
     }
     let mut figures = Vec::new();
     for ((i, scan), pose) in found.scans.iter().enumerate().zip(poses) {
-        let largest = scan.regions.first().map_or(1.0, |region| region.share);
+        let largest = scan.regions.first().map_or(1.0, |region| region.taken);
         let share = |v: u32| {
             let region = regions.of_vertex(v).map(|region| &regions.names()[region]);
             let of_region = scan.regions.iter().find(|r| Some(&r.region) == region);
-            of_region.map_or(0.0, |r| (r.share / largest) as f32)
+            of_region.map_or(0.0, |r| (r.taken / largest) as f32)
         };
         let values: Vec<f32> = (0..rig.vertices() as u32).map(share).collect();
         figures.push(map::posed(rig, pose, &caption(i, scan), &values, 1.0, true)?);

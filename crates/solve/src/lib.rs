@@ -48,7 +48,7 @@ mod topology;
 mod triangulate;
 
 pub use doctor::{Finding, Report, Severity, examine};
-pub use learned::{Candidate, Confidence, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
+pub use learned::{Candidate, Confidence, FAR, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
 pub use topology::Topology;
 pub use triangulate::triangulate;
 

@@ -85,8 +85,8 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     }
     let hash = rig_file::hash(&args.rig)?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
-    say_what_changes_nothing(args, &take);
-    warn_far(&rig, &take, ui)?;
+    let is_far = warn_far(&rig, &take, ui)?;
+    say_what_changes_nothing(args, &take, is_far);
     let range = args.frames.within(take.frames())?;
     let selection = Selection::new(take, range.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
@@ -112,6 +112,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         stage: args.stage.into(),
         normals: !args.no_normals,
         velocities: args.velocities,
+        sigma: args.sigma,
         fade_detail: args.fade_detail,
         head: args.head.into(),
     };
@@ -124,13 +125,13 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     Ok(Animated { frames, rate: selection.rate, metres_per_unit, device, time: start.elapsed(), written })
 }
 
-/// Warns once of all that is far outside what the examples show.
-fn warn_far(rig: &Rig, take: &Take, ui: &Ui) -> Result<()> {
+/// Warns once of all that is far outside what the examples show; says whether there is any.
+fn warn_far(rig: &Rig, take: &Take, ui: &Ui) -> Result<bool> {
     if rig.learned.is_none() || rig.example_names.is_empty() {
-        return Ok(());
+        return Ok(false);
     }
     let far = coverage::take_sigma(rig, take, &Regions::by_handles(rig), ui)?.far;
-    let Some(worst) = far.iter().max_by(|a, b| a.times.total_cmp(&b.times)) else { return Ok(()) };
+    let Some(worst) = far.iter().max_by(|a, b| a.times.total_cmp(&b.times)) else { return Ok(false) };
     let frames: usize = far.iter().map(|stretch| stretch.frames).sum();
     let stretches: Vec<String> = far
         .iter()
@@ -156,14 +157,16 @@ fn warn_far(rig: &Rig, take: &Take, ui: &Ui) -> Result<()> {
         worst.region,
         worst.times
     );
-    Ok(())
+    Ok(true)
 }
 
 /// Options that this take leaves nothing to do for: scripts give them to every take.
-fn say_what_changes_nothing(args: &args::Animate, take: &Take) {
+fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
     let take_path = args.take.display();
-    if args.fade_detail && take.confidence.is_none() {
-        log::info!("{take_path}: has no confidence below 1, so --fade-detail changes nothing");
+    if args.fade_detail && take.confidence.is_none() && !is_far {
+        log::info!(
+            "{take_path}: has no confidence below 1 and goes nowhere far from the examples, so --fade-detail changes nothing"
+        );
     }
     if args.head != HeadChoice::Keep && take.head.is_none() {
         log::info!(
@@ -190,7 +193,7 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     let (of_the_other, other) = match format {
         Format::Usdc | Format::Usda | Format::Usdz => (&for_gltf[..], "glTF (.glb or .gltf)"),
         Format::Glb | Format::Gltf => {
-            (&[(args.velocities, "--velocities")][..], "USD (.usd, .usda or .usdz)")
+            (&[(args.velocities, "--velocities"), (args.sigma, "--sigma")][..], "USD (.usd, .usda or .usdz)")
         }
     };
     match of_the_other.iter().find(|(given, _)| *given) {

@@ -129,7 +129,7 @@ fn text(found: &Coverage, take: &str, top: usize) -> String {
     if found.scans.is_empty() {
         text += "\n\nNo frame can be scanned.";
     } else {
-        let header = ["", "frame", "time", "left then", "for", "what is strained most"];
+        let header = ["", "frame", "time", "left then", "takes away", "what is strained most"];
         let rows = found.scans.iter().enumerate().map(|(i, s)| scan(i, s));
         let rows: Vec<[String; 6]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
         let now = format!("{:.0} %", 100.0 * found.left);
@@ -169,7 +169,7 @@ fn sigma_text(sigma: &TakeSigma, take: &str, frames: usize) -> String {
 
 fn scan(i: usize, s: &Scan) -> [String; 6] {
     let regions: Vec<String> =
-        s.regions.iter().take(NAMED).map(|r| format!("{} {:.0} %", r.region, 100.0 * r.share)).collect();
+        s.regions.iter().take(NAMED).map(|r| format!("{} {:.0} %", r.region, 100.0 * r.taken)).collect();
     [
         (i + 1).to_string(),
         s.frame.to_string(),

@@ -108,6 +108,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             head: HeadChoice::Keep,
             no_normals: false,
             velocities: false,
+            sigma: false,
             compressed,
             max_error: 0.1,
             quantize: false,

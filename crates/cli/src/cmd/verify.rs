@@ -65,6 +65,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         stage: request.stage,
         normals: summary.normals,
         velocities: summary.velocities,
+        sigma: false,
         fade_detail: provenance.fade_detail,
         head: request.head,
     };

@@ -11,6 +11,7 @@ pub(super) struct Checked {
     vertices: usize,
     normals: bool,
     velocities: bool,
+    sigma: bool,
     frames: usize,
     /// Frames passed on.
     done: usize,
@@ -24,6 +25,7 @@ impl Checked {
             vertices: scene.rest.len(),
             normals: scene.rest_normals.is_some(),
             velocities: scene.velocities,
+            sigma: scene.sigma,
             frames: scene.frames,
             done: 0,
         }
@@ -33,10 +35,11 @@ impl Checked {
         if self.done == self.frames {
             return Some(format!("one frame more than the {} announced", self.frames));
         }
-        for (what, numbers, wanted) in [
-            ("positions", Some(frame.positions), true),
-            ("normals", frame.normals, self.normals),
-            ("velocities", frame.velocities, self.velocities),
+        for (what, numbers, wanted, per_vertex) in [
+            ("positions", Some(frame.positions), true, 3),
+            ("normals", frame.normals, self.normals, 3),
+            ("velocities", frame.velocities, self.velocities, 3),
+            ("standard deviations", frame.sigma, self.sigma, 1),
         ] {
             let Some(numbers) = numbers.filter(|_| wanted) else {
                 if wanted == numbers.is_some() {
@@ -45,15 +48,15 @@ impl Checked {
                 let (found, expected) = if wanted { ("no ", "some") } else { ("", "none") };
                 return Some(format!("frame {} (from 0) has {found}{what}, expected {expected}", self.done));
             };
-            if numbers.len() != self.vertices * 3 {
+            if numbers.len() != self.vertices * per_vertex {
                 return Some(format!(
-                    "frame {} (from 0) has {} numbers as {what}, expected {} vertices × 3",
+                    "frame {} (from 0) has {} numbers as {what}, expected {} vertices × {per_vertex}",
                     self.done,
                     numbers.len(),
                     self.vertices
                 ));
             }
-            if let Some(vertex) = first_not_finite(numbers) {
+            if let Some(vertex) = first_not_finite(numbers).map(|vertex| vertex * 3 / per_vertex) {
                 return Some(format!(
                     "frame {} (from 0) has {what} that are not finite, first at vertex {vertex}",
                     self.done

@@ -11,6 +11,9 @@ pub struct Frame<'a> {
     pub normals: Option<&'a [f32]>,
     /// 3V velocities in mesh units per second, if the scene has velocities.
     pub velocities: Option<&'a [f32]>,
+    /// V standard deviations in mesh units: how far each vertex may be from where a scan of the frame would have it. If the scene has
+    /// them; formats without a place for them leave them out.
+    pub sigma: Option<&'a [f32]>,
 }
 
 /// One animation file being written. Memory does not grow with the frames' data, or by a gigabyte where they are

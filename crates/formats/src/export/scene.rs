@@ -15,6 +15,8 @@ pub struct Scene<'a> {
     pub rest_normals: Option<&'a [[f32; 3]]>,
     /// Whether every frame comes with velocities.
     pub velocities: bool,
+    /// Whether every frame comes with [`super::Frame::sigma`].
+    pub sigma: bool,
     /// The polygons of the input mesh.
     pub faces: &'a Faces,
     /// The polygons cut into triangles, for formats that have triangles alone: each triangle's three corners
@@ -49,6 +51,7 @@ impl<'a> Scene<'a> {
             rest: &rig.rest,
             rest_normals: None,
             velocities: false,
+            sigma: false,
             faces: &rig.faces,
             triangle_corners,
             uvs: rig.uvs.as_ref(),

@@ -59,6 +59,7 @@ impl Shapes<'_> {
             rest: self.rest,
             rest_normals: self.rest_normals,
             velocities: false,
+            sigma: false,
             faces: self.faces,
             triangle_corners: self.triangle_corners,
             uvs: self.uvs,

@@ -146,6 +146,7 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
         first_time_code: 1.0,
         frames,
         velocities: None,
+        sigma: None,
         provenance: Provenance {
             version: "1.2.3".into(),
             rig: "0123456789abcdef".into(),

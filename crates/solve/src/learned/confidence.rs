@@ -8,6 +8,9 @@ use rhytid_core::{Error, Learned, Result, Rig};
 use rhytid_kernels::Real;
 use rhytid_kernels::linear_band::EDGES_SHARE;
 
+/// A pose is far from the examples where σ is more than this many times what it is for an example that is left out.
+pub const FAR: f64 = 2.0;
+
 /// The vector strains of a rig's poses.
 pub(crate) struct HandlePoses {
     strain_edges: Vec<[u32; 2]>,

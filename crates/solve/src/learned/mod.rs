@@ -15,7 +15,7 @@ use crate::detail::{self, at_handles};
 use crate::geodesic::Cell;
 use crate::{Shell, Topology};
 pub use choice::Candidate;
-pub use confidence::Confidence;
+pub use confidence::{Confidence, FAR};
 use distances::Distances;
 use folds::Folds;
 use linear_band::{LinearBand, LinearSettings, VectorStrains};

@@ -3,7 +3,7 @@ use super::layer_writer::{Encoding, LayerWriter};
 use super::sample::Sample;
 use super::surface::{Surface, extent};
 use crate::export::{Exporter, Frame, Scene, Written};
-use crate::usd::build::attribute;
+use crate::usd::build::{attribute, token};
 use crate::usd::layer::{Attribute, Layer, Prim, Property, Value};
 use rhytid_core::{Progress, Result, RigidMotion};
 use std::path::Path;
@@ -14,6 +14,7 @@ const EXTENT: usize = 1;
 const NORMALS: usize = 2;
 const VELOCITIES: usize = 3;
 const HEAD: usize = 4;
+const SIGMA: usize = 5;
 
 /// A USD file being written.
 pub(crate) struct Face {
@@ -47,6 +48,9 @@ impl Exporter for Face {
         }
         if let Some(velocities) = frame.velocities {
             self.writer.sample(VELOCITIES, time, Sample::Float3s(vectors(velocities)))?;
+        }
+        if let Some(sigma) = frame.sigma {
+            self.writer.sample(SIGMA, time, Sample::Floats(sigma))?;
         }
         if let Some(motion) = self.head.get(self.done) {
             self.writer.sample(HEAD, time, Sample::Matrix4d(&of_rows(motion)))?;
@@ -96,6 +100,13 @@ fn layer(scene: &Scene<'_>) -> Result<Layer> {
     if scene.velocities {
         let velocities = attribute("vector3f[]", "velocities", None);
         surface.mesh.push(Attribute { samples: Some(VELOCITIES), ..velocities });
+    }
+    if scene.sigma {
+        surface.mesh.push(Attribute {
+            metadata: vec![("interpolation".into(), token("vertex"))],
+            samples: Some(SIGMA),
+            ..attribute("float[]", "primvars:sigma", None)
+        });
     }
     Ok(surface.into_layer(Vec::new()))
 }

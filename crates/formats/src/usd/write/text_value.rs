@@ -18,7 +18,7 @@ pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> i
         }
         Value::Assets(assets) => write_list(out, assets, 8, |out, path| write!(out, "{}", asset(path))),
         Value::Ints(numbers) => write_list(out, numbers, 24, |out, x| write!(out, "{x}")),
-        Value::Floats(numbers) => write_list(out, numbers, 24, |out, &x| write!(out, "{}", float(x))),
+        Value::Floats(numbers) => write_floats(out, numbers),
         Value::Float2s(vectors) => {
             write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", float(*x), float(*y)))
         }
@@ -36,6 +36,11 @@ pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> i
 pub(super) fn write_matrix(out: &mut dyn Write, rows: &[[f64; 4]; 4]) -> io::Result<()> {
     let rows = rows.map(|row| format!("({})", row.map(double).join(", ")));
     write!(out, "({})", rows.join(", "))
+}
+
+/// `[x, …]`.
+pub(super) fn write_floats(out: &mut dyn Write, numbers: &[f32]) -> io::Result<()> {
+    write_list(out, numbers, 24, |out, &x| write!(out, "{}", float(x)))
 }
 
 /// `[(x, y, z), …]`, a few vectors a line. This is where the time goes.

@@ -93,6 +93,7 @@ impl<W: Write + Send + 'static> Values<W> {
                 let bytes = float_bytes(vectors.as_flattened());
                 self.array(ValueRep::array(Type::Vec3f), vectors.len(), &bytes)
             }
+            Sample::Floats(numbers) => self.floats(numbers),
             Sample::Matrix4d(rows) => self.matrix(rows),
         }
     }

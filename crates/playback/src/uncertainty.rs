@@ -1,0 +1,157 @@
+//! How uncertain every vertex of a take's frames is: that of a few hundred, spread over the others.
+
+use rhytid_core::{Result, Rig};
+use rhytid_solve::Confidence;
+use std::collections::HashMap;
+
+/// Vertices whose confidence is computed.
+const SAMPLES: usize = 300;
+
+/// Of those, how many a vertex takes its own from.
+const NEAREST: usize = 4;
+
+/// σ of a take on a rig of the learned method, relative to that of an example that is left out.
+pub(crate) struct Uncertainty {
+    /// frames × S.
+    samples: Vec<f32>,
+    count: usize,
+    /// σ of an example that is left out, V in mesh units.
+    left_out: Vec<f32>,
+    /// V × [`NEAREST`] samples, and their weights, whose sum is 1.
+    nearest: Vec<[(u32, f32); NEAREST]>,
+}
+
+impl Uncertainty {
+    /// Of frames × H handle positions; `None` where the rig does not know.
+    ///
+    /// # Errors
+    /// As [`Confidence::new`].
+    pub(crate) fn new(rig: &Rig, handle_positions: &[f32]) -> Result<Option<Self>> {
+        if rig.learned.is_none() || rig.example_names.is_empty() {
+            return Ok(None);
+        }
+        let confidence = Confidence::sampled(rig, SAMPLES)?;
+        let count = confidence.vertices().len();
+        if count == 0 {
+            return Ok(None);
+        }
+        let left_out: Vec<f64> = confidence.left_out().collect();
+        let variances = confidence.variances(handle_positions.as_chunks::<3>().0);
+        let relative = |(i, variance): (usize, &f64)| match left_out[i % count] {
+            of_sample if of_sample > 0.0 => (variance / of_sample).sqrt() as f32,
+            _ => 0.0,
+        };
+        let samples = variances.iter().enumerate().map(relative).collect();
+        // In units of s_v it is smooth, as σ is.
+        let learned = rig.learned.as_ref().map_or(&[][..], |learned| &learned.variances);
+        let unit = |(of_sample, &v): (&f64, &u32)| match f64::from(learned[v as usize]) {
+            variance if variance > 0.0 => (of_sample / variance).sqrt() as f32,
+            _ => 0.0,
+        };
+        let units: Vec<f32> = left_out.iter().zip(confidence.vertices()).map(unit).collect();
+        let mut uncertainty =
+            Self { samples, count, left_out: Vec::new(), nearest: nearest(rig, confidence.vertices()) };
+        uncertainty.left_out = learned
+            .iter()
+            .enumerate()
+            .map(|(v, variance)| variance.sqrt() * uncertainty.at(v, &units))
+            .collect();
+        Ok(Some(uncertainty))
+    }
+
+    /// The S numbers of a frame.
+    pub(crate) fn samples(&self, frame: usize) -> &[f32] {
+        &self.samples[frame * self.count..][..self.count]
+    }
+
+    /// Replaces `sigma` by σ of a frame, V in mesh units.
+    pub(crate) fn sigma(&self, frame: usize, sigma: &mut Vec<f32>) {
+        let samples = self.samples(frame);
+        sigma.clear();
+        sigma.extend(self.left_out.iter().enumerate().map(|(v, left_out)| left_out * self.at(v, samples)));
+    }
+
+    /// That of a vertex, given [`Uncertainty::samples`].
+    pub(crate) fn at(&self, v: usize, samples: &[f32]) -> f32 {
+        self.nearest[v].iter().map(|&(sample, weight)| weight * samples[sample as usize]).sum()
+    }
+}
+
+/// The samples that are near to each vertex, and listen to a handle that it listens to: lips and lids do not take from each other
+/// across their opening.
+fn nearest(rig: &Rig, samples: &[u32]) -> Vec<[(u32, f32); NEAREST]> {
+    let anchors = |v: usize| {
+        let learned = rig.learned.as_ref();
+        let a = learned.map_or(0, |learned| learned.anchors_per_vertex());
+        let of_vertex = v * a..(v + 1) * a;
+        learned.into_iter().flat_map(move |learned| {
+            let pairs =
+                learned.anchors[of_vertex.clone()].iter().zip(&learned.anchor_weights[of_vertex.clone()]);
+            pairs.filter(|(_, weight)| **weight > 0.0)
+        })
+    };
+    // The samples by the handle that each listens to most.
+    let mut by_handle: HashMap<u32, Vec<u32>> = HashMap::new();
+    for (i, &v) in samples.iter().enumerate() {
+        if let Some((&handle, _)) = anchors(v as usize).max_by(|a, b| a.1.total_cmp(b.1)) {
+            by_handle.entry(handle).or_default().push(i as u32);
+        }
+    }
+    let square = |v: usize, sample: u32| {
+        let (a, b) = (rig.rest[v], rig.rest[samples[sample as usize] as usize]);
+        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>()
+    };
+    let of_vertex = |v: usize| {
+        let near = anchors(v).filter_map(|(handle, _)| by_handle.get(handle)).flatten();
+        let mut near: Vec<(f32, u32)> = near.map(|&sample| (square(v, sample), sample)).collect();
+        if near.is_empty() {
+            near = (0..samples.len() as u32).map(|sample| (square(v, sample), sample)).collect();
+        }
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.truncate(NEAREST);
+        // Of the mesh's own size, so that a sample has its own number.
+        let closest = near.first().map_or(0.0, |near| near.0).max(f32::MIN_POSITIVE);
+        let weight = |square: f32| closest / square.max(f32::MIN_POSITIVE);
+        let sum: f32 = near.iter().map(|near| weight(near.0)).sum();
+        let mut found = [(0, 0.0); NEAREST];
+        found.iter_mut().zip(near).for_each(|(to, (square, sample))| *to = (sample, weight(square) / sum));
+        found
+    };
+    (0..rig.vertices()).map(of_vertex).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_core::NoProgress;
+
+    #[test]
+    fn what_is_spread_is_close_to_what_every_vertex_has() {
+        let face = rhytid_demo::face(4_000);
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let take = rhytid_demo::performance(&face);
+        let mut positions = take.handle_positions(&rig.labels).unwrap();
+        positions.truncate(40 * 3 * rig.handles.len());
+        let spread = Uncertainty::new(&rig, &positions).unwrap().unwrap();
+        let all: Vec<u32> = (0..rig.vertices() as u32).collect();
+        let exact = Confidence::new(&rig, &all).unwrap();
+        let left_out: Vec<f64> = exact.left_out().collect();
+        let variances = exact.variances(positions.as_chunks::<3>().0);
+        let (mut off, mut size) = (0.0, 0.0);
+        let (mut sigma, mut off_sigma, mut size_sigma) = (Vec::new(), 0.0, 0.0);
+        for (frame, variances) in variances.chunks(all.len()).enumerate() {
+            let samples = spread.samples(frame);
+            spread.sigma(frame, &mut sigma);
+            assert!(rig.handles.iter().all(|&v| sigma[v as usize] == 0.0));
+            for (v, variance) in variances.iter().enumerate().filter(|(v, _)| left_out[*v] > 0.0) {
+                let relative = (variance / left_out[v]).sqrt();
+                off += (f64::from(spread.at(v, samples)) - relative).powi(2);
+                size += relative.powi(2);
+                off_sigma += (f64::from(sigma[v]) - variance.sqrt()).powi(2);
+                size_sigma += variance;
+            }
+        }
+        assert!(size > 0.0 && (off / size).sqrt() < 0.15, "{}", (off / size).sqrt());
+        assert!((off_sigma / size_sigma).sqrt() < 0.15, "{}", (off_sigma / size_sigma).sqrt());
+    }
+}
