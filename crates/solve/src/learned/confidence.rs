@@ -49,17 +49,34 @@ pub(crate) fn listens<T: Real>(rig: &Rig<T>, learned: &Learned<T>, v: usize) -> 
     of_edges.chain(of_anchors).filter(|(_, w)| *w > 0.0).collect()
 }
 
+/// Vertices that stand for the whole face where one has learned nothing.
+const SAMPLES: usize = 300;
+
 /// What a rig of the learned method knows of its own errors, at some of its vertices (`docs/method.md`, the learned method).
 ///
 /// The linear band is the mean of a Gaussian process over the poses u of the handles. What that has left as variance is
 /// `σ_v² = s_v² tr(κ(u, u) − kᵀ A k)`: σ_v is how far, RMS, the vertex may be from where a scan of the pose would have it. It is
 /// 0 at rest and grows with the distance from what the examples span.
+///
+/// Where no example moves what a vertex listens to by more than the noise of markers, s_v says nothing. There the face's own
+/// `Σ s_v²/Σ τ_v` takes its place: with r = n_v/τ_v, `r/(1 + r)` of that is added.
 pub struct Confidence {
     poses: HandlePoses,
     examples: VectorStrains,
     share: f64,
     vertices: Vec<u32>,
     of_vertices: Vec<OfVertex>,
+    /// Of the whole face.
+    face: Typical,
+}
+
+/// What vertices typically have.
+#[derive(Debug, Clone, Copy)]
+struct Typical {
+    /// `Σ s_v²/Σ τ_v`.
+    variance: f64,
+    /// σ² of an example that is left out.
+    left_out: f64,
 }
 
 struct OfVertex {
@@ -71,6 +88,8 @@ struct OfVertex {
     /// L of the system's matrix, the lower triangle column by column; empty where nothing is learned.
     factor: Vec<f64>,
     left_out: f64,
+    /// r/(1 + r), 0..1: how little the examples say.
+    unknown: f64,
 }
 
 impl Confidence {
@@ -88,29 +107,16 @@ impl Confidence {
         };
         let poses = HandlePoses::of(rig);
         let examples = poses.strains(&rig.example_handles);
-        let settings =
-            LinearSettings { share: learned.share, ridge: learned.ridge, marker_noise: learned.marker_noise };
-        let count = examples.examples();
-        let of_vertices = vertices
-            .par_iter()
-            .map_init(
-                || VertexSystem::new(count),
-                |system, &v| {
-                    let listens = listens(rig, learned, v as usize);
-                    let (features, omega): (Vec<u32>, Vec<f64>) = listens.iter().copied().unzip();
-                    system.assemble(&examples, &features, &omega);
-                    let variance = learned.variances[v as usize].widen();
-                    let is_learned = variance > 0.0 && system.factorize(settings)?;
-                    let (factor, left_out) = match is_learned {
-                        true => (system.factor(), system.left_out()),
-                        false => (Vec::new(), Vec::new()),
-                    };
-                    let left_out = variance * left_out.iter().sum::<f64>() / count as f64;
-                    Ok(OfVertex { listens, variance, tau: system.tau(), factor, left_out })
-                },
-            )
-            .collect::<Result<_>>()?;
-        Ok(Self { poses, examples, share: learned.share, vertices: vertices.to_vec(), of_vertices })
+        let of = |vertices: &[u32]| of_vertices(rig, learned, &examples, vertices);
+        let typical = of(&sample(rig, SAMPLES))?;
+        let sum = |number: fn(&OfVertex) -> f64| typical.iter().map(number).sum::<f64>();
+        let moved = sum(|v| v.tau);
+        let face = Typical {
+            variance: if moved > 0.0 { sum(|v| v.variance) / moved } else { 0.0 },
+            left_out: sum(|v| v.left_out) / typical.len().max(1) as f64,
+        };
+        let of_vertices = of(vertices)?;
+        Ok(Self { poses, share: learned.share, vertices: vertices.to_vec(), of_vertices, face, examples })
     }
 
     /// Of at most `count` vertices that stand for the parts with a handle, by their areas.
@@ -129,7 +135,7 @@ impl Confidence {
     /// What σ² is for an example that is left out, the mean over the examples, S in mesh units squared: the scale on which to
     /// read [`Confidence::variances`]. As far from the others as the examples are from each other, so much is a pose uncertain.
     pub fn left_out(&self) -> impl Iterator<Item = f64> {
-        self.of_vertices.iter().map(|of_vertex| of_vertex.left_out)
+        self.of_vertices.iter().map(|of_vertex| of_vertex.left_out + of_vertex.unknown * self.face.left_out)
     }
 
     /// σ², frames × S in mesh units squared, given frames × H positions of the handles in the rig's order.
@@ -146,7 +152,7 @@ impl Confidence {
                     #[inline(always)]
                     || {
                         for (variance, of_vertex) in variances.iter_mut().zip(&self.of_vertices) {
-                            *variance = of_vertex.variance(self.share, &self.examples, &frame, scratch);
+                            *variance = of_vertex.variance(self, &frame, scratch);
                         }
                     },
                 );
@@ -155,27 +161,59 @@ impl Confidence {
     }
 }
 
+/// What is known of `vertices`.
+fn of_vertices<T: Real>(
+    rig: &Rig<T>,
+    learned: &Learned<T>,
+    examples: &VectorStrains,
+    vertices: &[u32],
+) -> Result<Vec<OfVertex>> {
+    let settings =
+        LinearSettings { share: learned.share, ridge: learned.ridge, marker_noise: learned.marker_noise };
+    let count = examples.examples();
+    let of_vertex = |system: &mut VertexSystem, &v: &u32| {
+        let listens = listens(rig, learned, v as usize);
+        let (features, omega): (Vec<u32>, Vec<f64>) = listens.iter().copied().unzip();
+        system.assemble(examples, &features, &omega);
+        let (tau, variance) = (system.tau(), learned.variances[v as usize].widen());
+        let is_learned = variance > 0.0 && system.factorize(settings)?;
+        let (factor, left_out) = match is_learned {
+            true => (system.factor(), variance * system.left_out().iter().sum::<f64>() / count as f64),
+            false => (Vec::new(), 0.0),
+        };
+        let noise = settings.marker_noise.powi(2) * system.noise();
+        // A handle is where its marker is.
+        let unknown = match tau > 0.0 {
+            _ if rig.handles.contains(&v) => 0.0,
+            true => noise / (noise + tau),
+            false => 1.0,
+        };
+        Ok(OfVertex { listens, variance, tau, factor, left_out, unknown })
+    };
+    vertices.par_iter().map_init(|| VertexSystem::new(count), of_vertex).collect()
+}
+
 impl OfVertex {
-    /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes.
+    /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes, and what is added where the examples say little.
     #[inline(always)]
-    fn variance(
-        &self,
-        share: f64,
-        examples: &VectorStrains,
-        frame: &VectorStrains,
-        k: &mut Vec<[f64; 3]>,
-    ) -> f64 {
+    fn variance(&self, of: &Confidence, frame: &VectorStrains, k: &mut Vec<[f64; 3]>) -> f64 {
+        let (share, examples) = (of.share, &of.examples);
+        let mut own = 0.0;
+        for &(e, w) in &self.listens {
+            let d = frame.feature(e);
+            own += w * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        }
+        let own = (1.0 + 2.0 * share) * own;
+        let unknown = self.unknown * of.face.variance * own;
         if self.factor.is_empty() {
-            return 0.0;
+            return unknown;
         }
         let size = 3 * examples.examples();
         k.clear();
         k.resize(size, [0.0; 3]);
-        let mut own = 0.0;
         for &(e, w) in &self.listens {
             let d = frame.feature(e);
             let (dx, dy, dz) = (d[0], d[1], d[2]);
-            own += w * (dx * dx + dy * dy + dz * dz);
             // (1 − s) K1, and s κ on its diagonal.
             for (k, p) in k.as_chunks_mut::<3>().0.iter_mut().zip(examples.feature(e).as_chunks::<3>().0) {
                 let common = share * w * (p[0] * dx + p[1] * dy + p[2] * dz);
@@ -202,8 +240,7 @@ impl OfVertex {
             }
             column = rest;
         }
-        let left = (1.0 + 2.0 * share) * own / self.tau - told / (self.tau * self.tau);
-        self.variance * left.max(0.0)
+        self.variance * (own / self.tau - told / (self.tau * self.tau)).max(0.0) + unknown
     }
 }
 

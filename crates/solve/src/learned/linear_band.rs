@@ -272,6 +272,11 @@ impl VertexSystem {
         glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(i % 3, i / 3)))
     }
 
+    /// n for a marker noise of variance 1.
+    pub(crate) fn noise(&self) -> f64 {
+        self.noise
+    }
+
     /// τ: the mean of K1's diagonal.
     pub(crate) fn tau(&self) -> f64 {
         self.trace / self.size as f64

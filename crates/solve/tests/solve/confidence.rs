@@ -13,7 +13,13 @@ fn number(i: usize) -> f64 {
 
 fn face(examples: usize, share: f64) -> Face {
     let mut face = sheet::face();
-    let learned = LearnedSettings { share: Some(share), ridge: Some(1e-2), ..LearnedSettings::default() };
+    let learned = LearnedSettings {
+        share: Some(share),
+        ridge: Some(1e-2),
+        // Without noise, the examples say all that there is.
+        marker_noise: 0.0,
+        ..LearnedSettings::default()
+    };
     face.settings.method = Method::Learned(learned);
     face.examples = (0..examples)
         .map(|p| {
