@@ -10,6 +10,7 @@ use rhytid::formats::take::Missing;
 use rhytid::human;
 use rhytid::playback::{Playback, PlaybackOptions, Selection};
 use rhytid::{AtomicFile, DeviceInfo, Error, Result, Rig, Take, rig_file};
+use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -85,9 +86,9 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     }
     let hash = rig_file::hash(&args.rig)?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
-    let is_far = warn_far(&rig, &take, ui)?;
-    say_what_changes_nothing(args, &take, is_far);
     let range = args.frames.within(take.frames())?;
+    let is_far = warn_far(&rig, &take, &range, ui)?;
+    say_what_changes_nothing(args, &take, is_far);
     let selection = Selection::new(take, range.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
 
@@ -125,20 +126,21 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     Ok(Animated { frames, rate: selection.rate, metres_per_unit, device, time: start.elapsed(), written })
 }
 
-/// Warns once of all that is far outside what the examples show; says whether there is any.
-fn warn_far(rig: &Rig, take: &Take, ui: &Ui) -> Result<bool> {
+/// Warns once of all frames of `range` that are far outside what the examples show; says whether there are any.
+fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<bool> {
     if rig.learned.is_none() || rig.example_names.is_empty() {
         return Ok(false);
     }
-    let far = coverage::take_sigma(rig, take, &Regions::by_handles(rig), ui)?.far;
+    let asked = take.slice(range.clone());
+    let far = coverage::take_sigma(rig, &asked, &Regions::by_handles(rig), ui)?.far;
     let Some(worst) = far.iter().max_by(|a, b| a.times.total_cmp(&b.times)) else { return Ok(false) };
     let frames: usize = far.iter().map(|stretch| stretch.frames).sum();
     let stretches: Vec<String> = far
         .iter()
         .take(STRETCHES)
         .map(|stretch| match stretch.frames {
-            1 => stretch.first.to_string(),
-            n => format!("{}..{}", stretch.first, stretch.first + n),
+            1 => (range.start + stretch.first).to_string(),
+            n => format!("{}..{}", range.start + stretch.first, range.start + stretch.first + n),
         })
         .collect();
     let more = if far.len() > STRETCHES {
@@ -152,7 +154,7 @@ fn warn_far(rig: &Rig, take: &Take, ui: &Ui) -> Result<bool> {
          (`rhytid coverage` plans it), or let the folds fade there with --fade-detail",
         human::counted(frames, "frame"),
         stretches.join(", "),
-        worst.farthest,
+        range.start + worst.farthest,
         worst.time,
         worst.region,
         worst.times

@@ -29,6 +29,8 @@ pub(crate) struct Animation {
     pub frames: Vec<[Vec<f32>; 2]>,
     /// Velocities of each frame.
     pub velocities: Option<Vec<Vec<f32>>>,
+    /// Standard deviations of each frame.
+    pub sigma: Option<Vec<Vec<f32>>>,
     pub provenance: Provenance,
 }
 
@@ -39,6 +41,7 @@ impl Animation {
             rest: &self.rest,
             rest_normals: self.with_normals.then_some(&self.rest_normals),
             velocities: self.velocities.is_some(),
+            sigma: self.sigma.is_some(),
             faces: &self.faces,
             triangle_corners: &self.triangle_corners,
             uvs: self.uvs.as_ref(),
@@ -59,6 +62,7 @@ impl Animation {
             positions,
             normals: self.with_normals.then_some(normals),
             velocities: self.velocities.as_ref().map(|velocities| velocities[i].as_slice()),
+            sigma: self.sigma.as_ref().map(|sigma| sigma[i].as_slice()),
         }
     }
 

@@ -8,6 +8,7 @@ mod meshes;
 mod project;
 mod project_errors;
 mod raw_take;
+mod sequences;
 mod stitch;
 mod tables;
 mod takes;
