@@ -1,4 +1,5 @@
-//! Coverage: what a take does that no example shows, and which of its frames to scan next. `docs/coverage.md` says how to read it.
+//! Coverage by the chapter's method: what a take does that no example shows, by strains, and which of its frames to scan next.
+//! `docs/coverage.md` says how to read it.
 use rhytid_core::{Error, Result, Rig, Take};
 use serde::Serialize;
 

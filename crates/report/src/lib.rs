@@ -34,6 +34,8 @@ mod strain;
 mod summary;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_evaluation;
 mod timeline;
 mod written;
 

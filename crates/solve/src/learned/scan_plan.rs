@@ -8,7 +8,7 @@ use rhytid_core::{Error, Progress, Result, Rig};
 use rhytid_kernels::Real;
 
 /// Vertices that are looked at.
-const SAMPLES: usize = 300;
+const SAMPLES: usize = 600;
 
 /// λ where a rig has none of its own, being without examples.
 const RIDGE: f64 = 1e-2;
