@@ -12,6 +12,7 @@ use rhytid_core::{Backend, Device, DeviceInfo, Stage};
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::{Arc, OnceLock};
+use support::golden_learned;
 use support::head::Head;
 
 fn main() -> ExitCode {
@@ -102,6 +103,13 @@ fn of_device(info: &DeviceInfo, head: &Arc<OnceLock<Option<Head>>>) -> Vec<Trial
         match head.get_or_init(Head::new) {
             Some(head) => Ok(head.check(of_head.device()?).map(|()| Completion::Completed)?),
             None => Ok(Completion::ignored_with("../shared is not there")),
+        }
+    }));
+    let of_golden = tested.clone();
+    trials.push(Trial::ignorable_test(format!("[{label}] positions/golden-learned"), move || {
+        match &golden_learned::cases()[..] {
+            [] => Ok(Completion::ignored_with("../shared is not there")),
+            cases => Ok(golden_learned::check(of_golden.device()?, cases).map(|()| Completion::Completed)?),
         }
     }));
     trials.push(trial(format!("[{label}] must-pass"), move || tested.must_pass()));

@@ -14,6 +14,9 @@ const BATCH: usize = 16;
 /// How far final positions may be from the f64 twin's, over the bounding box's diagonal.
 const TOLERANCE: f64 = 1e-5;
 
+/// How far the rest pose may be, likewise.
+const AT_REST: f64 = 1e-6;
+
 /// A solved head, frames of a take, and what the f64 twin makes of them.
 pub(crate) struct Head {
     rig: Rig,
@@ -62,6 +65,14 @@ impl Head {
             animator.read(Stage::Positions, &mut positions).map_err(of_device)?;
             let expected: Vec<f64> = expected.iter().flatten().flatten().copied().collect();
             worst = worst.max(worst_difference(&positions, &expected).size);
+        }
+        let rest: Vec<f32> = self.rig.handles.iter().flat_map(|&v| self.rig.rest[v as usize]).collect();
+        animator.evaluate(&rest).map_err(of_device)?;
+        animator.read(Stage::Positions, &mut positions).map_err(of_device)?;
+        let expected: Vec<f64> = self.rig.rest.as_flattened().iter().map(|&x| f64::from(x)).collect();
+        let at_rest = worst_difference(&positions, &expected).size / (self.allowed / TOLERANCE);
+        if at_rest.is_nan() || at_rest > AT_REST {
+            return Err(format!("the rest pose is off by {at_rest:.1e} of the diagonal"));
         }
         let said = format!("positions are off by {:.3} of what is allowed", worst / self.allowed);
         if worst <= self.allowed { Ok(()) } else { Err(said) }

@@ -1,5 +1,6 @@
 //! What several tests need: data that lies beside the project, random faces, and when poses look the same.
 #![allow(dead_code, reason = "every test binary uses a part of it")]
+pub(crate) mod golden_learned;
 pub(crate) mod head;
 pub(crate) mod random_face;
 pub(crate) mod real;
