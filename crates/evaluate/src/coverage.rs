@@ -16,6 +16,9 @@ const SAMPLES: usize = 300;
 /// Frames of a long take that are looked at for a plan: neighbours are alike.
 const FRAMES: usize = 400;
 
+/// A region whose strains are less than this part of the whole face's hardly moves in the examples.
+const QUIET: f64 = 0.5;
+
 /// A marker whose confidence is at most this is a guess, and nothing to scan by.
 const GUESS: f32 = 0.5;
 
@@ -49,7 +52,7 @@ pub struct TakeSigma {
     pub far: Vec<Far>,
 }
 
-/// Consecutive frames in which a region is more than [`FAR`] times as uncertain as in an example that is left out.
+/// Consecutive frames in which a region is far outside what the examples show.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Far {
     /// The first frame, counted from 0.
@@ -62,8 +65,31 @@ pub struct Far {
     pub time: f64,
     /// The region that is farthest in it.
     pub region: String,
-    /// How many times as uncertain as in an example that is left out.
+    /// How far, above [`FAR`].
     pub times: f64,
+    /// What of.
+    pub of: FarOf,
+}
+
+/// What of a frame is far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FarOf {
+    /// σ, as a multiple of what it is for an example that is left out, there or over the whole face, whichever is more.
+    Uncertainty,
+    /// The vector strains, as a multiple of those of the example that is strained most there, or of half of what it is over the whole
+    /// face, whichever is more: σ does not see what goes on where the examples go, but farther.
+    Strain,
+}
+
+impl std::fmt::Display for FarOf {
+    /// As in “3.2 times as …”.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Uncertainty => "uncertain as an example that is left out",
+            Self::Strain => "strained as any example",
+        })
+    }
 }
 
 /// A frame to scan.
@@ -175,61 +201,82 @@ pub fn take_sigma(rig: &Rig, take: &Take, regions: &Regions, progress: &dyn Prog
     let confidence = Confidence::sampled(rig, SAMPLES)?;
     let positions = take.handle_positions(&rig.labels)?;
     let positions = positions.as_chunks::<3>().0;
-    let count = regions.names().len();
-    // The last region is the whole face.
     let of_sample: Vec<Option<usize>> = confidence.vertices().iter().map(|&v| regions.of_vertex(v)).collect();
-    let sums = |variances: &mut dyn Iterator<Item = f64>| {
-        let mut sums = vec![0.0; count + 1];
-        for (variance, region) in variances.zip(&of_sample) {
-            sums[count] += variance;
-            if let Some(region) = region {
-                sums[*region] += variance;
-            }
-        }
-        sums
-    };
-    let left_out = sums(&mut confidence.left_out());
-    let samples = of_sample.len().max(1) as f64;
+    let sums = RegionSums { of_sample: &of_sample, regions: regions.names().len() };
+    let left_out: Vec<f64> = confidence.left_out().collect();
+    let left_out = sums.at_least(sums.of(&left_out), confidence.typical_left_out());
+    let samples = of_sample.len().max(1);
+    let of_examples = confidence.squared_strains(&rig.example_handles);
+    let examples: Vec<Vec<f64>> = of_examples.chunks(samples).map(|example| sums.of(example)).collect();
+    let most = |region: usize| examples.iter().map(|example| example[region]).fold(0.0, f64::max);
+    let strained: Vec<f64> = (0..=sums.regions).map(most).collect();
+    let typical = strained[sums.regions] / samples as f64;
+    let strained = sums.at_least(strained, QUIET.powi(2) * typical);
     let millimetres = 1e3 * rig.metres_per_unit;
     let mut frames_mm = Vec::with_capacity(take.frames());
-    // Of each frame the region that is farthest, and how far.
-    let mut farthest = Vec::with_capacity(take.frames());
+    // Of each frame the region that is farthest, how far, and what of.
+    let mut farthest: Vec<(usize, f64, FarOf)> = Vec::with_capacity(take.frames());
     const AT_ONCE: usize = 64;
     for chunk in positions.chunks(AT_ONCE * rig.handles.len()) {
         progress.step("confidence", frames_mm.len() as u64, take.frames() as u64)?;
-        for variances in confidence.variances(chunk).chunks(of_sample.len().max(1)) {
-            let of_frame = sums(&mut variances.iter().copied());
-            frames_mm.push(millimetres * (of_frame[count] / samples).sqrt());
-            let times = |region: usize| match left_out[region] > 0.0 {
-                true => (of_frame[region] / left_out[region]).sqrt(),
-                false => 0.0,
+        let (variances, strains) = (confidence.variances(chunk), confidence.squared_strains(chunk));
+        for (variances, strains) in variances.chunks(samples).zip(strains.chunks(samples)) {
+            let (variances, strains) = (sums.of(variances), sums.of(strains));
+            frames_mm.push(millimetres * (variances[sums.regions] / samples as f64).sqrt());
+            let times = |found: f64, scale: f64| if scale > 0.0 { (found / scale).sqrt() } else { 0.0 };
+            let of_region = |region: usize| {
+                [
+                    (region, times(variances[region], left_out[region]), FarOf::Uncertainty),
+                    (region, times(strains[region], strained[region]), FarOf::Strain),
+                ]
             };
-            let best = (0..count).map(|region| (region, times(region)));
-            farthest.push(best.fold((count, times(count)), |a, b| if b.1 > a.1 { b } else { a }));
+            let all = (0..=sums.regions).rev().flat_map(of_region);
+            farthest.extend(all.reduce(|a, b| if b.1 > a.1 { b } else { a }));
         }
     }
     progress.step("confidence", take.frames() as u64, take.frames() as u64)?;
-    let left_out_mm = millimetres * (left_out[count] / samples).sqrt();
+    let typical_variance = confidence.left_out().sum::<f64>() / samples as f64;
+    let left_out_mm = millimetres * typical_variance.sqrt();
     let covered = frames_mm.iter().filter(|sigma| **sigma <= COVERED * left_out_mm).count();
     let name =
         |region: usize| regions.names().get(region).map_or("the whole face", String::as_str).to_owned();
     let mut far: Vec<Far> = Vec::new();
-    for (frame, &(region, times)) in farthest.iter().enumerate().filter(|(_, (_, times))| *times > FAR) {
-        let here = Far {
-            first: frame,
-            frames: 1,
-            farthest: frame,
-            time: take.times[frame],
-            region: name(region),
-            times,
-        };
+    for (frame, &(region, times, of)) in farthest.iter().enumerate().filter(|(_, (_, times, _))| *times > FAR)
+    {
+        let time = take.times[frame];
+        let here = Far { first: frame, frames: 1, farthest: frame, time, region: name(region), times, of };
         match far.last_mut().filter(|last| last.first + last.frames == frame) {
             Some(last) if times > last.times => {
-                *last = Far { first: last.first, frames: last.frames + 1, ..here }
+                *last = Far { first: last.first, frames: last.frames + 1, ..here };
             }
             Some(last) => last.frames += 1,
             None => far.push(here),
         }
     }
     Ok(TakeSigma { frames_mm, left_out_mm, covered, far })
+}
+
+/// Sums over the samples of each region, and behind them over all.
+struct RegionSums<'a> {
+    of_sample: &'a [Option<usize>],
+    regions: usize,
+}
+
+impl RegionSums<'_> {
+    fn of(&self, numbers: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.regions + 1];
+        for (number, region) in numbers.iter().zip(self.of_sample) {
+            sums[self.regions] += number;
+            if let Some(region) = region {
+                sums[*region] += number;
+            }
+        }
+        sums
+    }
+
+    /// The same where every sample has `each` at least: what is small beside the whole face is no reason to worry.
+    fn at_least(&self, sums: Vec<f64>, each: f64) -> Vec<f64> {
+        let typical = self.of(&vec![each; self.of_sample.len()]);
+        sums.into_iter().zip(typical).map(|(sum, typical)| sum.max(typical)).collect()
+    }
 }

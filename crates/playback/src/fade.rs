@@ -42,9 +42,7 @@ impl<'a> Fade<'a> {
         if edges.iter().all(|&c| c >= 1.0) {
             edges.clear();
         }
-        let is_far = |uncertainty: &Uncertainty| {
-            (0..take.frames()).any(|frame| uncertainty.samples(frame).iter().any(|n| f64::from(*n) > FAR))
-        };
+        let is_far = |far: &Uncertainty| (0..take.frames()).any(|frame| far.is_far(frame));
         let far = Uncertainty::new(rig, handle_positions)?.filter(is_far);
         if edges.is_empty() && far.is_none() {
             return Ok(None);
@@ -59,8 +57,7 @@ impl<'a> Fade<'a> {
         let unsure = !self.edges.is_empty()
             && self.edges[frames.start * edges..frames.end * edges].iter().any(|&c| c < 1.0);
         let mut frames = frames;
-        let is_far = |frame, far: &Uncertainty| far.samples(frame).iter().any(|n| f64::from(*n) > FAR);
-        unsure || self.far.as_ref().is_some_and(|far| frames.any(|frame| is_far(frame, far)))
+        unsure || self.far.as_ref().is_some_and(|far| frames.any(|frame| far.is_far(frame)))
     }
 
     /// A frame's 3V positions and normals (empty where they are not wanted) after the fading, from those before and the 3V
@@ -85,7 +82,7 @@ impl<'a> Fade<'a> {
         self.positions.extend(pairs.enumerate().map(|(v, (smooth, full))| {
             let mut c = if confidence.is_empty() { 1.0 } else { vertex_confidence(self.rig, v, confidence) };
             if let Some((far, samples)) = far {
-                c *= (2.0 - f64::from(far.at(v, samples)) / FAR).clamp(0.0, 1.0);
+                c *= (2.0 - far.times(v, samples) / FAR).clamp(0.0, 1.0);
             }
             if c >= 1.0 {
                 return *full;

@@ -1,7 +1,7 @@
 //! How uncertain every vertex of a take's frames is: that of a few hundred, spread over the others.
 
 use rhytid_core::{Result, Rig};
-use rhytid_solve::Confidence;
+use rhytid_solve::{Confidence, FAR};
 use std::collections::HashMap;
 
 /// Vertices whose confidence is computed.
@@ -12,9 +12,13 @@ const NEAREST: usize = 4;
 
 /// σ of a take on a rig of the learned method, relative to that of an example that is left out.
 pub(crate) struct Uncertainty {
-    /// frames × S.
+    /// frames × S, relative to an example that is left out at the sample.
     samples: Vec<f32>,
     count: usize,
+    /// Of each sample, what makes that relative to an example that is left out there or over the whole face, whichever is more: 0..1.
+    significance: Vec<f32>,
+    /// σ of an example that is left out, over the whole face, in mesh units.
+    typical: f32,
     /// σ of an example that is left out, V in mesh units.
     left_out: Vec<f32>,
     /// V × [`NEAREST`] samples, and their weights, whose sum is 1.
@@ -49,14 +53,35 @@ impl Uncertainty {
             _ => 0.0,
         };
         let units: Vec<f32> = left_out.iter().zip(confidence.vertices()).map(unit).collect();
-        let mut uncertainty =
-            Self { samples, count, left_out: Vec::new(), nearest: nearest(rig, confidence.vertices()) };
+        let typical = confidence.typical_left_out();
+        let significance =
+            left_out.iter().map(|of_sample| significance(of_sample.sqrt() as f32, typical.sqrt() as f32));
+        let mut uncertainty = Self {
+            samples,
+            count,
+            significance: significance.collect(),
+            typical: typical.sqrt() as f32,
+            left_out: Vec::new(),
+            nearest: nearest(rig, confidence.vertices()),
+        };
         uncertainty.left_out = learned
             .iter()
             .enumerate()
             .map(|(v, variance)| variance.sqrt() * uncertainty.at(v, &units))
             .collect();
         Ok(Some(uncertainty))
+    }
+
+    /// Whether some place of a frame is far from the examples.
+    pub(crate) fn is_far(&self, frame: usize) -> bool {
+        let samples = self.samples(frame).iter().zip(&self.significance);
+        samples.into_iter().any(|(n, significance)| f64::from(n * significance) > FAR)
+    }
+
+    /// How many times as uncertain as for an example that is left out, there or over the whole face, vertex `v` is, given
+    /// [`Uncertainty::samples`].
+    pub(crate) fn times(&self, v: usize, samples: &[f32]) -> f64 {
+        f64::from(self.at(v, samples) * significance(self.left_out[v], self.typical))
     }
 
     /// The S numbers of a frame.
@@ -72,9 +97,13 @@ impl Uncertainty {
     }
 
     /// That of a vertex, given [`Uncertainty::samples`].
-    pub(crate) fn at(&self, v: usize, samples: &[f32]) -> f32 {
+    fn at(&self, v: usize, samples: &[f32]) -> f32 {
         self.nearest[v].iter().map(|&(sample, weight)| weight * samples[sample as usize]).sum()
     }
+}
+
+fn significance(left_out: f32, typical: f32) -> f32 {
+    if left_out > 0.0 { left_out / left_out.max(typical) } else { 0.0 }
 }
 
 /// The samples that are near to each vertex, and listen to a handle that it listens to: lips and lids do not take from each other

@@ -150,14 +150,15 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
     };
     log::warn!(
         "the take goes far outside what the examples show in {} ({}{more}), most in frame {} ({:.2} s) in the region {}: \
-         {:.1} times as uncertain there as an example that is left out; look at these frames, scan such an expression \
-         (`rhytid coverage` plans it), or let the folds fade there with --fade-detail",
+         {:.1} times as {}; look at these frames, scan such an expression (`rhytid coverage` plans it), or let the folds \
+         fade there with --fade-detail",
         human::counted(frames, "frame"),
         stretches.join(", "),
         range.start + worst.farthest,
         worst.time,
         worst.region,
-        worst.times
+        worst.times,
+        worst.of
     );
     Ok(true)
 }

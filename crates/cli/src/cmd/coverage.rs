@@ -153,12 +153,13 @@ fn sigma_text(sigma: &TakeSigma, take: &str, frames: usize) -> String {
     );
     for far in sigma.far.iter().take(NAMED) {
         text += &format!(
-            "\nfar from the examples: {} from frame {} on, most at {} {}: {:.1} times as uncertain as an example that is left out",
+            "\nfar from the examples: {} from frame {} on, most at {} {}: {:.1} times as {}",
             human::counted(far.frames, "frame"),
             far.first,
             seconds(far.time),
             far.region,
-            far.times
+            far.times,
+            far.of
         );
     }
     if sigma.far.len() > NAMED {

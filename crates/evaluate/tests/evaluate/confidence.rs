@@ -82,7 +82,7 @@ fn the_performance_that_the_examples_are_of_is_covered_and_a_thrown_one_is_not()
     }
     let sigma = take_sigma(&rig, &thrown, &regions, &NoProgress).unwrap();
     let worst = sigma.far.iter().map(|stretch| stretch.times).fold(0.0, f64::max);
-    assert!(worst > FAR, "{worst}");
+    assert!(worst > 2.0 * FAR, "{worst}");
     // Candidates are all that is chosen from, whether their markers were seen or not.
     let candidates = [7, 3, 50];
     let found = coverage(&rig, &take, &regions, Some(&candidates), 9, &NoProgress).unwrap();

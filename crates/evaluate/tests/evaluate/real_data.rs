@@ -163,7 +163,7 @@ fn an_evaluation_of_another_head_holds() {
     assert!(left_out.all.rms_mm > 0.0 && left_out.all.worst_mm < 50.0, "{:?}", left_out.all.worst_mm);
     assert!(found.noise.errors.rms_mm < 0.3, "{}", found.noise.errors.rms_mm);
     assert!(maps.iter().all(|map| map.values.iter().all(|x| x.is_finite())));
-    // Its own poses are not far; twice them, and all at once, are.
+    // Its own poses are not far; thrown to five times their displacements they are.
     let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
     let pose = |factor: f64| {
         let handles = rig.example_handles.iter().zip(rest.iter().cycle());
@@ -177,8 +177,10 @@ fn an_evaluation_of_another_head_holds() {
         take_sigma(&rig, &take, &Regions::by_handles(&rig), &NoProgress).unwrap()
     };
     assert_eq!(played(pose(1.0)).far, []);
-    let thrown = played(pose(30.0));
-    assert!(thrown.far.iter().map(|stretch| stretch.frames).sum::<usize>() >= 6, "{:?}", thrown.far);
+    let thrown = played(pose(5.0));
+    // Some poses are small beside what others do at the same place: those may grow.
+    assert!(thrown.far.iter().map(|stretch| stretch.frames).sum::<usize>() >= 4, "{:?}", thrown.far);
+    assert!(thrown.far.iter().any(|stretch| (4.9..5.1).contains(&stretch.times)), "{:?}", thrown.far);
 }
 
 /// Vertices far from each other, the lowest first, of those that faces use.

@@ -8,7 +8,8 @@ use rhytid_core::{Error, Learned, Result, Rig};
 use rhytid_kernels::Real;
 use rhytid_kernels::linear_band::EDGES_SHARE;
 
-/// A pose is far from the examples where σ is more than this many times what it is for an example that is left out.
+/// A pose is far from the examples where σ is more than this many times what it is for an example that is left out, there or over the
+/// whole face, whichever is more.
 pub const FAR: f64 = 2.0;
 
 /// The vector strains of a rig's poses.
@@ -138,6 +139,22 @@ impl Confidence {
         self.of_vertices.iter().map(|of_vertex| of_vertex.left_out + of_vertex.unknown * self.face.left_out)
     }
 
+    /// The mean of that over the whole face: where the examples tell each other well, little is left out, and more than that is no
+    /// reason to worry.
+    pub fn typical_left_out(&self) -> f64 {
+        self.face.left_out
+    }
+
+    /// `κ_v(u, u)`, frames × S: the squared vector strains that a vertex listens to, of frames × H positions of the handles. What σ does
+    /// not see, being linear, is a frame that goes on where the examples go, but farther.
+    pub fn squared_strains<T: Real>(&self, handle_positions: &[[T; 3]]) -> Vec<f64> {
+        let of_frame = |positions: &[[T; 3]]| {
+            let frame = self.poses.strains(positions);
+            self.of_vertices.iter().map(|of_vertex| of_vertex.squared_strain(&frame)).collect::<Vec<f64>>()
+        };
+        handle_positions.par_chunks(self.poses.rest.len()).flat_map_iter(of_frame).collect()
+    }
+
     /// σ², frames × S in mesh units squared, given frames × H positions of the handles in the rig's order.
     pub fn variances<T: Real>(&self, handle_positions: &[[T; 3]]) -> Vec<f64> {
         let handles = self.poses.rest.len();
@@ -194,16 +211,17 @@ fn of_vertices<T: Real>(
 }
 
 impl OfVertex {
+    /// κ(u, u).
+    fn squared_strain(&self, frame: &VectorStrains) -> f64 {
+        let square = |d: &[f64]| d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        self.listens.iter().map(|&(e, w)| w * square(frame.feature(e))).sum()
+    }
+
     /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes, and what is added where the examples say little.
     #[inline(always)]
     fn variance(&self, of: &Confidence, frame: &VectorStrains, k: &mut Vec<[f64; 3]>) -> f64 {
         let (share, examples) = (of.share, &of.examples);
-        let mut own = 0.0;
-        for &(e, w) in &self.listens {
-            let d = frame.feature(e);
-            own += w * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-        }
-        let own = (1.0 + 2.0 * share) * own;
+        let own = (1.0 + 2.0 * share) * self.squared_strain(frame);
         let unknown = self.unknown * of.face.variance * own;
         if self.factor.is_empty() {
             return unknown;
