@@ -1,6 +1,6 @@
 //! How uncertain every vertex of a take's frames is: that of a few hundred, spread over the others.
 
-use rhytid_core::{Result, Rig};
+use rhytid_core::{Learned, Result, Rig};
 use rhytid_solve::{Confidence, FAR};
 use std::collections::HashMap;
 
@@ -111,7 +111,7 @@ fn significance(left_out: f32, typical: f32) -> f32 {
 fn nearest(rig: &Rig, samples: &[u32]) -> Vec<[(u32, f32); NEAREST]> {
     let anchors = |v: usize| {
         let learned = rig.learned.as_ref();
-        let a = learned.map_or(0, |learned| learned.anchors_per_vertex());
+        let a = learned.map_or(0, Learned::anchors_per_vertex);
         let of_vertex = v * a..(v + 1) * a;
         learned.into_iter().flat_map(move |learned| {
             let pairs =
