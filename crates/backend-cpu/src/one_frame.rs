@@ -1,4 +1,5 @@
 //! One frame: registers hold neighbouring vertices.
+use crate::detail::Detail;
 use crate::lanes::{load3, store3};
 use crate::linear_band::{self, LinearBand};
 use crate::lines::{Line, Line3};
@@ -15,6 +16,10 @@ use rhytid_kernels::{fine_scale, vec3};
 use std::cell::RefCell;
 use std::time::Instant;
 use thread_local::ThreadLocal;
+
+/// Vertices whose large scale and detail are computed together, where there is a linear band: a multiple of the panels', and so few that
+/// their influences stay in a core's caches between the two.
+const CHUNK: usize = 1024;
 
 /// The large scale of one frame, V, and the threads' scratch: kept, since new memory is slow when it is first
 /// written.
@@ -48,7 +53,7 @@ impl OneFrame {
         normals: &mut [[f32; 3]],
         times: &Times,
     ) {
-        self.large_scale(rig, u, times);
+        self.large_scale(rig, (u, features), positions, times);
         self.fine(rig, features, Stage::Positions, positions, times);
         let start = Instant::now();
         let blocks = rig.meshes.par_iter().zip(normals.par_chunks_mut(rig.block));
@@ -68,38 +73,64 @@ impl OneFrame {
         out: &mut [[f32; 3]],
     ) {
         let times = Times::default();
-        self.large_scale(rig, u, &times);
+        self.large_scale(rig, (u, features), out, &times);
         match stage {
             Stage::LargeScale => out.copy_from_slice(&self.smooth),
             _ => self.fine(rig, features, stage, out, &times),
         }
     }
 
-    fn large_scale(&mut self, rig: &UploadedRig, u: &[[f32; 3]], times: &Times) {
-        let start = Instant::now();
-        let band = rig.linear_band.as_ref().map(|band| (band, band.frame_table(u)));
-        let scratch = || (Vec::new(), band.as_ref().map(|(band, _)| band.scratch()));
-        let blocks = self.smooth.par_chunks_mut(rig.block).zip(rig.rest.par_chunks(rig.block));
-        blocks.enumerate().for_each_init(scratch, |(of_basis, of_band), (i, (out, rest))| {
-            let first = i * rig.block;
-            rig.basis.frame(rig.vectors, first, u, rest, out, of_basis);
-            if let (Some((band, table)), Some(scratch)) = (&band, of_band) {
-                rig.vectors.run(AddBand {
-                    band,
-                    influences: &rig.detail.influences,
-                    table,
-                    scratch,
-                    first,
-                    out,
-                });
-            }
+    /// The large scale; where there is a linear band, the detail with it, since both read the same influences. It goes into
+    /// `details`, V, as [`put_apart`] has it.
+    fn large_scale(
+        &mut self,
+        rig: &UploadedRig,
+        (u, features): (&[[f32; 3]], &[f32]),
+        details: &mut [[f32; 3]],
+        times: &Times,
+    ) {
+        let band = rig.linear_band.as_ref();
+        let band = band.map(|band| (band, band.frame_table(u), rig.detail.frame_table(features)));
+        let of_band = || band.as_ref().map(|(band, ..)| band.scratch());
+        let scratch = || (Vec::new(), of_band(), vec![Line::ZERO; rig.detail.centers()]);
+        let blocks = self.smooth.par_chunks_mut(rig.block).zip(details.par_chunks_mut(rig.block));
+        times.shared(|times| {
+            blocks.enumerate().for_each_init(scratch, |(of_basis, of_band, distances), (i, block)| {
+                let chunks = block.0.chunks_mut(CHUNK).zip(block.1.chunks_mut(CHUNK));
+                for (j, (smooth, details)) in chunks.enumerate() {
+                    let first = i * rig.block + j * CHUNK;
+                    let start = Instant::now();
+                    let rest = &rig.rest[first..first + smooth.len()];
+                    rig.basis.frame(rig.vectors, first, u, rest, smooth, of_basis);
+                    if let (Some((band, table, _)), Some(scratch)) = (&band, &mut *of_band) {
+                        rig.vectors.run(AddBand {
+                            band,
+                            influences: &rig.detail.influences,
+                            table,
+                            scratch,
+                            first,
+                            out: smooth,
+                        });
+                    }
+                    let start = times.add(Stage::LargeScale, start);
+                    if let Some((_, _, table)) = &band {
+                        rig.vectors.run(Details {
+                            detail: &rig.detail,
+                            table,
+                            distances,
+                            first,
+                            out: details,
+                        });
+                        times.add(Stage::Detail, start);
+                    }
+                }
+            });
         });
-        times.add(Stage::LargeScale, start);
     }
 
-    /// From the large scale to `stage`: its normals, the detail or the positions.
+    /// From the large scale to `stage`: its normals, the detail or the positions. Where there is a linear band, `out` has the detail.
     fn fine(&self, rig: &UploadedRig, features: &[f32], stage: Stage, out: &mut [[f32; 3]], times: &Times) {
-        let table = rig.detail.frame_table(features);
+        let table = rig.linear_band.is_none().then(|| rig.detail.frame_table(features));
         let blocks = rig.meshes.par_iter().zip(out.par_chunks_mut(rig.block));
         times.shared(|times| {
             blocks.for_each(|(mesh, out)| {
@@ -109,7 +140,7 @@ impl OneFrame {
                     rig,
                     mesh,
                     smooth: &self.smooth,
-                    table: &table,
+                    table: table.as_deref(),
                     scratch,
                     stage,
                     out,
@@ -120,7 +151,7 @@ impl OneFrame {
     }
 }
 
-/// A block's linear band.
+/// A chunk's linear band.
 struct AddBand<'a> {
     band: &'a LinearBand,
     influences: &'a TileWeights,
@@ -147,12 +178,33 @@ impl WithSimd for AddBand<'_> {
     }
 }
 
+/// A chunk's detail.
+struct Details<'a> {
+    detail: &'a Detail,
+    table: &'a [FrameCells],
+    distances: &'a mut [Line],
+    first: usize,
+    out: &'a mut [[f32; 3]],
+}
+
+impl WithSimd for Details<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (i, out) in self.out.chunks_mut(TILE).enumerate() {
+            put_apart(&self.detail.frame(simd, self.first / TILE + i, self.table, self.distances), out);
+        }
+    }
+}
+
 /// A block from the large scale on.
 struct Fine<'a> {
     rig: &'a UploadedRig,
     mesh: &'a BlockMesh,
     smooth: &'a [[f32; 3]],
-    table: &'a [FrameCells],
+    /// Of the detail, unless it is in `out` already.
+    table: Option<&'a [FrameCells]>,
     scratch: &'a mut Scratch,
     stage: Stage,
     out: &'a mut [[f32; 3]],
@@ -169,18 +221,21 @@ impl WithSimd for Fine<'_> {
         self.mesh.normals(simd, self.smooth, mesh, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
         details.clear();
-        let own = self.mesh.own();
-        for tile in own.start / TILE..own.end.div_ceil(TILE) {
-            details.push(self.rig.detail.frame(simd, tile, self.table, distances));
+        if let Some(table) = self.table {
+            let own = self.mesh.own();
+            for tile in own.start / TILE..own.end.div_ceil(TILE) {
+                details.push(self.rig.detail.frame(simd, tile, table, distances));
+            }
         }
         let start = self.times.add(Stage::Detail, start);
         for (i, out) in self.out.chunks_mut(TILE).enumerate() {
+            let details = details.get(i).copied().unwrap_or_else(|| taken_apart(out));
             match self.stage {
                 Stage::LargeScaleNormals => interleave(&normals[i], out),
-                Stage::Detail => interleave(&details[i], out),
+                Stage::Detail => interleave(&details, out),
                 _ => {
                     let [own, neighbors] = self.mesh.with_neighbors(mesh, i);
-                    interleave(&fine_tile(simd, &own, &neighbors, &normals[i], &details[i]), out);
+                    interleave(&fine_tile(simd, &own, &neighbors, &normals[i], &details), out);
                 }
             }
         }
@@ -220,6 +275,25 @@ fn fine_tile<S: Simd>(simd: S, own: &Line3, neighbors: &Line3, normals: &Line3, 
         store3(fine_scale::add_detail(smooth, axes, load(details)), &mut positions, register);
     }
     positions
+}
+
+/// The first vectors of a tile, as many as `out` has, with their coordinates apart.
+#[inline(always)]
+fn put_apart(lines: &Line3, out: &mut [[f32; 3]]) {
+    let vectors = out.len();
+    for (line, out) in lines.iter().zip(out.as_flattened_mut().chunks_exact_mut(vectors)) {
+        out.copy_from_slice(&line.0[..vectors]);
+    }
+}
+
+/// What [`put_apart`] put there.
+#[inline(always)]
+fn taken_apart(vectors: &[[f32; 3]]) -> Line3 {
+    let mut lines = [Line::ZERO; 3];
+    for (line, numbers) in lines.iter_mut().zip(vectors.as_flattened().chunks_exact(vectors.len())) {
+        line.0[..numbers.len()].copy_from_slice(numbers);
+    }
+    lines
 }
 
 /// The first vectors of a tile, as many as `out` has.
