@@ -8,7 +8,7 @@ use clap_complete::Shell;
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
-pub(crate) use values::{HeadChoice, MissingChoice, StageChoice, StorageChoice};
+pub(crate) use values::{HeadChoice, MethodChoice, MissingChoice, StageChoice, StorageChoice};
 use values::{parse_millimetres, parse_rate};
 
 const GLOBAL: &str = "Options of every command";
@@ -170,12 +170,14 @@ Examples:
 
     /// Measure how fast devices are, stage by stage.
     ///
-    /// Each time is compared with what its bytes take at the speed of the memory, which is measured in turns with them. Without RIG, a rig is made of as many vertices as --vertices says, with 89 handles and six examples as in the chapter that the method is from.
+    /// Each time is compared with what its bytes take at the speed of the memory, which is measured in turns with them. Without RIG, a rig is made of as many vertices as --vertices says, with 89 handles and six examples as in the chapter that the method is from; one of the learned
+    /// method is measured in turns with the chapter's.
     /// Nothing else should run meanwhile. docs/benchmarks.md has figures of ours.
     #[command(after_help = "\
 Examples:
   rhytid bench
   rhytid bench --device all --vertices 100000
+  rhytid bench --method chapter
   rhytid bench FACE.safetensors --device cpu:0 --frames 32 --storage f16
   rhytid bench --growth --plot bench.svg
   rhytid bench --json > bench.json")]
@@ -543,6 +545,10 @@ pub(crate) struct Bench {
     /// About how many vertices the rig has that is made.
     #[arg(long, value_name = "N", default_value_t = 530_000, conflicts_with = "rig", value_parser = clap::value_parser!(u32).range(1_000..=4_000_000))]
     pub vertices: u32,
+
+    /// The method of the rig that is made.
+    #[arg(long, value_enum, default_value_t = MethodChoice::Learned, conflicts_with = "rig")]
+    pub method: MethodChoice,
 
     /// Frames in a batch.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]

@@ -22,6 +22,7 @@ mod handles;
 mod performance;
 mod shape;
 mod sized;
+mod sized_learned;
 
 pub use performance::performance;
 pub use sized::{Size, sized_rig};

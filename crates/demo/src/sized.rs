@@ -1,6 +1,7 @@
 //! A rig of any size, made without solving: for measuring, not for looking at.
+use crate::sized_learned;
 use rayon::prelude::*;
-use rhytid_core::{Faces, Rig, UpAxis};
+use rhytid_core::{Faces, Method, Rig, UpAxis};
 use rhytid_kernels::strain;
 use rhytid_solve::Topology;
 use rhytid_solve::{geodesic, influences, tangent_frames};
@@ -26,8 +27,9 @@ const INFLUENCES: usize = 16;
 
 /// A rig of this size, in centimetres. Its surface is a bulged sheet; strain edges, influences and tangent neighbours are those of a solve, so that
 /// what lies near in the face lies near in memory; basis and weights are smooth functions of about the right magnitude, which devices take
-/// as long for as for solved ones.
-pub fn sized_rig(size: Size) -> Rig {
+/// as long for as for solved ones. By the learned method every vertex has the strain edges, anchors and linear band of a solve's, by straight distances;
+/// its settings are not looked at.
+pub fn sized_rig(size: Size, method: Method) -> Rig {
     let columns = ((size.vertices as f64).sqrt() as usize).max(2);
     let lines = (size.vertices / columns).max(2);
     let rest: Vec<[f64; 3]> = (0..columns * lines)
@@ -66,7 +68,7 @@ pub fn sized_rig(size: Size) -> Rig {
     }
     let centers = size.examples + 1;
     let wave = |i: usize| (i as f64 * 0.618).sin();
-    Rig {
+    let rig = Rig {
         name: "sheet".into(),
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
@@ -82,7 +84,9 @@ pub fn sized_rig(size: Size) -> Rig {
             .map(|i| if i < strain_edges.len() { 0.0 } else { 0.2 * wave(i) })
             .collect(),
         rbf_weights: (0..rest.len() * centers).map(|i| [0.1, 0.2, 0.3].map(|c| c * wave(i))).collect(),
-        example_handles: handle_rest.repeat(size.examples),
+        example_handles: (0..size.examples * handles.len())
+            .map(|i| handle_rest[i % handles.len()].map(|x| x + 0.3 * wave(i)))
+            .collect(),
         learned: None,
         influence_edges: influences.edges,
         influence_weights: influences.weights,
@@ -91,8 +95,11 @@ pub fn sized_rig(size: Size) -> Rig {
         strain_edges,
         handles,
         rest,
+    };
+    match method {
+        Method::Chapter => rig.cast(),
+        Method::Learned(_) => sized_learned::learned(rig, &handle_rest, &rest_lengths).cast(),
     }
-    .cast()
 }
 
 /// Distinct vertices of a grid, spread evenly.
@@ -115,17 +122,23 @@ mod tests {
     fn rigs_of_all_sizes_are_sound() {
         for (vertices, handles, examples) in [(400, 89, 0), (2_500, 3, 1), (10_000, 300, 40), (20_011, 89, 6)]
         {
-            let rig = sized_rig(Size { vertices, handles, examples });
-            rig.check().unwrap();
-            assert!(rig.vertices() <= vertices && rig.vertices() * 50 >= vertices * 49, "{}", rig.vertices());
-            assert_eq!((rig.handles.len(), rig.centers()), (handles, examples + 1));
-            assert_eq!(rig.influences(), rig.strain_edges.len().min(INFLUENCES));
+            for method in [Method::Chapter, Method::default()] {
+                let rig = sized_rig(Size { vertices, handles, examples }, method);
+                rig.check().unwrap();
+                assert!(
+                    rig.vertices() <= vertices && rig.vertices() * 50 >= vertices * 49,
+                    "{}",
+                    rig.vertices()
+                );
+                assert_eq!((rig.handles.len(), rig.centers()), (handles, examples + 1));
+                assert_eq!(rig.influences(), rig.strain_edges.len().min(INFLUENCES));
+            }
         }
     }
 
     #[test]
     fn the_chapters_face_has_about_its_strain_edges() {
-        let rig = sized_rig(Size { vertices: 20_000, ..Size::CHAPTER });
+        let rig = sized_rig(Size { vertices: 20_000, ..Size::CHAPTER }, Method::Chapter);
         assert!((220..270).contains(&rig.strain_edges.len()), "{}", rig.strain_edges.len());
     }
 }

@@ -1,8 +1,8 @@
 //! The values of flags, where they are more than a number or a path.
 
 use clap::ValueEnum;
-use rhytid::BasisStorage;
 use rhytid::formats::export::{HeadMotion, OutputStage};
+use rhytid::{BasisStorage, Method};
 use serde::Deserialize;
 
 /// `--stage`
@@ -30,6 +30,24 @@ impl From<StorageChoice> for BasisStorage {
         match choice {
             StorageChoice::F32 => Self::F32,
             StorageChoice::F16 => Self::F16,
+        }
+    }
+}
+
+/// `--method`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodChoice {
+    /// What `solve` makes unless it is told otherwise, with the chapter's in turns.
+    Learned,
+    /// The chapter's alone.
+    Chapter,
+}
+
+impl From<MethodChoice> for Method {
+    fn from(choice: MethodChoice) -> Self {
+        match choice {
+            MethodChoice::Learned => Self::default(),
+            MethodChoice::Chapter => Self::Chapter,
         }
     }
 }

@@ -18,6 +18,7 @@ fn every_device_and_stage_is_in_the_json() {
             assert_documented(device, "a measured device");
             assert_eq!(device["error"], Value::Null, "{device}");
             assert_documented(&device["whole"], "a whole frame");
+            assert_documented(&device["chapter"], "a frame by the chapter's method");
             let stages = device["stages"].as_array().unwrap();
             assert!(stages.len() == 6 || device["device"] != "cpu:0", "{device}");
             for stage in stages {
@@ -29,6 +30,17 @@ fn every_device_and_stage_is_in_the_json() {
             }
         }
     }
+}
+
+#[test]
+fn the_chapters_method_is_measured_in_turns_or_alone() {
+    let f = Fixture::new();
+    let both = f.done("bench --vertices 1000 --device cpu:0");
+    assert!(both.contains("times as long as the chapter's method"), "{both}");
+    let alone: Value =
+        serde_json::from_str(&f.done("bench --vertices 1000 --device cpu:0 --method chapter --json"))
+            .unwrap();
+    assert_eq!(alone["devices"][0]["chapter"], Value::Null);
 }
 
 #[test]

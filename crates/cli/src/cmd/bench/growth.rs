@@ -2,7 +2,7 @@
 
 use super::measure;
 use crate::progress::Ui;
-use rhytid::{DeviceInfo, Error, Progress, Result, UploadOptions};
+use rhytid::{DeviceInfo, Error, Method, Progress, Result, UploadOptions};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 
@@ -68,7 +68,7 @@ fn sizes(usual: Size, frames: usize) -> Vec<(What, Size, usize)> {
 /// [`Error::Cancelled`].
 pub(super) fn measure(
     devices: &[DeviceInfo],
-    usual: Size,
+    (usual, method): (Size, Method),
     options: UploadOptions,
     ui: &Ui,
 ) -> Result<Vec<Vec<Point>>> {
@@ -79,7 +79,7 @@ pub(super) fn measure(
     for (i, (what, size, max_frames)) in sizes.into_iter().enumerate() {
         let rig = match last.take() {
             Some((made, rig)) if made == size => rig,
-            _ => sized_rig(size),
+            _ => sized_rig(size, method),
         };
         for (d, (info, points)) in devices.iter().zip(&mut points).enumerate() {
             ui.report("measure how it grows", (i * devices.len() + d) as u64, total);

@@ -1,7 +1,7 @@
 //! The time that a device takes for a rig, and the least that it has to move for it.
 
 use rhytid::conformance::{Memory, stage_name};
-use rhytid::{BasisStorage, DeviceInfo, Result, Rig, Stage, UploadOptions};
+use rhytid::{Animator, BasisStorage, DeviceInfo, Result, Rig, Session, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -31,6 +31,14 @@ pub(super) struct Whole {
     pub fps: f64,
 }
 
+/// A whole frame by the chapter's method, of a rig of the same size.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Chapter {
+    pub ms: f64,
+    /// How many times as long the rig that is measured takes: the median of the turns' ratios.
+    pub ratio: f64,
+}
+
 /// Milliseconds per frame of each round.
 #[derive(Default)]
 struct Rounds {
@@ -39,18 +47,23 @@ struct Rounds {
     stages: [Vec<f64>; 6],
 }
 
-/// Medians of many batches of `options.max_frames` frames, per frame, in turns with reading `memory`; stages are left out where the device does not time them.
+/// Medians of many batches of `options.max_frames` frames, per frame, in turns with reading `memory` and with the `chapter`'s rig, if there is one; stages
+/// are left out where the device does not time them.
 ///
 /// # Errors
 /// The device's.
 pub(super) fn measure(
     info: &DeviceInfo,
     rig: &Rig,
+    chapter: Option<&Rig>,
     options: UploadOptions,
     memory: &Memory,
-) -> Result<(Whole, Vec<Measured>)> {
+) -> Result<(Whole, Vec<Measured>, Option<Chapter>)> {
     let mut bandwidths = Vec::new();
-    let mut rounds = rounds(info, rig, options, ROUNDS, LIMIT, || bandwidths.push(memory.read_bandwidth()))?;
+    let rigs: Vec<&Rig> = std::iter::once(rig).chain(chapter).collect();
+    let mut all = rounds(info, &rigs, options, ROUNDS, LIMIT, || bandwidths.push(memory.read_bandwidth()))?;
+    let chapter = all.get(1).map(|chapter| Chapter::new(&all[0].wholes, &chapter.wholes));
+    let mut rounds = all.swap_remove(0);
     let bandwidth = median(&mut bandwidths);
     let bytes = least_bytes(rig, options);
     let share = |bytes: f64, ms: f64| bytes / bandwidth * 1e3 / ms;
@@ -67,7 +80,15 @@ pub(super) fn measure(
         let ms = median(&mut times);
         Measured { stage: stage_name(stage), ms, bytes, share_of_bandwidth: share(bytes, ms) }
     });
-    Ok((whole, measured.collect()))
+    Ok((whole, measured.collect(), chapter))
+}
+
+impl Chapter {
+    /// From the rounds of the rig that is measured, and as many of the chapter's, each beside the other.
+    fn new(own: &[f64], chapter: &[f64]) -> Self {
+        let mut ratios: Vec<f64> = own.iter().zip(chapter).map(|(own, chapter)| own / chapter).collect();
+        Self { ms: median(&mut chapter.to_vec()), ratio: median(&mut ratios) }
+    }
 }
 
 /// The median of a whole frame alone, of fewer batches.
@@ -75,48 +96,69 @@ pub(super) fn measure(
 /// # Errors
 /// The device's.
 pub(super) fn whole_frame(info: &DeviceInfo, rig: &Rig, options: UploadOptions) -> Result<f64> {
-    rounds(info, rig, options, ROUNDS / 2, LIMIT / 4, || ()).map(|mut rounds| median(&mut rounds.wholes))
+    let rounds = rounds(info, &[rig], options, ROUNDS / 2, LIMIT / 4, || ());
+    rounds.map(|mut rounds| median(&mut rounds[0].wholes))
 }
 
-/// `count` rounds in each turn, after one that is not measured; between turns, something else.
+/// `count` rounds of each rig in each turn, after one that is not measured; between turns, something else.
 fn rounds(
     info: &DeviceInfo,
-    rig: &Rig,
+    rigs: &[&Rig],
     options: UploadOptions,
     count: usize,
     limit: Duration,
     mut between: impl FnMut(),
-) -> Result<Rounds> {
-    let frames = options.max_frames;
-    let mut animator = rhytid::backends::open(info)?.upload(rig, options)?;
-    let handle_positions = swaying(rig, frames);
-    let mut rounds = Rounds::default();
-    let mut first = Vec::new();
-    let start = Instant::now();
-    for round in 0..TURNS * (1 + count) {
-        let is_measured = round % (1 + count) > 0;
-        if !is_measured {
-            between();
+) -> Result<Vec<Rounds>> {
+    let backend = rhytid::backends::open(info)?;
+    let mut animators = Vec::new();
+    for rig in rigs {
+        animators.push((backend.upload(rig, options)?, swaying(rig, options.max_frames), Rounds::default()));
+    }
+    let deadline = Instant::now() + limit * rigs.len() as u32;
+    for _ in 0..TURNS {
+        between();
+        for (animator, handle_positions, rounds) in &mut animators {
+            rounds.run(count, animator, handle_positions, options.max_frames, deadline)?;
         }
-        let begin = Instant::now();
-        animator.evaluate(&handle_positions)?;
-        // Asking for the times, or for the smallest result, waits for the last kernel.
-        let times = animator.stage_times()?;
-        if times.is_none() {
-            animator.read(Stage::Strain, &mut first)?;
-        }
-        let whole = begin.elapsed();
-        if is_measured {
-            rounds.wholes.push(whole.as_secs_f64() * 1e3 / frames as f64);
-            for (stage, time) in rounds.stages.iter_mut().zip(times.into_iter().flatten()) {
-                stage.push(time.as_secs_f64() * 1e3 / frames as f64);
-            }
-            if start.elapsed() > limit {
-                break;
-            }
+        if Instant::now() > deadline {
+            break;
         }
     }
-    Ok(rounds)
+    Ok(animators.into_iter().map(|(_, _, rounds)| rounds).collect())
+}
+
+impl Rounds {
+    /// Adds `count` rounds after one that is not measured; one, where the deadline is past.
+    fn run(
+        &mut self,
+        count: usize,
+        animator: &mut Animator<impl Session>,
+        handle_positions: &[f32],
+        frames: usize,
+        deadline: Instant,
+    ) -> Result<()> {
+        let mut first = Vec::new();
+        for round in 0..1 + count {
+            let begin = Instant::now();
+            animator.evaluate(handle_positions)?;
+            // Asking for the times, or for the smallest result, waits for the last kernel.
+            let times = animator.stage_times()?;
+            if times.is_none() {
+                animator.read(Stage::Strain, &mut first)?;
+            }
+            let whole = begin.elapsed();
+            if round > 0 {
+                self.wholes.push(whole.as_secs_f64() * 1e3 / frames as f64);
+                for (stage, time) in self.stages.iter_mut().zip(times.into_iter().flatten()) {
+                    stage.push(time.as_secs_f64() * 1e3 / frames as f64);
+                }
+                if Instant::now() > deadline {
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The least that each stage has to read of the rig, once a batch, and to write and read of results that do not fit into caches, in bytes a
@@ -128,9 +170,14 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let entry = if options.basis == BasisStorage::F16 { 2 } else { 4 };
     let index = if rig.strain_edges.len() <= 256 { 1 } else { 2 };
     let (position, neighbor) = (12, 4);
+    // Of the linear band, which reads the influences that the detail reads.
+    let band =
+        rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()).map_or(0, |learned| {
+            (index + 4) * learned.anchors_per_vertex() + 3 * entry * rig.example_names.len()
+        });
     Stage::ALL.map(|stage| match stage {
         Stage::Strain => (4 * rig.strain_edges.len()) as f64,
-        Stage::LargeScale => per_vertex(entry * rig.handles.len() + position, position),
+        Stage::LargeScale => per_vertex(entry * rig.handles.len() + position + band, position),
         Stage::LargeScaleNormals => per_vertex(0, position),
         Stage::Detail => per_vertex((index + 4) * rig.influences() + 12 * rig.centers(), 0),
         Stage::Positions => per_vertex(neighbor, position),
@@ -156,29 +203,37 @@ fn median(values: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rhytid::Method;
     use rhytid_demo::{Size, sized_rig};
 
     #[test]
     fn the_chapters_frame_moves_584_bytes_a_vertex_and_half_of_the_basis_less_as_fp16() {
-        let rig = sized_rig(Size { vertices: 10_000, ..Size::CHAPTER });
-        let strain = (4 * rig.strain_edges.len()) as f64;
-        let per_vertex = |basis, max_frames| {
-            let bytes: f64 = least_bytes(&rig, UploadOptions { max_frames, basis }).iter().sum();
-            (bytes - strain) / rig.vertices() as f64
+        let size = Size { vertices: 10_000, ..Size::CHAPTER };
+        let rigs = [Method::Chapter, Method::default()].map(|method| sized_rig(size, method));
+        let per_vertex = |rig: &Rig, basis, max_frames| {
+            let bytes: f64 = least_bytes(rig, UploadOptions { max_frames, basis }).iter().sum();
+            (bytes - (4 * rig.strain_edges.len()) as f64) / rig.vertices() as f64
         };
-        assert_eq!(per_vertex(BasisStorage::F32, 1), 584.0);
-        assert_eq!(per_vertex(BasisStorage::F16, 1), 584.0 - 178.0);
-        assert_eq!(per_vertex(BasisStorage::F32, 8), (584.0 - 48.0) / 8.0 + 48.0);
+        let [chapter, learned] = &rigs;
+        assert_eq!(per_vertex(chapter, BasisStorage::F32, 1), 584.0);
+        assert_eq!(per_vertex(chapter, BasisStorage::F16, 1), 584.0 - 178.0);
+        assert_eq!(per_vertex(chapter, BasisStorage::F32, 8), (584.0 - 48.0) / 8.0 + 48.0);
+        assert_eq!(per_vertex(learned, BasisStorage::F32, 1), 584.0 + 40.0 + 72.0);
+        assert_eq!(per_vertex(learned, BasisStorage::F16, 1), 584.0 - 178.0 + 40.0 + 36.0);
     }
 
     #[test]
     fn times_add_up() {
-        let rig = sized_rig(Size { vertices: 20_000, handles: 20, examples: 2 });
+        let size = Size { vertices: 20_000, handles: 20, examples: 2 };
+        let [rig, chapter] = [Method::default(), Method::Chapter].map(|method| sized_rig(size, method));
         let cpu = rhytid::backends::find("cpu:0").unwrap();
-        let (whole, stages) = measure(&cpu, &rig, UploadOptions::frames(2), &Memory::new()).unwrap();
+        let options = UploadOptions::frames(2);
+        let (whole, stages, beside) = measure(&cpu, &rig, Some(&chapter), options, &Memory::new()).unwrap();
         let sum: f64 = stages.iter().map(|stage| stage.ms).sum();
         assert!(stages.len() == 6 && sum > 0.0 && sum < 1.5 * whole.ms, "{sum} of {}", whole.ms);
         assert!((whole.fps * whole.ms - 1e3).abs() < 1e-6);
+        let beside = beside.unwrap();
+        assert!(beside.ms > 0.0 && beside.ratio > 0.0, "{beside:?}");
         let least_ms = whole.bytes / (whole.read_bandwidth_gb_s * 1e6);
         assert!((whole.share_of_bandwidth - least_ms / whole.ms).abs() < 1e-9);
     }

@@ -7,11 +7,13 @@ mod plot;
 use crate::progress::Ui;
 use crate::{args, output};
 use growth::{Point, What};
-use measure::{Measured, Whole};
+use measure::{Chapter, Measured, Whole};
 use rhytid::conformance::{COMMIT, Memory};
 use rhytid::human;
 use rhytid::playback::find_device;
-use rhytid::{AtomicFile, BasisStorage, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, rig_file};
+use rhytid::{
+    AtomicFile, BasisStorage, DeviceInfo, Error, Method, Progress, Result, Rig, UploadOptions, rig_file,
+};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 use std::io::Write;
@@ -43,6 +45,8 @@ struct DeviceTimes {
     error: Option<String>,
     whole: Option<Whole>,
     stages: Vec<Measured>,
+    /// For a rig that was made by the learned method alone.
+    chapter: Option<Chapter>,
     /// Empty unless it was asked for.
     growth: Vec<Point>,
 }
@@ -59,9 +63,13 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     // Now, so that minutes of measuring are not lost to a folder that is not there.
     let chart = args.plot.as_deref().map(AtomicFile::create).transpose()?;
     let size = Size { vertices: args.vertices as usize, ..Size::CHAPTER };
-    let rig = match &args.rig {
-        Some(path) => rig_file::read(path)?,
-        None => ui.timed("make a rig", || sized_rig(size)).0,
+    let method = Method::from(args.method);
+    let (rig, chapter) = match &args.rig {
+        Some(path) => (rig_file::read(path)?, None),
+        None => {
+            let make = |method| ui.timed("make a rig", || sized_rig(size, method)).0;
+            (make(method), (method != Method::Chapter).then(|| make(Method::Chapter)))
+        }
     };
     let memory = Memory::new();
     let options = UploadOptions { max_frames: args.frames as usize, basis: args.storage.into() };
@@ -82,17 +90,17 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         if ui.cancelled() {
             return Err(Error::Cancelled);
         }
-        let times = device_times(info, &rig, options, &memory, ui);
+        let times = device_times(info, &rig, chapter.as_ref(), options, &memory, ui);
         match times {
             Err(error) if args.device != "all" => return Err(error),
             times => report.devices.push(times.unwrap_or_else(|error| DeviceTimes::failed(info, &error))),
         }
     }
     if args.growth {
-        drop(rig);
+        drop((rig, chapter));
         let measured = report.devices.iter().zip(&devices).filter(|(times, _)| times.whole.is_some());
         let devices: Vec<DeviceInfo> = measured.map(|(_, info)| info.clone()).collect();
-        let points = growth::measure(&devices, size, options, ui)?;
+        let points = growth::measure(&devices, (size, method), options, ui)?;
         let measured = report.devices.iter_mut().filter(|times| times.whole.is_some());
         measured.zip(points).for_each(|(times, points)| times.growth = points);
     }
@@ -107,13 +115,14 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
 fn device_times(
     info: &DeviceInfo,
     rig: &Rig,
+    chapter: Option<&Rig>,
     options: UploadOptions,
     memory: &Memory,
     ui: &Ui,
 ) -> Result<DeviceTimes> {
     ui.report("measure", 0, 1);
-    let (whole, stages) = measure::measure(info, rig, options, memory)?;
-    Ok(DeviceTimes { error: None, whole: Some(whole), stages, ..DeviceTimes::of(info) })
+    let (whole, stages, chapter) = measure::measure(info, rig, chapter, options, memory)?;
+    Ok(DeviceTimes { error: None, whole: Some(whole), stages, chapter, ..DeviceTimes::of(info) })
 }
 
 impl DeviceTimes {
@@ -126,6 +135,7 @@ impl DeviceTimes {
             error: None,
             whole: None,
             stages: Vec::new(),
+            chapter: None,
             growth: Vec::new(),
         }
     }
@@ -186,6 +196,11 @@ impl DeviceTimes {
             text = format!(
                 "  {:.0} frames a second; memory, in turns with them, at {:.1} GB/s with {threads} threads\n",
                 whole.fps, whole.read_bandwidth_gb_s
+            );
+        }
+        if let Some(Chapter { ms, ratio }) = self.chapter {
+            text += &format!(
+                "  {ratio:.2} times as long as the chapter's method, which in turns with it takes {ms:.2} ms\n"
             );
         }
         text.insert_str(0, &(output::table(&rows) + "\n"));
