@@ -32,7 +32,8 @@ pub(crate) fn package() -> Result {
     for entry in fs::read_dir(&packages).map_err(io)? {
         let path = entry.map_err(io)?.path();
         if path.extension().is_some_and(|extension| extension == "crate") {
-            let mut unpack = command("tar", &["--extract", "--gzip", "--directory"]);
+            // With today's date: packages carry none, and cargo would take another version's for compiled already.
+            let mut unpack = command("tar", &["-m", "--extract", "--gzip", "--directory"]);
             unpack.arg(&unpacked).arg("--file").arg(&path);
             run(unpack)?;
         }

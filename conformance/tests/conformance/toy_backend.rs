@@ -89,3 +89,24 @@ fn a_device_that_is_too_small_says_so() {
         assert!(!outcome.is_acceptable(), "every device can hold the quick cases");
     }
 }
+
+/// Whether `file` has all of the lines, in their order, whatever stands between them and however they are indented.
+fn shows(file: &str, mut lines: impl Iterator<Item = impl AsRef<str>>) -> bool {
+    let mut file = file.lines().map(str::trim);
+    lines.all(|line| file.any(|of_file| of_file == line.as_ref()))
+}
+
+/// But for comments and what the page leaves out with “…”.
+#[test]
+fn the_page_shows_the_toy_s_own_lines() {
+    let page = include_str!("../../../docs/adding-a-backend.md");
+    let toy = [include_str!("toy/device.rs"), include_str!("toy/session.rs")];
+    let blocks: Vec<&str> =
+        page.split("\n```rust\n").skip(1).map(|rest| rest.split("\n```\n").next().unwrap()).collect();
+    assert_eq!(blocks.len(), 4);
+    for block in blocks {
+        let code = |line: &'static str| line.split("//").next().unwrap().split('…').next().unwrap().trim();
+        let lines = || block.lines().map(code).filter(|line| !line.is_empty());
+        assert!(toy.iter().any(|file| shows(file, lines())), "{block}");
+    }
+}
