@@ -8,6 +8,7 @@ mod device_choice;
 mod end_to_end;
 mod exports;
 mod fade_and_head;
+mod judging;
 #[cfg(target_os = "linux")]
 mod memory;
 mod oracles;
