@@ -116,7 +116,7 @@ pub struct ScanRegion {
     pub taken: f64,
 }
 
-/// Compares `take` with `rig`, plans `scans` scans, and lists at most `scans` strain edges that go beyond the examples. `candidates`
+/// Compares `take` with `rig`, plans `scans` scans, and lists at most `edges` strain edges that go beyond the examples. `candidates`
 /// are the frames that can be scanned; without them every frame whose markers were all seen.
 ///
 /// # Errors
@@ -127,7 +127,7 @@ pub fn coverage(
     take: &Take,
     regions: &Regions,
     candidates: Option<&[usize]>,
-    scans: usize,
+    (scans, edges): (usize, usize),
     progress: &dyn Progress,
 ) -> Result<Coverage> {
     let positions = take.handle_positions(&rig.labels)?;
@@ -159,12 +159,19 @@ pub fn coverage(
         edges: largest_strains(&f64_rig, &at(frames[scan.frame]).collect::<Vec<_>>()),
     });
     let scans_found: Vec<Scan> = of_plan.collect();
-    let mut edges = edges_beyond(&f64_rig, take)?;
-    let edges_beyond = edges.len();
-    edges.truncate(scans);
+    let mut beyond = edges_beyond(&f64_rig, take)?;
+    let edges_beyond = beyond.len();
+    beyond.truncate(edges);
     let sigma =
         (!rig.example_names.is_empty()).then(|| take_sigma(rig, take, regions, progress)).transpose()?;
-    Ok(Coverage { frames: take.frames(), sigma, left: plan.left, scans: scans_found, edges_beyond, edges })
+    Ok(Coverage {
+        frames: take.frames(),
+        sigma,
+        left: plan.left,
+        scans: scans_found,
+        edges_beyond,
+        edges: beyond,
+    })
 }
 
 /// Whether every marker of a frame was seen.

@@ -40,7 +40,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         args.candidates.as_ref().map(|path| tables::read_frames(path, take.frames())).transpose()?;
     let regions = Regions::by_handles(&rig);
     let scans = args.plan.map_or(top, |scans| scans as usize);
-    let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), scans, ui)?;
+    let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), (scans, top), ui)?;
     if let Some(dir) = &args.report {
         let poses = poses(&rig, &take, &found, ui)?;
         rhytid::report::write_plan(dir, &take_name, &found, &regions, &poses, &rig)?;
@@ -52,7 +52,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     ui.clear();
     match args.json {
         true => output::json(&found),
-        false => output::say(&(text(&found, &take_name, top) + &lines)),
+        false => output::say(&(text(&found, &take_name) + &lines)),
     }
 }
 
@@ -121,7 +121,7 @@ fn cut_out(
     Ok(lines)
 }
 
-fn text(found: &Coverage, take: &str, top: usize) -> String {
+fn text(found: &Coverage, take: &str) -> String {
     let mut text = match &found.sigma {
         None => format!("{take}: {}, and no example yet", human::counted(found.frames, "frame")),
         Some(sigma) => sigma_text(sigma, take, found.frames),
@@ -138,7 +138,7 @@ fn text(found: &Coverage, take: &str, top: usize) -> String {
             output::table(&rows)
         );
     }
-    text += &edges_text(&found.edges[..found.edges.len().min(top)], found.edges_beyond, found.frames);
+    text += &edges_text(&found.edges, found.edges_beyond, found.frames);
     text
 }
 
