@@ -96,10 +96,11 @@ fn capture(shared: &Path, face: &Face) -> Vec<[f64; 3]> {
         ("mp25", [0.483, 7.452, 1.326]),
     ]
     .map(|(label, here)| (rest[other.handles.labels.iter().position(|l| l == label).unwrap()], here));
-    let mean = |points: [[f64; 3]; 10]| {
-        [0, 1, 2].map(|c| points.iter().map(|p| p[c]).sum::<f64>() / points.len() as f64)
+    let mean = |of: fn(&([f64; 3], [f64; 3])) -> [f64; 3]| {
+        let sum = landmarks.iter().map(of).fold([0.0; 3], |sum, p| [0, 1, 2].map(|c| sum[c] + p[c]));
+        sum.map(|x| x / landmarks.len() as f64)
     };
-    let (from, to) = (mean(landmarks.map(|pair| pair.0)), mean(landmarks.map(|pair| pair.1)));
+    let (from, to) = (mean(|pair| pair.0), mean(|pair| pair.1));
     let (mut together, mut square) = (0.0, 0.0);
     for (there, here) in landmarks {
         let there = vec3::sub(there, from);
