@@ -66,8 +66,7 @@ pub struct LearnedSettings {
     /// s in 0..1, the part of the linear band in which the three axes do as they like; `None` takes what predicts left-out
     /// examples best.
     pub share: Option<f64>,
-    /// λ, above 0: how little the examples are believed, as a part of what they say; `None` as for `share`, and then not at all
-    /// where left-out examples are not predicted.
+    /// λ, above 0: how little the examples are believed, as a part of what they say; `None` as for `share`.
     pub ridge: Option<f64>,
     /// μ, above 0: the same of the folds.
     pub fold_ridge: f64,
