@@ -7,7 +7,7 @@ use rhytid_core::Result;
 /// s and λ that are tried where a project names none.
 pub(crate) const SHARES: [f64; 2] = [0.2, 1.0];
 /// As [`SHARES`].
-pub(crate) const RIDGES: [f64; 5] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+pub(crate) const RIDGES: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
 
 /// Leaving out one of two examples or fewer tells nothing.
 const FEWEST_EXAMPLES: usize = 3;
@@ -30,28 +30,7 @@ pub struct Candidate {
     pub leave_one_out: f64,
 }
 
-/// What is taken, and why.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Choice {
-    /// The best of the candidates; of equals the first.
-    pub(crate) chosen: Candidate,
-    /// In the order in which they were tried.
-    pub(crate) candidates: Vec<Candidate>,
-    /// How the best one predicts the sample; empty where there are too few examples to leave one out.
-    pub(crate) predictions: Vec<Prediction>,
-}
-
-/// How well a vertex of the sample is predicted in examples that are left out, in mesh units squared.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Prediction {
-    pub(crate) vertex: u32,
-    /// Σ_p |e_p|².
-    pub(crate) error: f64,
-    /// Σ_p |Ŵ_p|²: the error of predicting nothing.
-    pub(crate) size: f64,
-}
-
-/// Every pair of `shares` and `ridges`, neither of them empty, with its error, and the best of them.
+/// Every pair of `shares` and `ridges`, neither of them empty, with its error, and the best of them (of equals the first).
 ///
 /// `area` is the mass of each vertex, 0 at those that are not looked at, such as handles; the sample is fixed by it, and the
 /// bits do not depend on the number of threads. σ_m is `marker_noise` in mesh units; `smooth` is Ŵ, V×P×3.
@@ -65,7 +44,7 @@ pub(crate) fn choose(
     area: &[f64],
     (shares, ridges): (&[f64], &[f64]),
     marker_noise: f64,
-) -> Result<Choice> {
+) -> Result<(Candidate, Vec<Candidate>)> {
     let examples = strains.examples();
     let pairs = || shares.iter().flat_map(|&share| ridges.iter().map(move |&ridge| (share, ridge)));
     let count = shares.len() * ridges.len();
@@ -73,14 +52,13 @@ pub(crate) fn choose(
         let (share, ridge) =
             pairs().find(|pair| *pair == UNSEEN).or_else(|| pairs().next()).unwrap_or(UNSEEN);
         let only = Candidate { share, ridge, leave_one_out: f64::NAN };
-        return Ok(Choice { chosen: only, candidates: vec![only], predictions: Vec::new() });
+        return Ok((only, vec![only]));
     }
-    let sample = sample(area, SAMPLES);
-    let squares: Vec<Vec<f64>> = sample
-        .par_iter()
+    let squares: Vec<Vec<f64>> = sample(area, SAMPLES)
+        .into_par_iter()
         .map_init(
             || (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![[0.0; 3]; examples]),
-            |(system, z, errors), &v| {
+            |(system, z, errors), v| {
                 let of_vertex = v * influences.per_vertex..(v + 1) * influences.per_vertex;
                 system.assemble(
                     strains,
@@ -109,15 +87,10 @@ pub(crate) fn choose(
         .zip(0..count)
         .map(|((share, ridge), i)| Candidate { share, ridge, leave_one_out: mean(i).sqrt() })
         .collect();
-    let better =
-        |a: usize, b: usize| if candidates[b].leave_one_out < candidates[a].leave_one_out { b } else { a };
-    let best = (0..count).reduce(better).unwrap_or(0);
-    let predictions = sample.iter().zip(&squares).map(|(&v, of_vertex)| Prediction {
-        vertex: v as u32,
-        error: of_vertex[best],
-        size: smooth[v * examples..][..examples].as_flattened().iter().map(|w| w * w).sum(),
-    });
-    Ok(Choice { chosen: candidates[best], predictions: predictions.collect(), candidates })
+    let best =
+        candidates.iter().copied().reduce(|a, b| if b.leave_one_out < a.leave_one_out { b } else { a });
+    let unseen = Candidate { share: UNSEEN.0, ridge: UNSEEN.1, leave_one_out: f64::NAN };
+    Ok((best.unwrap_or(unseen), candidates))
 }
 
 /// `count` vertices at equal distances in the sum of the areas: a vertex of a large area may be there more than once.

@@ -286,16 +286,16 @@ impl VertexSystem {
 /// What the linear band adds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearBand {
-    /// g with t in it, as many numbers as there are features: ΔB is `Σ_e g_ve D_e`.
+    /// g, as many numbers as there are features: ΔB is `Σ_e g_ve D_e`.
     pub feature_gains: Vec<f64>,
-    /// c with t in it, V×P×3 in mesh units; empty where s = 0.
+    /// c, V×P×3 in mesh units; empty where s = 0.
     pub example_weights: Vec<[f64; 3]>,
-    /// `s_v² = Ŵᵀz/3P`, V in mesh units squared, whatever t is.
+    /// `s_v² = Ŵᵀz/3P`, V in mesh units squared.
     pub variances: Vec<f64>,
 }
 
 /// Solves the linear band of every vertex, and adds ΔB to `basis`, V×H: `smooth` is Ŵ, V×P×3, and 0 at handles, where
-/// nothing is learned; `trust` is t, V.
+/// nothing is learned.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`]; [`Error::Cancelled`].
@@ -304,7 +304,6 @@ pub(crate) fn linear_band(
     influences: &LinearInfluences,
     smooth: &[[f64; 3]],
     settings: LinearSettings,
-    trust: &[f64],
     basis: &mut [f64],
     progress: &dyn Progress,
 ) -> Result<LinearBand> {
@@ -350,8 +349,7 @@ pub(crate) fn linear_band(
                         return Ok(());
                     }
                     *variance = smooth.iter().zip(&*z).map(|(w, z)| w * z).sum::<f64>() / z.len() as f64;
-                    let trust = trust[first + i];
-                    let scale = trust * (1.0 - settings.share) / system.tau();
+                    let scale = (1.0 - settings.share) / system.tau();
                     if scale > 0.0 {
                         let listens = features.iter().zip(omega).zip(gains).filter(|((_, w), _)| **w > 0.0);
                         for ((&e, &w), gain) in listens {
@@ -361,7 +359,7 @@ pub(crate) fn linear_band(
                         }
                     }
                     for (c, z) in c.iter_mut().zip(z.as_chunks::<3>().0) {
-                        *c = z.map(|z| trust * settings.share / system.tau() * z);
+                        *c = z.map(|z| settings.share / system.tau() * z);
                     }
                     Ok(())
                 },
@@ -372,7 +370,7 @@ pub(crate) fn linear_band(
     Ok(band)
 }
 
-/// What each example would be off by at each of `vertices` if it were left out, P×3 in mesh units each; `trust` is t, V.
+/// What each example would be off by at each of `vertices` if it were left out, P×3 in mesh units each.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`].
@@ -381,7 +379,6 @@ pub(crate) fn leave_one_out(
     influences: &LinearInfluences,
     smooth: &[[f64; 3]],
     settings: LinearSettings,
-    trust: &[f64],
     vertices: &[u32],
 ) -> Result<Vec<[f64; 3]>> {
     let examples = strains.examples;
@@ -403,11 +400,6 @@ pub(crate) fn leave_one_out(
                     system.leave_one_out(z, errors);
                 } else {
                     errors.copy_from_slice(smooth);
-                }
-                // t times the prediction, which is Ŵ less its error.
-                let untold = 1.0 - trust[v as usize];
-                for (e, w) in errors.as_flattened_mut().iter_mut().zip(smooth.as_flattened()) {
-                    *e += untold * (w - *e);
                 }
                 Ok(())
             },

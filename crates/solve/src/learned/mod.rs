@@ -9,14 +9,12 @@ mod neighborhoods;
 mod parts;
 mod scan_plan;
 mod smoothing;
-mod trust;
 
 use crate::bind::bind_nearest;
 use crate::detail::{self, at_handles};
 use crate::geodesic::Cell;
 use crate::{Shell, Topology};
 pub use choice::Candidate;
-use choice::Choice;
 pub use confidence::{Confidence, FAR};
 use distances::Distances;
 use folds::Folds;
@@ -49,8 +47,6 @@ pub struct Steps {
     pub chosen: Candidate,
     /// In the order in which they were tried.
     pub candidates: Vec<Candidate>,
-    /// t, V in 0..1: how far the linear band is believed.
-    pub trust: Vec<f64>,
     /// g, c and the variances. ΔB is in the rig's basis.
     pub band: LinearBand,
     /// f of the centres, N×F.
@@ -105,7 +101,7 @@ pub fn learn(
     let strains = VectorStrains::new(&displacements, &rig.strain_edges, &rest_lengths, mean);
     let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
     progress.step("choice", 0, 1)?;
-    let Choice { chosen, candidates, predictions } = choice::choose(
+    let (chosen, candidates) = choice::choose(
         &strains,
         &linear_influences,
         &smooth_residual,
@@ -118,16 +114,11 @@ pub fn learn(
     )?;
     progress.step("choice", 1, 1)?;
     let linear_settings = LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise };
-    // Whoever names a ridge says how far the examples are to be believed.
-    let predictions = if settings.ridge.is_some() { &[][..] } else { &predictions[..] };
-    let edges = rig.strain_edges.len();
-    let trust = trust::trust(predictions, &linear_influences, &listens, edges, rig.handles.len());
     let band = linear_band::linear_band(
         &strains,
         &linear_influences,
         &smooth_residual,
         linear_settings,
-        &trust,
         &mut rig.basis,
         progress,
     )?;
@@ -159,7 +150,6 @@ pub fn learn(
         parts: free_parts,
         chosen,
         candidates,
-        trust,
         band,
         pose_features,
         detail,
@@ -180,7 +170,6 @@ impl Steps {
             &self.linear_influences,
             &self.smooth_residual,
             self.linear_settings,
-            &self.trust,
             vertices,
         )
     }
