@@ -6,7 +6,8 @@ use rhytid_backend_cpu::Cpu;
 use rhytid_capture::{Settings as CleanUp, Target, clean};
 use rhytid_conformance::{Numbers, evaluate};
 use rhytid_core::{
-    Animator, Backend, Example, Face, Handles, NoProgress, Rig, Settings, Stage, UpAxis, UploadOptions,
+    Animator, Backend, Example, Face, Handles, Method, NoProgress, Rig, Settings, Stage, UpAxis,
+    UploadOptions,
 };
 use rhytid_formats::{mesh, raw_take};
 use rhytid_kernels::vec3;
@@ -264,4 +265,47 @@ fn another_head_with_other_markers_does_not_break() {
             assert!(smooth < 2.0 && full < 2.5, "{}: {smooth}, {full}", pose.name);
         }
     }
+}
+
+/// Expressions of different muscles, as artists make them, do not predict each other; what is seen of them together must come of
+/// them all the same.
+#[test]
+fn mixtures_of_the_examples_are_what_they_are_mixed_of() {
+    let Some(shared) = shared("") else { return };
+    let face = makehuman(&shared, 90);
+    let chapter =
+        Face { settings: Settings { method: Method::Chapter, ..Settings::default() }, ..face.clone() };
+    let mut numbers = Numbers::new(5);
+    let rest = &face.neutral.positions;
+    let mixtures: Vec<Vec<[f64; 3]>> = (0..20)
+        .map(|_| {
+            let weights: Vec<f64> = face
+                .examples
+                .iter()
+                .map(|_| if numbers.unit() < 0.4 { numbers.unit() } else { 0.0 })
+                .collect();
+            let mixed = |v: usize| {
+                let moved = |c: usize| {
+                    let of_examples = face.examples.iter().zip(&weights);
+                    of_examples.map(|(e, w)| w * (e.positions[v][c] - rest[v][c])).sum::<f64>()
+                };
+                [0, 1, 2].map(|c| rest[v][c] + moved(c))
+            };
+            (0..rest.len()).map(mixed).collect()
+        })
+        .collect();
+    let rms = |face: &Face| {
+        let rig = solve(face, &NoProgress).unwrap();
+        let mut squares = 0.0;
+        for mixture in &mixtures {
+            let handles: Vec<[f64; 3]> = rig.handles.iter().map(|&v| mixture[v as usize]).collect();
+            let found = evaluate(&rig, &handles).positions;
+            squares += found.iter().zip(mixture).map(|(a, b)| length(vec3::sub(*a, *b)).powi(2)).sum::<f64>();
+        }
+        // In decimetres.
+        100.0 * (squares / (mixtures.len() * rest.len()) as f64).sqrt()
+    };
+    let (learned, chapter) = (rms(&face), rms(&chapter));
+    println!("mixtures of MakeHuman's expressions: {learned:.3} mm, the chapter's {chapter:.3} mm");
+    assert!(learned < 0.6 * chapter, "{learned} mm, the chapter's {chapter} mm");
 }
