@@ -57,6 +57,7 @@ pub mod animation_reader;
 pub mod export;
 mod gltf;
 pub mod mesh;
+mod npy;
 pub mod project;
 pub mod raw_take;
 pub mod sequence;

@@ -3,7 +3,7 @@
 use crate::animation;
 use crate::animation_reader::AnimationReader;
 use crate::mesh;
-use npyz::{DType, NpyFile, TypeChar};
+use crate::npy::{self, Array};
 use rhytid_core::{Error, Mesh, Result};
 use std::path::{Path, PathBuf};
 
@@ -110,38 +110,20 @@ fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>> {
 /// The frames of a NumPy array and their positions.
 fn array(path: &Path, vertices: usize) -> Result<(usize, Vec<f32>)> {
     let name = path.display();
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
-    let damaged =
-        |e: std::io::Error| Error::input(format!("{name}: is no NumPy array that can be read: {e}"));
-    let array = NpyFile::new(&bytes[..]).map_err(damaged)?;
-    let shape = array.shape().to_vec();
+    let Array { shape, numbers } = npy::read(path)?;
     let frames = match shape[..] {
-        [frames, v, 3] if frames > 0 && v == vertices as u64 && array.order() == npyz::Order::C => frames,
+        [frames, v, 3] if frames > 0 && v == vertices => frames,
         _ => {
             return Err(Error::input(format!(
                 "{name}: is an array of the shape {shape:?}, expected frames × {vertices} × 3 in C order"
             )));
         }
     };
-    let size = match array.dtype() {
-        DType::Plain(kind) if kind.type_char() == TypeChar::Float => kind.size_field(),
-        _ => 0,
-    };
-    let positions: Vec<f32> = match size {
-        4 => array.into_vec::<f32>().map_err(damaged)?,
-        8 => array.into_vec::<f64>().map_err(damaged)?.into_iter().map(|x| x as f32).collect(),
-        _ => {
-            return Err(Error::input(format!(
-                "{name}: its numbers are {}, expected float32 or float64",
-                array.dtype().descr()
-            )));
-        }
-    };
-    if let Some(at) = positions.iter().position(|x| !x.is_finite()) {
+    if let Some(at) = numbers.iter().position(|x| !x.is_finite()) {
         let (frame, vertex) = (at / (3 * vertices), at / 3 % vertices);
         return Err(Error::input(format!(
             "{name}: is not finite in frame {frame} at vertex {vertex} (both from 0)"
         )));
     }
-    Ok((frames as usize, positions))
+    Ok((frames, numbers))
 }

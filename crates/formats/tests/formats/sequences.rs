@@ -113,6 +113,43 @@ fn frames_are_the_same_whatever_they_are_kept_in() {
     }
 }
 
+/// What other programs write: a header of the second version, big-endian numbers, no blank, Python 2's long numbers.
+#[test]
+fn arrays_of_other_writers_are_read() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let write = |name: &str, version: u8, header: &str, numbers: Vec<u8>| {
+        let mut bytes = [b"\x93NUMPY", &[version, 0][..]].concat();
+        let length = header.len() as u32;
+        bytes.extend_from_slice(&length.to_le_bytes()[..if version == 1 { 2 } else { 4 }]);
+        bytes.extend_from_slice(header.as_bytes());
+        bytes.extend(numbers);
+        std::fs::write(at(name), bytes).unwrap();
+    };
+    let all: Vec<f64> = (0..2).flat_map(|i| positions(i).concat()).collect();
+    let big: Vec<u8> = all.iter().flat_map(|&x| (x as f32).to_be_bytes()).collect();
+    let little: Vec<u8> = all.iter().flat_map(|x| x.to_le_bytes()).collect();
+    let mut written = 0;
+    for version in [1, 2, 3] {
+        for header in [
+            "{'descr':'>f4','shape':(2,4,3),'fortran_order':False}",
+            "{\"shape\": (2L, 4L, 3L,), \"fortran_order\": False, \"descr\": \"<f8\", }  \n",
+        ] {
+            let name = format!("{written}.npy");
+            let numbers = if header.contains(">f4") { big.clone() } else { little.clone() };
+            write(&name, version, header, numbers);
+            frames_are(&at(&name), 2);
+            written += 1;
+        }
+    }
+    write("f.npy", 1, "{'descr':'<f8','shape':(2,4,3),'fortran_order':True}", little.clone());
+    refused(&at("f.npy"), &["f.npy", "shape [2, 4, 3] in Fortran's order, expected C order"]);
+    write("huge.npy", 1, "{'descr':'<f8','shape':(18446744073709551615,4,3),'fortran_order':False}", little);
+    refused(&at("huge.npy"), &["huge.npy", "is cut off"]);
+    write("bare.npy", 1, "{'descr':'<f8','fortran_order':False}", Vec::new());
+    refused(&at("bare.npy"), &["bare.npy", "its header has no shape"]);
+}
+
 #[test]
 fn mistakes_in_sequences_are_named() {
     let folder = TempDir::new().unwrap();
@@ -130,7 +167,11 @@ fn mistakes_in_sequences_are_named() {
     npy(&at("bad.npy"), &[2, 4, 3], &bad);
     refused(&at("bad.npy"), &["frame 1 at vertex 2"]);
     std::fs::write(at("cut.npy"), &std::fs::read(at("bad.npy")).unwrap()[..150]).unwrap();
-    refused(&at("cut.npy"), &["cut.npy", "no NumPy array that can be read"]);
+    refused(&at("cut.npy"), &["cut.npy", "is cut off: 22 bytes follow its header"]);
+    std::fs::write(at("head.npy"), &std::fs::read(at("bad.npy")).unwrap()[..100]).unwrap();
+    refused(&at("head.npy"), &["head.npy", "no NumPy array that can be read"]);
+    std::fs::write(at("text.npy"), "0 1 2").unwrap();
+    refused(&at("text.npy"), &["text.npy", "no NumPy array that can be read"]);
     std::fs::create_dir(at("empty")).unwrap();
     refused(&at("empty"), &["empty", "has no mesh"]);
     std::fs::create_dir(at("other")).unwrap();

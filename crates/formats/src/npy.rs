@@ -1,0 +1,82 @@
+//! Arrays of NumPy (`.npy`, the format's versions 1 to 3): the header, which is a Python dictionary of three known keys, and
+//! the numbers after it. Read here, since the crates for it bring a parser of Python along that takes longer to compile than
+//! any other reader.
+
+use rhytid_core::{Error, Result};
+use std::path::Path;
+
+/// An array of numbers in C order.
+pub(crate) struct Array {
+    pub(crate) shape: Vec<usize>,
+    /// As many as the shape's product.
+    pub(crate) numbers: Vec<f32>,
+}
+
+/// Reads an array of float32 or float64 in C order, whatever its byte order.
+///
+/// # Errors
+/// [`Error::Input`] if it is none, or is cut off; [`Error::Io`].
+pub(crate) fn read(path: &Path) -> Result<Array> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    parse(&bytes).map_err(|what| Error::input(format!("{}: {what}", path.display())))
+}
+
+fn parse(bytes: &[u8]) -> std::result::Result<Array, String> {
+    let (header, data) = split(bytes).ok_or("is no NumPy array that can be read: its header is damaged")?;
+    let missing = |key: &str| format!("is no NumPy array that can be read: its header has no {key}");
+    let descr = value(header, "descr").ok_or_else(|| missing("descr"))?;
+    let order = value(header, "fortran_order").ok_or_else(|| missing("fortran_order"))?;
+    let shape = value(header, "shape").and_then(tuple).ok_or_else(|| missing("shape"))?;
+    if !order.starts_with("False") {
+        return Err(format!("is an array of the shape {shape:?} in Fortran's order, expected C order"));
+    }
+    let kind = descr.trim_start_matches(['\'', '"']);
+    let (size, number): (usize, fn(&[u8]) -> f32) = match kind.get(..3) {
+        Some("<f4") => (4, |b| f32::from_le_bytes(b.try_into().unwrap())),
+        Some(">f4") => (4, |b| f32::from_be_bytes(b.try_into().unwrap())),
+        Some("<f8") => (8, |b| f64::from_le_bytes(b.try_into().unwrap()) as f32),
+        Some(">f8") => (8, |b| f64::from_be_bytes(b.try_into().unwrap()) as f32),
+        _ => {
+            let kind = descr.split([',', '}']).next().unwrap_or_default().trim();
+            return Err(format!("its numbers are {kind}, expected float32 or float64 (as in '<f4')"));
+        }
+    };
+    let count = shape.iter().try_fold(1, |product: usize, &n| product.checked_mul(n));
+    match count.and_then(|count| count.checked_mul(size)) {
+        Some(expected) if expected <= data.len() => {
+            Ok(Array { shape, numbers: data[..expected].chunks_exact(size).map(number).collect() })
+        }
+        _ => Err(format!(
+            "is cut off: {} bytes follow its header, too few for the shape {shape:?}",
+            data.len()
+        )),
+    }
+}
+
+/// The dictionary and the bytes of the numbers.
+fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
+    let rest = bytes.strip_prefix(b"\x93NUMPY")?;
+    let (&[major, _minor], rest) = rest.split_first_chunk()?;
+    let (length, rest) = if major == 1 {
+        let (&length, rest) = rest.split_first_chunk()?;
+        (usize::from(u16::from_le_bytes(length)), rest)
+    } else {
+        let (&length, rest) = rest.split_first_chunk()?;
+        (usize::try_from(u32::from_le_bytes(length)).ok()?, rest)
+    };
+    let (header, data) = rest.split_at_checked(length)?;
+    Some((std::str::from_utf8(header).ok()?, data))
+}
+
+/// What stands behind a key of the dictionary, up to its end.
+fn value<'a>(header: &'a str, key: &str) -> Option<&'a str> {
+    let at = header.find(&format!("'{key}'")).or_else(|| header.find(&format!("\"{key}\"")))?;
+    Some(header[at + key.len() + 2..].trim_start().strip_prefix(':')?.trim_start())
+}
+
+/// A tuple of whole numbers; Python writes a comma behind the only one, and Python 2 wrote an L behind long ones.
+fn tuple(text: &str) -> Option<Vec<usize>> {
+    let inside = text.strip_prefix('(')?.split_once(')')?.0;
+    let numbers = inside.split(',').map(|n| n.trim().trim_end_matches('L')).filter(|n| !n.is_empty());
+    numbers.map(|n| n.parse().ok()).collect()
+}
