@@ -1,6 +1,6 @@
 //! Rigs made of random numbers from fixed seeds, each with something that is hard on a kernel.
 use crate::{Built, Numbers};
-use rhytid_core::{Faces, Learned, Rig, UpAxis};
+use rhytid_core::{Faces, FoldAxes, Learned, Rig, UpAxis};
 
 /// Sizes of a rig, and of a batch.
 #[derive(Debug, Clone, Copy)]
@@ -191,6 +191,9 @@ impl Recipe {
             ridge: 1e-2,
             fold_ridge: 1e-3,
             marker_noise: 0.0,
+            fold_axes: if examples % 3 == 0 { FoldAxes::Mesh } else { FoldAxes::Tangent },
+            // Some frames go farther than the examples, and with others it does not matter.
+            reach: if examples % 4 > 0 { 0.75 } else { f64::INFINITY },
             anchors,
             anchor_weights: (0..vertices * a).map(&mut weights).collect(),
             // It is in the basis: no kernel reads it.

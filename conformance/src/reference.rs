@@ -4,7 +4,7 @@
 //! roundings are those of [`mod@tolerance`]; here are the sums they are multiplied with.
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
 use rayon::prelude::*;
-use rhytid_core::{BasisStorage, Rig, Stage};
+use rhytid_core::{BasisStorage, FoldAxes, Rig, Stage};
 use rhytid_kernels::linear_band::EDGES_SHARE;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, strain, vec3};
@@ -141,7 +141,8 @@ fn linear_band(found: &Found, displacements: &[[f64; 3]]) -> Option<Vec<[Expecte
     let learned = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty())?;
     let (handles, examples, features) = (rig.handles.len(), rig.example_names.len(), rig.features());
     let (k, a) = (rig.influences(), learned.anchors_per_vertex());
-    let vectors = rig.example_vectors();
+    let (vectors, bounds) = (rig.example_vectors(), rig.feature_bounds());
+    let (least, most) = bounds.split_at(features);
     // T, and the sizes that its roundings are relative to.
     let tables: Vec<(f64, f64)> = displacements
         .chunks_exact(handles)
@@ -152,7 +153,9 @@ fn linear_band(found: &Found, displacements: &[[f64; 3]]) -> Option<Vec<[Expecte
                 None => [u[e - rig.strain_edges.len()], [0.0; 3]],
             };
             let size: f64 = (0..3).map(|c| (ends[0][c].abs() + ends[1][c].abs()) * vector[c].abs()).sum();
-            (vec3::dot(vec3::sub(ends[0], ends[1]), *vector), size)
+            let moved: [f64; 3] =
+                std::array::from_fn(|c| (ends[0][c] - ends[1][c]).max(least[e][c]).min(most[e][c]));
+            (vec3::dot(moved, *vector), size)
         })
         .collect();
     let roundings = gamma(tolerance::linear_band(k + a, examples));
@@ -284,6 +287,12 @@ fn positions(
     of_vertices(large_scale.len() / vertices, vertices, |frame, v| {
         let first = frame * vertices;
         let (smooth, n, d) = (large_scale[first + v], large_scale_normals[first + v], detail[first + v]);
+        if rig.fold_axes() == FoldAxes::Mesh {
+            return std::array::from_fn(|c| {
+                let value = smooth[c] + d[c];
+                Expected { value, bound: tolerance::POSITION * EPSILON * value.abs() + TINY }
+            });
+        }
         let e = vec3::sub(large_scale[first + rig.tangent_neighbors[v] as usize], smooth);
         let axes = fine_scale::tangent_frame(e, n);
         let x = fine_scale::add_detail(smooth, axes, d);

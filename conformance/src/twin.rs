@@ -1,5 +1,5 @@
 //! The twins of all kernels, run one after the other.
-use rhytid_core::{Rig, Stage};
+use rhytid_core::{FoldAxes, Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{
     Real, detail, differences, fine_scale, large_scale, linear_band, normals, products, strain, vec3,
@@ -88,7 +88,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         &mut results.detail,
     );
     fine_scale::fine_scale(
-        fine_scale::Params::whole(frames, vertices),
+        fine_scale::Params::whole(frames, vertices, rig.fold_axes() == FoldAxes::Mesh),
         &results.large_scale,
         &results.large_scale_normals,
         &results.detail,
@@ -131,7 +131,8 @@ fn add_linear_band<T: Real>(
     let [handles, strain_edges] = [handles, rig.strain_edges.len()].map(|n| n as u32);
     let params = products::Params { frames: frames as u32, handles, strain_edges, examples: examples as u32 };
     let mut table = vec![T::ZERO; frames * differences::table_len(features, examples)];
-    products::products(params, &displacements, &rig.strain_edges, &rig.example_vectors(), &mut table);
+    let (vectors, bounds) = (rig.example_vectors(), rig.feature_bounds());
+    products::products(params, &displacements, &rig.strain_edges, &vectors, &bounds, &mut table);
     let basis_positions = positions.to_vec();
     linear_band::linear_band(
         linear_band::Params::whole(frames, rig.vertices(), features, examples),

@@ -4,7 +4,10 @@ use crate::support::golden_learned::{cases, diagonal, face, numbers, vectors};
 use crate::support::real;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{Animator, Backend, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_core::{
+    Animator, Backend, Face, FoldAxes, LearnedSettings, Method, NoProgress, Rig, Settings, Stage,
+    UploadOptions,
+};
 use rhytid_kernels::vec3;
 use rhytid_solve::{solve, solve_and_account};
 use rhytid_test_support::shared;
@@ -56,7 +59,8 @@ fn golden_frames_are_met_by_the_learned_method() {
     assert!(cases.is_empty() || compared == 2 * 5 * 3 * (240 + 277 + 221), "{compared}");
 }
 
-/// From eight examples; an independent implementation has 0.173 mm, the chapter's method 0.500.
+/// From eight examples; an independent implementation, which goes on linearly as far as a frame does, has 0.173 mm, the chapter's
+/// method 0.500.
 #[test]
 fn the_learned_method_is_three_times_closer_to_the_truth() {
     let Some(shared) = shared("") else { return };
@@ -66,7 +70,7 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
         println!("{candidate:?}");
     }
     let chosen = account.candidates[0];
-    assert_eq!((chosen.share, chosen.ridge), (0.2, 1e-2), "what the independent implementation chooses");
+    assert_eq!((chosen.share, chosen.ridge), (1.0, 1e-2));
 
     let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     let at_rest = evaluate(&rig, &rest).positions;
@@ -84,7 +88,16 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
 
     let (rms, worst) = off_the_truth(&shared, &rig);
     println!("RMS to the truth {rms:.3} mm, worst {worst:.2} mm");
-    assert!(rms < 0.185 && worst < 4.5, "{rms} mm, worst {worst} mm");
+    assert!(rms <= 0.185 && worst < 4.5, "{rms} mm, worst {worst} mm");
+    let as_documented =
+        LearnedSettings { reach: f64::INFINITY, fold_axes: FoldAxes::Tangent, ..LearnedSettings::default() };
+    let settings = Settings { method: Method::Learned(as_documented), ..Settings::default() };
+    let (rig, account) = solve_and_account(&Face { settings, ..face }, &NoProgress).unwrap();
+    let chosen = account.candidates[0];
+    assert_eq!((chosen.share, chosen.ridge), (0.2, 1e-2), "what the independent implementation chooses");
+    let (rms, worst) = off_the_truth(&shared, &rig);
+    println!("without a bound {rms:.3} mm, worst {worst:.2} mm");
+    assert!(rms < 0.18 && worst < 4.5, "{rms} mm, worst {worst} mm");
 }
 
 fn length(v: [f64; 3]) -> f64 {

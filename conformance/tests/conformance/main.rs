@@ -8,6 +8,7 @@ mod learned;
 mod must_pass;
 mod mutants;
 mod other_data;
+mod other_topology;
 mod real_data;
 #[path = "../support/mod.rs"]
 mod support;

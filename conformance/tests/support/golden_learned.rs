@@ -1,8 +1,8 @@
 //! The golden cases of the learned method: float64 values by an independent implementation.
 use rhytid_conformance::worst_difference;
 use rhytid_core::{
-    Device, Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig, Settings, Stage,
-    StrainEdges, UpAxis, UploadOptions,
+    Device, Example, Face, Faces, FoldAxes, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig,
+    Settings, Stage, StrainEdges, UpAxis, UploadOptions,
 };
 use rhytid_solve::solve;
 use serde_json::Value;
@@ -41,6 +41,9 @@ pub(crate) fn face(case: &Value) -> Face {
         // In the vectors in mesh units: centimetres here.
         marker_noise: 10.0 * case["marker_noise"].as_f64().unwrap(),
         fold_ridge: case["fold_ridge"].as_f64().unwrap(),
+        // The cases go on linearly, however far their frames are from their poses, and turn their folds.
+        reach: f64::INFINITY,
+        fold_axes: FoldAxes::Tangent,
     });
     Face {
         name: "golden".into(),

@@ -234,13 +234,25 @@ impl WithSimd for Fine<'_> {
         let Scratch { normals, details, distances } = self.scratch;
         let (normals, details) = (&mut normals[..self.out.len()], &mut details[..self.out.len()]);
         let start = Instant::now();
-        self.mesh.normals(simd, smooth, first, normals);
+        let turned = !rig.mesh_axes;
+        if turned || self.stage == Stage::LargeScaleNormals {
+            self.mesh.normals(simd, smooth, first, normals);
+        }
         let start = self.times.add(Stage::LargeScaleNormals, start);
         rig.detail.group(simd, first, self.table, distances, details);
         let start = self.times.add(Stage::Detail, start);
         match self.stage {
             Stage::LargeScaleNormals => self.out.copy_from_slice(normals),
             Stage::Detail => self.out.copy_from_slice(details),
+            _ if !turned => {
+                for (i, out) in self.out.iter_mut().enumerate() {
+                    for register in 0..GROUP / S::F32_LANES {
+                        let own = load3(simd, &smooth[first + i], register);
+                        let moved = vec3::add(own, load3(simd, &details[i], register));
+                        store3(moved, out, register);
+                    }
+                }
+            }
             _ => {
                 for (i, out) in self.out.iter_mut().enumerate() {
                     let neighbor = rig.tangent_neighbors[first + i] as usize;

@@ -22,6 +22,8 @@ pub(crate) struct LinearBand {
     strain_edges: Vec<[u32; 2]>,
     /// P × (F + H).
     example_vectors: Vec<[f32; 3]>,
+    /// 2 × (F + H).
+    feature_bounds: Vec<[f32; 3]>,
     /// ν; the indices are those of features.
     anchors: TileWeights,
     /// c, tiled, `[V/16][P][3][16]`.
@@ -44,6 +46,7 @@ impl LinearBand {
             handles: rig.handles.len(),
             strain_edges: rig.strain_edges.clone(),
             example_vectors: rig.example_vectors(),
+            feature_bounds: rig.feature_bounds(),
             anchors: TileWeights::new(
                 rig.vertices(),
                 &learned.anchors.iter().map(|h| rig.strain_edges.len() as u32 + h).collect::<Vec<_>>(),
@@ -70,7 +73,8 @@ impl LinearBand {
             [self.handles, self.strain_edges.len(), self.examples].map(|n| n as u32);
         let params = products::Params { frames: 1, handles, strain_edges, examples };
         let out = table.as_flattened_mut();
-        products::products(params, u, &self.strain_edges, &self.example_vectors, out);
+        let (vectors, bounds) = (&self.example_vectors, &self.feature_bounds);
+        products::products(params, u, &self.strain_edges, vectors, bounds, out);
         table
     }
 

@@ -218,7 +218,10 @@ impl WithSimd for Fine<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Scratch { mesh, normals, details, distances } = self.scratch;
         let start = Instant::now();
-        self.mesh.normals(simd, self.smooth, mesh, normals);
+        let turned = !self.rig.mesh_axes;
+        if turned || self.stage == Stage::LargeScaleNormals {
+            self.mesh.normals(simd, self.smooth, mesh, normals);
+        }
         let start = self.times.add(Stage::LargeScaleNormals, start);
         details.clear();
         if let Some(table) = self.table {
@@ -233,9 +236,14 @@ impl WithSimd for Fine<'_> {
             match self.stage {
                 Stage::LargeScaleNormals => interleave(&normals[i], out),
                 Stage::Detail => interleave(&details, out),
-                _ => {
+                _ if turned => {
                     let [own, neighbors] = self.mesh.with_neighbors(mesh, i);
                     interleave(&fine_tile(simd, &own, &neighbors, &normals[i], &details), out);
+                }
+                _ => {
+                    interleave(&details, out);
+                    let smooth = &self.smooth[self.mesh.own()][i * TILE..];
+                    out.iter_mut().zip(smooth).for_each(|(x, smooth)| *x = vec3::add(*smooth, *x));
                 }
             }
         }

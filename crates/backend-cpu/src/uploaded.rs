@@ -5,7 +5,7 @@ use crate::large_scale::Basis;
 use crate::linear_band::LinearBand;
 use crate::mesh::BlockMesh;
 use crate::vectors::Vectors;
-use rhytid_core::{BasisStorage, Rig};
+use rhytid_core::{BasisStorage, FoldAxes, Rig};
 use rhytid_kernels::normals::VertexTriangles;
 
 /// What every frame reads.
@@ -21,6 +21,8 @@ pub(crate) struct UploadedRig {
     pub block: usize,
     pub meshes: Vec<BlockMesh>,
     pub tangent_neighbors: Vec<u32>,
+    /// Whether the detail is along the mesh's axes.
+    pub mesh_axes: bool,
 }
 
 impl UploadedRig {
@@ -43,6 +45,7 @@ impl UploadedRig {
                 &rig.tangent_neighbors,
             ),
             tangent_neighbors: rig.tangent_neighbors.clone(),
+            mesh_axes: rig.fold_axes() == FoldAxes::Mesh,
         }
     }
 }

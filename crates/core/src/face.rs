@@ -44,6 +44,17 @@ pub enum Bind {
     Nearest,
 }
 
+/// The axes that folds are kept in and added along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FoldAxes {
+    /// The mesh's own. Folds do not turn with the skin, but neighbours stay neighbours where it is rough.
+    #[default]
+    Mesh,
+    /// Those of the tangent frame of each vertex on the large scale, as in the chapter.
+    Tangent,
+}
+
 /// How a rig is made of the examples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
@@ -72,11 +83,23 @@ pub struct LearnedSettings {
     pub fold_ridge: f64,
     /// The standard deviation of a marker's noise per axis, 0 or more, in millimetres.
     pub marker_noise: f64,
+    /// How far the linear band follows a vector strain, above 0: so many times what the examples show of it, each component for
+    /// itself and to each side. Infinite: however far it goes.
+    pub reach: f64,
+    /// The axes that folds are added along.
+    pub fold_axes: FoldAxes,
 }
 
 impl Default for LearnedSettings {
     fn default() -> Self {
-        Self { share: None, ridge: None, fold_ridge: 1e-3, marker_noise: 0.05 }
+        Self {
+            share: None,
+            ridge: None,
+            fold_ridge: 1e-3,
+            marker_noise: 0.05,
+            reach: 1.0,
+            fold_axes: FoldAxes::Mesh,
+        }
     }
 }
 

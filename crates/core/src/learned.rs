@@ -1,8 +1,8 @@
 //! What a rig of the learned method has beyond one of the chapter's.
-use crate::Rig;
+use crate::{FoldAxes, Rig};
 use rayon::prelude::*;
-use rhytid_kernels::Real;
 use rhytid_kernels::linear_band::EDGES_SHARE;
+use rhytid_kernels::{Real, vec3};
 
 /// What was learned of the examples and is no row of the basis: the linear band (`docs/method.md`, the learned method).
 ///
@@ -18,6 +18,10 @@ pub struct Learned<T: Real = f32> {
     pub fold_ridge: f64,
     /// σ_m: the standard deviation of a marker's noise per axis, in mesh units.
     pub marker_noise: f64,
+    /// How many times as far as in any example a vector strain's components are followed, above 0; infinite where there is no bound.
+    pub reach: f64,
+    /// The axes of the detail that the rig's weights are of.
+    pub fold_axes: FoldAxes,
     /// V×A indices of handles, ascending where they have a weight.
     pub anchors: Vec<u32>,
     /// ν, V×A in 0..1: their sum is 0.1, or 1 where a vertex reaches no strain edge.
@@ -46,6 +50,8 @@ impl<T: Real> Learned<T> {
             ridge: self.ridge,
             fold_ridge: self.fold_ridge,
             marker_noise: self.marker_noise,
+            reach: self.reach,
+            fold_axes: self.fold_axes,
             anchors: self.anchors.clone(),
             anchor_weights: self.anchor_weights.par_iter().map(number).collect(),
             feature_gains: self.feature_gains.par_iter().map(number).collect(),
@@ -85,27 +91,55 @@ impl<T: Real> Rig<T> {
     /// displacements, those of strain edges before those of anchors.
     pub fn example_vectors(&self) -> Vec<[T; 3]> {
         let lengths = self.feature_lengths();
-        let handles = self.handles.len();
-        let rest: Vec<[f64; 3]> = self.handles.iter().map(|&v| self.rest[v as usize].map(T::widen)).collect();
-        let mut vectors = Vec::with_capacity(self.example_names.len() * lengths.len());
-        for example in self.example_handles.chunks_exact(handles.max(1)) {
-            let u = |h: usize| [0, 1, 2].map(|c| example[h][c].widen() - rest[h][c]);
-            for (e, &length) in lengths.iter().enumerate() {
-                let moved = match self.strain_edges.get(e) {
-                    Some(&[a, b]) => {
-                        let (a, b) = (u(a as usize), u(b as usize));
-                        [0, 1, 2].map(|c| b[c] - a[c])
-                    }
-                    None => u(e - self.strain_edges.len()),
-                };
-                vectors.push(moved.map(|x| T::round_from(x / (length * length))));
-            }
-        }
-        vectors
+        let of_example = |example| {
+            let of_lengths = self.moved_features(example).into_iter().zip(&lengths);
+            of_lengths.map(|(moved, length)| moved.map(|x| T::round_from(x / (length * length))))
+        };
+        self.example_handles.chunks_exact(self.handles.len().max(1)).flat_map(of_example).collect()
     }
 
-    /// What the large scale adds to each of the V vertices when `handle` moves by one mesh unit along `axis` (0 to 2) and no other
-    /// does: it is linear, so that these columns together are all of it.
+    /// `u_b − u_a` of the strain edges and `u_h` of the handles, F + H in mesh units, where the H handles are those of an example.
+    fn moved_features(&self, example: &[[T; 3]]) -> Vec<[f64; 3]> {
+        let rest = self.handles.iter().map(|&v| self.rest[v as usize]);
+        let difference = |(x, rest): (&[T; 3], [T; 3])| [0, 1, 2].map(|c| x[c].widen() - rest[c].widen());
+        let u: Vec<[f64; 3]> = example.iter().zip(rest).map(difference).collect();
+        let of_edges = self.strain_edges.iter().map(|&[a, b]| vec3::sub(u[b as usize], u[a as usize]));
+        of_edges.chain(u.iter().copied()).collect()
+    }
+
+    /// The axes that the detail is added along: by the chapter's method those of the tangent frames.
+    pub fn fold_axes(&self) -> FoldAxes {
+        self.learned.as_ref().map_or(FoldAxes::Tangent, |learned| learned.fold_axes)
+    }
+
+    /// How far the features' displacements `u_b − u_a` and `u_h` are followed, 2×(F + H) in mesh units, the least before the most: the
+    /// examples' own, and 0, times the rig's reach, each component for itself. What is beyond is taken for the bound.
+    pub fn feature_bounds(&self) -> Vec<[T; 3]> {
+        let features = self.features();
+        let reach = self.learned.as_ref().map_or(f64::INFINITY, |learned| learned.reach);
+        // The largest number of a shader stands for no bound.
+        let farthest = f64::from(f32::MAX);
+        if reach.is_infinite() {
+            return [-farthest, farthest]
+                .iter()
+                .flat_map(|x| vec![[T::round_from(*x); 3]; features])
+                .collect();
+        }
+        let mut bounds = [vec![[0.0_f64; 3]; features], vec![[0.0_f64; 3]; features]];
+        let [least, most] = &mut bounds;
+        for example in self.example_handles.chunks_exact(self.handles.len().max(1)) {
+            for ((moved, least), most) in
+                self.moved_features(example).iter().zip(least.iter_mut()).zip(most.iter_mut())
+            {
+                *least = [0, 1, 2].map(|c| least[c].min(reach * moved[c]).max(-farthest));
+                *most = [0, 1, 2].map(|c| most[c].max(reach * moved[c]).min(farthest));
+            }
+        }
+        bounds.concat().into_iter().map(|x| x.map(T::round_from)).collect()
+    }
+
+    /// What the large scale adds to each of the V vertices when `handle` moves along `axis` (0 to 2) and no other does, by mesh
+    /// unit: it is linear as far as the rig's reach goes, so that there these columns together are all of it.
     pub fn large_scale_column(&self, handle: usize, axis: usize) -> Vec<[T; 3]> {
         let (handles, k, edges) = (self.handles.len(), self.influences(), self.strain_edges.len());
         let learned = self.learned.as_ref().filter(|learned| !learned.example_weights.is_empty());

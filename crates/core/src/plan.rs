@@ -3,7 +3,7 @@
 mod contents;
 mod extent;
 
-use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
+use crate::{BasisStorage, DeviceErrorKind, Error, FoldAxes, Result, Rig, Stage, UploadOptions};
 use extent::{Extent, extent, of_linear_band};
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
@@ -45,6 +45,8 @@ pub struct Plan {
     influence_offsets: Vec<u32>,
     /// Whether the rig is of the learned method: its folds are zero at rest.
     zero_at_rest: bool,
+    /// Whether its folds are along the mesh's axes.
+    mesh_axes: bool,
     max_frames: usize,
     frames_per_slice: usize,
     buffers: Vec<PlannedBuffer>,
@@ -204,6 +206,7 @@ impl Plan {
             fan_offsets,
             influence_offsets,
             zero_at_rest: rig.learned.is_some(),
+            mesh_axes: rig.fold_axes() == FoldAxes::Mesh,
             max_frames: options.max_frames,
             frames_per_slice,
             buffers: Vec::new(),
@@ -266,6 +269,7 @@ impl Plan {
             Buffer::RbfWeights => tiled * centers * 12,
             Buffer::Pivots => tiled * 4,
             Buffer::ExampleVectors => banded * self.sizes.features() * 12,
+            Buffer::FeatureBounds => 2 * self.sizes.features() * 12,
             Buffer::ExampleWeights => tiled * banded * self.sizes.weight_bytes(self.fp16_basis),
             Buffer::StrainProducts => frames * self.sizes.products_len() * 4,
             Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
@@ -394,7 +398,13 @@ impl Plan {
                 centers,
                 zero_at_rest: u32::from(self.zero_at_rest),
             }),
-            Kernel::FineScale => words(&fine_scale::Params { frames, vertices, first_vertex, part_vertices }),
+            Kernel::FineScale => words(&fine_scale::Params {
+                frames,
+                vertices,
+                first_vertex,
+                part_vertices,
+                mesh_axes: u32::from(self.mesh_axes),
+            }),
         }
     }
 

@@ -109,6 +109,9 @@ impl Rig {
                 return fail(format!("{name} is {number}, which is out of its range"));
             }
         }
+        if learned.reach.is_nan() || learned.reach <= 0.0 {
+            return fail(format!("reach is {}, which is out of its range", learned.reach));
+        }
         below("anchors", &learned.anchors, self.handles.len())?;
         finite("anchor_weights", &learned.anchor_weights)?;
         if let Some(i) = learned.anchor_weights.iter().position(|w| !(0.0..=1.0).contains(w)) {

@@ -1,7 +1,7 @@
 //! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
 //!
 //! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
-use crate::{AtomicFile, Error, Faces, Learned, Materials, Result, Rig, UpAxis, Uvs};
+use crate::{AtomicFile, Error, Faces, FoldAxes, Learned, Materials, Result, Rig, UpAxis, Uvs};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// The newest version that this program writes and reads: that of a rig of the learned method.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// The version of a rig of the chapter's method, which has not changed.
 const CHAPTER_VERSION: u32 = 2;
@@ -44,6 +44,20 @@ struct LearnedMetadata {
     ridge: f64,
     fold_ridge: f64,
     marker_noise: f64,
+    /// Without it there is no bound, which JSON cannot hold: so it was before version 4.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reach: Option<f64>,
+    /// Tangent frames before version 4.
+    #[serde(default = "tangent", skip_serializing_if = "is_tangent")]
+    fold_axes: FoldAxes,
+}
+
+fn tangent() -> FoldAxes {
+    FoldAxes::Tangent
+}
+
+fn is_tangent(axes: &FoldAxes) -> bool {
+    *axes == FoldAxes::Tangent
 }
 
 /// Read apart from the rest, so that a newer file is told from a broken one.
@@ -107,6 +121,8 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
             ridge: learned.ridge,
             fold_ridge: learned.fold_ridge,
             marker_noise: learned.marker_noise,
+            reach: Some(learned.reach).filter(|reach| reach.is_finite()),
+            fold_axes: learned.fold_axes,
         }),
         materials: rig.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
     };
@@ -185,7 +201,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
     let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
     if !(CHAPTER_VERSION..=VERSION).contains(&version) {
         return Err(fail(format!(
-            "is a rig file of version {version}, expected {CHAPTER_VERSION} or {VERSION}; solve the rig again with this \
+            "is a rig file of version {version}, expected {CHAPTER_VERSION} to {VERSION}; solve the rig again with this \
              program"
         )));
     }
@@ -221,17 +237,19 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         false => None,
     };
     let learned = match metadata.learned {
-        None if version == VERSION => {
+        None if version != CHAPTER_VERSION => {
             return Err(fail(
                 "its metadata cannot be read (missing field `learned`); solve the rig again".into(),
             ));
         }
         None => None,
-        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise }) => Some(Learned {
+        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_axes }) => Some(Learned {
             share,
             ridge,
             fold_ridge,
             marker_noise,
+            reach: reach.unwrap_or(f64::INFINITY),
+            fold_axes,
             anchors: arrays.u32s("anchors", &[v, None])?,
             anchor_weights: arrays.f32s("anchor_weights", &[v, None])?,
             feature_gains: arrays.f32s("feature_gains", &[v, None])?,

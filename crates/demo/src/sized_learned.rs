@@ -1,6 +1,6 @@
 //! What the learned method adds to a rig that is made without solving.
 use rayon::prelude::*;
-use rhytid_core::{Learned, Rig};
+use rhytid_core::{FoldAxes, Learned, Rig};
 
 /// A, as of a solve's vertices.
 const ANCHORS: usize = 8;
@@ -50,6 +50,8 @@ pub(crate) fn learned(mut rig: Rig<f64>, handle_rest: &[[f64; 3]], rest_lengths:
         ridge: 1e-2,
         fold_ridge: 1e-3,
         marker_noise: 0.005,
+        reach: 1.0,
+        fold_axes: FoldAxes::Mesh,
         anchors,
         anchor_weights,
         feature_gains: vec![0.0; vertices * (k + a)],

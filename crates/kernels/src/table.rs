@@ -203,6 +203,8 @@ buffers! {
     Pivots = pivots,
     /// The vector strains of the examples, over the features' lengths.
     ExampleVectors = example_vectors,
+    /// How far the vector strains are followed, times the features' lengths.
+    FeatureBounds = feature_bounds,
     /// c: what each example does to each vertex.
     ExampleWeights = example_weights,
     /// Where each tile's fans begin.
@@ -268,6 +270,7 @@ kernels! {
             read(Displacements, F32x4),
             read(StrainEdges, U32),
             read(ExampleVectors, F32),
+            read(FeatureBounds, F32),
             write(StrainProducts),
         ],
     }

@@ -3,14 +3,14 @@ use crate::Topology;
 use glam::DVec3;
 use pulp::Arch;
 use rayon::prelude::*;
-use rhytid_core::{Example, Progress, Result, Rig};
+use rhytid_core::{Example, FoldAxes, Progress, Result, Rig};
 use rhytid_kernels::{fine_scale, large_scale, normals, strain, vec3};
 
 /// Vertices that one thread moves at a time.
 const VERTICES_AT_ONCE: usize = 4096;
 
-/// The features of the centres (N×F, the rest pose first) and the detail of the examples (P×V×3 in mesh units,
-/// components along t, b, n of the frames on the large-scale result).
+/// The features of the centres (N×F, the rest pose first) and the detail of the examples (P×V×3 in mesh units, components along
+/// `axes`: the mesh's, or t, b, n of the frames on the large-scale result).
 ///
 /// `rig` needs everything up to its influences. The detail is zero where `moves` says that a vertex does not. `add` is given
 /// the positions of the handles in an example, and adds to the V×3 positions that the basis gives what else the large scale
@@ -20,14 +20,15 @@ const VERTICES_AT_ONCE: usize = 4096;
 /// [`rhytid_core::Error::Cancelled`].
 pub(crate) fn features_and_detail(
     rig: &Rig<f64>,
-    rest_lengths: &[f64],
     topology: &Topology,
     examples: &[Example],
     moves: impl Fn(usize) -> bool + Sync,
     add: impl Fn(&[[f64; 3]], &mut [[f64; 3]]),
+    axes: FoldAxes,
     progress: &dyn Progress,
 ) -> Result<(Vec<f64>, Vec<[f64; 3]>)> {
     let (vertices, edges) = (rig.vertices(), rig.strain_edges.len());
+    let rest_lengths = rig.rest_lengths();
     let mut features = vec![0.0; (examples.len() + 1) * edges];
     let mut detail = vec![[0.0; 3]; examples.len() * vertices];
     let handle_rest = at_handles(rig, &rig.rest);
@@ -39,18 +40,22 @@ pub(crate) fn features_and_detail(
             &handle_positions,
             &handle_rest,
             &rig.strain_edges,
-            rest_lengths,
+            &rest_lengths,
             &mut features[(j + 1) * edges..][..edges],
         );
         let mut smooth = smooth(rig, &handle_rest, &handle_positions);
         add(&handle_positions, &mut smooth);
         detail[j * vertices..][..vertices].par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(
             |(v, d)| {
+                let left = vec3::sub(example.positions[v], smooth[v]);
+                if axes == FoldAxes::Mesh {
+                    *d = left;
+                    return;
+                }
                 let n = normals::vertex_normal(&smooth, &rig.triangles, topology.vertex_triangles.at(v));
                 let to_neighbor = vec3::sub(smooth[rig.tangent_neighbors[v] as usize], smooth[v]);
                 let frame = fine_scale::tangent_frame(to_neighbor, n);
-                let left = DVec3::from_array(vec3::sub(example.positions[v], smooth[v]));
-                *d = frame.map(|axis| DVec3::from_array(axis).dot(left));
+                *d = frame.map(|axis| DVec3::from_array(axis).dot(DVec3::from_array(left)));
             },
         );
     }

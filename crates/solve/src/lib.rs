@@ -65,7 +65,7 @@ pub mod internals {
 }
 
 use driven::DrivenComponents;
-use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges};
+use rhytid_core::{Bind, Error, Face, FoldAxes, Method, Progress, Result, Rig, StrainEdges};
 use rhytid_kernels::strain;
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
@@ -133,13 +133,15 @@ fn solve_with(
         Method::Learned(settings) => {
             let steps = learned::learn(&mut shell, face, settings, progress)?;
             account.candidates.push(steps.chosen);
-            account.candidates.extend(steps.candidates.iter().filter(|other| **other != steps.chosen));
+            let is_other =
+                |other: &&Candidate| (other.share, other.ridge) != (steps.chosen.share, steps.chosen.ridge);
+            account.candidates.extend(steps.candidates.iter().filter(is_other));
             account.parts.clone_from(&steps.parts);
             if leave_one_out {
                 let vertices: Vec<u32> = (0..face.neutral.positions.len() as u32).collect();
                 errors = steps.leave_one_out(&vertices)?;
             }
-            steps.finish(settings.fold_ridge, &mut shell.rig);
+            steps.finish(&settings, &mut shell.rig);
         }
     }
     let rig = shell.rig;
@@ -263,11 +265,11 @@ fn chapter(face: &Face, shell: &mut Shell, progress: &dyn Progress) -> Result<()
 
     let (pose_features, detail) = detail::features_and_detail(
         rig,
-        &rest_lengths,
         topology,
         &face.examples,
         |v| parts.driven[v] || follows,
         |_, _| (),
+        FoldAxes::Tangent,
         progress,
     )?;
     rig.pose_features = pose_features;

@@ -92,7 +92,7 @@ fn any_two_bindings_swapped_fail() {
             }
         }
     }
-    assert_eq!(swaps, 10 + 6 + 6 + 21 + 6 + 3 + 21 + 10 + 6);
+    assert_eq!(swaps, 10 + 6 + 10 + 21 + 6 + 3 + 21 + 10 + 6);
 }
 
 #[test]

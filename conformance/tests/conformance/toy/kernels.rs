@@ -56,7 +56,8 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let features = (params.strain_edges + params.handles) as usize;
             let len = differences::table_len(features, params.examples as usize);
             let mut all = vec![0.0; params.frames as usize * len];
-            products::products(params, &displacements, words(1).as_chunks().0, vectors(2), &mut all);
+            let edges = words(1).as_chunks().0;
+            products::products(params, &displacements, edges, vectors(2), vectors(3), &mut all);
             for (i, cells) in all.chunks_exact(8).enumerate() {
                 if i % features < invocations as usize {
                     results[8 * i..][..8].copy_from_slice(cells);

@@ -220,10 +220,12 @@ fn glb_vectors(bytes: &[u8], accessor: &Value, count: usize) -> Vec<[f32; 3]> {
     (0..count).map(|v| std::array::from_fn(|c| f32::from_le_bytes(coordinate(v, c)))).collect()
 }
 
-/// An example's slider at 1 shows the scan; the handles' sliders together show what the backend computes.
+/// An example's slider at 1 shows the scan; the handles' sliders together show what the backend computes, as far as that is linear.
 #[test]
 fn shapes_are_the_examples_and_the_large_scale() {
-    let f = solved();
+    let f = Fixture::new();
+    f.write("linear.toml", format!("{}\n[learned]\nreach = inf\n", f.read_text("face.toml")));
+    f.done("solve linear.toml -o face.safetensors");
     let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
     f.done("export-shapes face.safetensors -o shapes.glb --device cpu:0 --handles");
     let glb = f.read("shapes.glb");

@@ -54,6 +54,7 @@ impl Plan {
                 owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1))
             }
             Buffer::ExampleVectors => owned(&rig.example_vectors()),
+            Buffer::FeatureBounds => owned(&rig.feature_bounds()),
             Buffer::ExampleWeights => {
                 let (all, examples) = (banded(rig).unwrap_or_default(), self.sizes.banded);
                 let numbers = all[of_part(examples)].as_flattened();

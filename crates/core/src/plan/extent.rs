@@ -25,6 +25,7 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::RestLengths
         | Buffer::PoseFeatures
         | Buffer::ExampleVectors
+        | Buffer::FeatureBounds
         | Buffer::TangentNeighbors => Extent::Rig,
         Buffer::Basis
         | Buffer::InfluenceOffsets
@@ -50,6 +51,10 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
 pub(super) fn of_linear_band(buffer: Buffer) -> bool {
     matches!(
         buffer,
-        Buffer::ExampleVectors | Buffer::ExampleWeights | Buffer::StrainProducts | Buffer::BasisPositions
+        Buffer::ExampleVectors
+            | Buffer::FeatureBounds
+            | Buffer::ExampleWeights
+            | Buffer::StrainProducts
+            | Buffer::BasisPositions
     )
 }

@@ -1,7 +1,7 @@
 //! The rig file: what is written is read back, and nothing that is broken is let in.
 
 use proptest::prelude::*;
-use rhytid_core::{Error, Materials, NoProgress, Rig, Uvs, rig_file};
+use rhytid_core::{Error, FoldAxes, Materials, NoProgress, Rig, Uvs, rig_file};
 use rhytid_solve::solve;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
@@ -207,10 +207,11 @@ fn any_reader_of_safetensors_finds_the_arrays() {
 
     let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
     let expected = json!({
-        "version": 3, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "learned",
+        "version": 4, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "learned",
         "bending_length": RIG.bending_length, "beta": RIG.beta,
         "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"], "materials": ["skin", "lips"],
-        "learned": {"share": 0.2, "ridge": 0.01, "fold_ridge": 0.001, "marker_noise": 0.005},
+        "learned": {"share": 1.0, "ridge": 0.01, "fold_ridge": 0.001, "marker_noise": 0.005, "reach": 1.0,
+            "fold_axes": "mesh"},
     });
     assert_eq!(metadata, expected);
 }
@@ -225,13 +226,13 @@ fn files_cut_short_anywhere() {
 
 #[test]
 fn other_versions_and_other_files() {
-    for version in [0, 1, 4, u32::MAX] {
+    for version in [0, 1, 5, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        refused(&bytes, &[&format!("version {version}, expected 2 or 3"), "solve the rig again"]);
+        refused(&bytes, &[&format!("version {version}, expected 2 to 4"), "solve the rig again"]);
     }
     // A newer file may have other metadata altogether, and arrays that are missing here.
     let newer = with_metadata(|m| *m = json!({"version": 7}));
-    refused(&newer, &["version 7, expected 2 or 3"]);
+    refused(&newer, &["version 7, expected 2 to 4"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],
@@ -239,6 +240,19 @@ fn other_versions_and_other_files() {
     refused(&with_header(|h| h["__metadata__"] = json!({"format": "pt"})), &["no rig", "`rhytid`"]);
     refused(&with_header(|h| h["__metadata__"]["rhytid"] = "{".into()), &["metadata cannot be read"]);
     refused(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["no whole safetensors file"]);
+}
+
+/// Version 3 knew no bound and tangent frames alone.
+#[test]
+fn what_an_older_version_does_not_say() {
+    let bytes = with_metadata(|m| {
+        m["version"] = 3.into();
+        let learned = m["learned"].as_object_mut().unwrap();
+        learned.remove("reach");
+        learned.remove("fold_axes");
+    });
+    let learned = rig_file::decode(&bytes, "old").unwrap().learned.unwrap();
+    assert_eq!((learned.reach, learned.fold_axes), (f64::INFINITY, FoldAxes::Tangent));
 }
 
 #[test]
@@ -260,6 +274,8 @@ fn metadata_out_of_range() {
     damaged(&|m| m["learned"]["share"] = 1.5.into(), &["share is 1.5, which is out of its range"]);
     damaged(&|m| m["learned"]["ridge"] = 0.0.into(), &["ridge is 0, which"]);
     damaged(&|m| m["learned"]["marker_noise"] = (-1.0).into(), &["marker_noise is -1, which"]);
+    damaged(&|m| m["learned"]["reach"] = 0.0.into(), &["reach is 0, which"]);
+    damaged(&|m| m["learned"]["fold_axes"] = "world".into(), &["metadata", "`world`"]);
     damaged(
         &|m| drop(m["learned"].as_object_mut().unwrap().remove("fold_ridge")),
         &["metadata", "fold_ridge"],

@@ -4,7 +4,7 @@ use super::sections::{
     Method, Project, StrainSection, Units,
 };
 use crate::tables::text::{did_you_mean, line_of, quoted};
-use rhytid_core::{Bind, Error, Result, UpAxis};
+use rhytid_core::{Bind, Error, FoldAxes, Result, UpAxis};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use toml::Spanned;
@@ -61,7 +61,7 @@ fn method(section: &Section<'_>) -> Result<Option<Method>> {
 }
 
 fn learned(section: &Section<'_>) -> Result<LearnedSection> {
-    section.allow(&["share", "ridge", "fold_ridge", "marker_noise"])?;
+    section.allow(&["share", "ridge", "fold_ridge", "marker_noise", "reach", "fold_axes"])?;
     let number = |key: &str, expected: &str, is_right: fn(f64) -> bool| match section.get(key) {
         None => Ok(None),
         Some(value) => section
@@ -75,6 +75,18 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
         ridge: number("ridge", "a number above 0", |ridge| ridge > 0.0)?,
         fold_ridge: number("fold_ridge", "a number above 0", |ridge| ridge > 0.0)?,
         marker_noise: number("marker_noise", "millimetres, a number from 0", |noise| noise >= 0.0)?,
+        reach: match section.get("reach") {
+            Some(DeValue::Float(number)) if matches!(number.as_str(), "inf" | "+inf") => Some(f64::INFINITY),
+            _ => number("reach", "a number above 0, inf for no bound", |reach| reach > 0.0)?,
+        },
+        fold_axes: match section.text("fold_axes", "\"mesh\" or \"tangent\"")? {
+            None => None,
+            Some("mesh") => Some(FoldAxes::Mesh),
+            Some("tangent") => Some(FoldAxes::Tangent),
+            Some(other) => {
+                return Err(section.wrong("fold_axes", &format!("{other:?}"), "\"mesh\" or \"tangent\""));
+            }
+        },
     })
 }
 

@@ -1,6 +1,6 @@
 //! The sections of a project file.
 
-use rhytid_core::{Bind, LearnedSettings, UpAxis};
+use rhytid_core::{Bind, FoldAxes, LearnedSettings, UpAxis};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 
@@ -105,6 +105,12 @@ pub struct LearnedSection {
     /// The standard deviation of a marker's noise per axis in millimetres, 0 or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker_noise: Option<f64>,
+    /// How many times as far as in any example a vector strain is followed, above 0; infinite for no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reach: Option<f64>,
+    /// The axes that folds are added along.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fold_axes: Option<FoldAxes>,
 }
 
 impl LearnedSection {
@@ -116,6 +122,8 @@ impl LearnedSection {
             ridge: self.ridge,
             fold_ridge: self.fold_ridge.unwrap_or(default.fold_ridge),
             marker_noise: self.marker_noise.unwrap_or(default.marker_noise),
+            reach: self.reach.unwrap_or(default.reach),
+            fold_axes: self.fold_axes.unwrap_or(default.fold_axes),
         }
     }
 }

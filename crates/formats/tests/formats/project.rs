@@ -1,6 +1,6 @@
 //! The project file: what its text means, and that it survives being written.
 use proptest::prelude::*;
-use rhytid_core::{Bind, Error, UpAxis};
+use rhytid_core::{Bind, Error, FoldAxes, UpAxis};
 use rhytid_formats::project::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
     Method, Project, StrainSection, Units, parse, write,
@@ -35,6 +35,8 @@ max_influences = 8
 share = 0.5
 ridge = 1e-3
 fold_ridge = 0.01
+reach = inf
+fold_axes = "tangent"
 marker_noise = 0
 "#;
 
@@ -64,6 +66,8 @@ fn full() -> Project {
             ridge: Some(1e-3),
             fold_ridge: Some(0.01),
             marker_noise: Some(0.0),
+            reach: Some(f64::INFINITY),
+            fold_axes: Some(FoldAxes::Tangent),
         },
     }
 }
@@ -162,6 +166,8 @@ fn projects_that_would_not_read_back_are_not_written() {
         (change(|p| p.learned.ridge = Some(0.0)), "[learned] ridge is 0.0, expected a number above 0"),
         (change(|p| p.learned.fold_ridge = Some(-1.0)), "[learned] fold_ridge is -1.0"),
         (change(|p| p.learned.marker_noise = Some(f64::INFINITY)), "[learned] marker_noise is inf"),
+        (change(|p| p.learned.reach = Some(0.0)), "[learned] reach is 0.0, expected a number above 0"),
+        (change(|p| p.learned.reach = Some(f64::NAN)), "[learned] reach is nan"),
     ] {
         let Err(Error::Input(found)) = write(&path, &bad) else { panic!("{bad:?} was written") };
         assert!(found.contains("not written") && found.contains(words), "{found}");

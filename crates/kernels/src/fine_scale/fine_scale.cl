@@ -18,6 +18,7 @@ typedef struct {
     uint vertices;
     uint first_vertex;
     uint part_vertices;
+    uint mesh_axes;
 } Params;
 
 // a / |a|, or zero where a is zero; scales by the largest component first, so that no square vanishes or overflows.
@@ -109,8 +110,15 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void fine_sc
     Lanes n[3];
     Lanes d[3];
     load_all(large_scale_positions, first + v, lanes, x);
-    load_all(large_scale_normals, first + v, lanes, n);
     load_all(local_detail, first + v, lanes, d);
+    if (params.mesh_axes != 0) {
+        for (uint c = 0; c < 3; c++) {
+            x[c].all += d[c].all;
+        }
+        store_all(x, first + v, lanes, positions);
+        return;
+    }
+    load_all(large_scale_normals, first + v, lanes, n);
     for (uint lane = 0; lane < VERTICES; lane++) {
         put(vload3(first + tangent_neighbors[v + min(lane, lanes - 1)], large_scale_positions), lane, e);
     }

@@ -7,6 +7,7 @@ layout(push_constant, std430) uniform Params {
     uint vertices;
     uint first_vertex;
     uint part_vertices;
+    uint mesh_axes;
 } params;
 layout(std430, binding = 0) readonly buffer LargeScalePositions { float large_scale_positions[]; };
 layout(std430, binding = 1) readonly buffer LargeScaleNormals { float large_scale_normals[]; };
@@ -28,6 +29,12 @@ vec3 unit(vec3 a) {
     return scaled / sqrt(scaled.x * scaled.x + scaled.y * scaled.y + scaled.z * scaled.z);
 }
 
+void store(uint at, vec3 moved) {
+    positions[at] = moved.x;
+    positions[at + 1] = moved.y;
+    positions[at + 2] = moved.z;
+}
+
 void main() {
     uint i = gl_GlobalInvocationID.x;
     uint frame = gl_GlobalInvocationID.y;
@@ -38,12 +45,14 @@ void main() {
     uint first = frame * params.vertices;
     uint at = 3 * (first + v);
     vec3 x = smooth_position(first + v);
+    vec3 d = vec3(local_detail[at], local_detail[at + 1], local_detail[at + 2]);
+    if (params.mesh_axes != 0) {
+        store(at, x + d);
+        return;
+    }
     vec3 n = vec3(large_scale_normals[at], large_scale_normals[at + 1], large_scale_normals[at + 2]);
     vec3 e = smooth_position(first + tangent_neighbors[v]) - x;
     vec3 t = unit(e - (e.x * n.x + e.y * n.y + e.z * n.z) * n);
     vec3 b = vec3(n.y * t.z - n.z * t.y, n.z * t.x - n.x * t.z, n.x * t.y - n.y * t.x);
-    vec3 moved = x + (t * local_detail[at] + b * local_detail[at + 1] + n * local_detail[at + 2]);
-    positions[at] = moved.x;
-    positions[at + 1] = moved.y;
-    positions[at + 2] = moved.z;
+    store(at, x + (t * d.x + b * d.y + n * d.z));
 }

@@ -4,6 +4,7 @@ struct Params {
     vertices: u32,
     first_vertex: u32,
     part_vertices: u32,
+    mesh_axes: u32,
 }
 
 @group(0) @binding(0) var<storage, read> large_scale_positions: array<f32>;
@@ -27,6 +28,12 @@ fn unit(a: vec3f) -> vec3f {
     return scaled / sqrt(scaled.x * scaled.x + scaled.y * scaled.y + scaled.z * scaled.z);
 }
 
+fn store(at: u32, moved: vec3f) {
+    positions[at] = moved.x;
+    positions[at + 1] = moved.y;
+    positions[at + 2] = moved.z;
+}
+
 @compute @workgroup_size(64)
 fn fine_scale(@builtin(global_invocation_id) id: vec3u) {
     let i = id.x;
@@ -38,12 +45,14 @@ fn fine_scale(@builtin(global_invocation_id) id: vec3u) {
     let first = frame * params.vertices;
     let at = 3 * (first + v);
     let x = smooth_position(first + v);
+    let d = vec3f(local_detail[at], local_detail[at + 1], local_detail[at + 2]);
+    if params.mesh_axes != 0 {
+        store(at, x + d);
+        return;
+    }
     let n = vec3f(large_scale_normals[at], large_scale_normals[at + 1], large_scale_normals[at + 2]);
     let e = smooth_position(first + tangent_neighbors[v]) - x;
     let t = unit(e - (e.x * n.x + e.y * n.y + e.z * n.z) * n);
     let b = vec3f(n.y * t.z - n.z * t.y, n.z * t.x - n.x * t.z, n.x * t.y - n.y * t.x);
-    let moved = x + (t * local_detail[at] + b * local_detail[at + 1] + n * local_detail[at + 2]);
-    positions[at] = moved.x;
-    positions[at + 1] = moved.y;
-    positions[at + 2] = moved.z;
+    store(at, x + (t * d.x + b * d.y + n * d.z));
 }

@@ -11,13 +11,15 @@ parameter_block!(
     first_vertex,
     /// Vertices of this part.
     part_vertices,
+    /// 1 where the detail is along the mesh's axes, 0 where it is along those of tangent frames.
+    mesh_axes,
 );
 
 impl Params {
     /// For a rig in one piece.
-    pub fn whole(frames: usize, vertices: usize) -> Self {
-        let (frames, vertices) = (frames as u32, vertices as u32);
-        Self { frames, vertices, first_vertex: 0, part_vertices: vertices }
+    pub fn whole(frames: usize, vertices: usize, mesh_axes: bool) -> Self {
+        let (frames, vertices, mesh_axes) = (frames as u32, vertices as u32, u32::from(mesh_axes));
+        Self { frames, vertices, first_vertex: 0, part_vertices: vertices, mesh_axes }
     }
 }
 
@@ -49,10 +51,14 @@ pub fn fine_scale<T: Real>(
         let first = frame * vertices;
         for i in 0..params.part_vertices as usize {
             let v = params.first_vertex as usize + i;
+            let (smooth, d) = (large_scale_positions[first + v], local_detail[first + v]);
+            if params.mesh_axes != 0 {
+                positions[first + v] = std::array::from_fn(|c| smooth[c] + d[c]);
+                continue;
+            }
             let neighbor = large_scale_positions[first + tangent_neighbors[v] as usize];
-            let smooth = large_scale_positions[first + v];
             let axes = tangent_frame(vec3::sub(neighbor, smooth), large_scale_normals[first + v]);
-            positions[first + v] = add_detail(smooth, axes, local_detail[first + v]);
+            positions[first + v] = add_detail(smooth, axes, d);
         }
     }
 }

@@ -14,6 +14,7 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void products(
     __global const float *restrict displacements,
     __global const uint *restrict strain_edges,
     __global const float *restrict example_vectors,
+    __global const float *restrict feature_bounds,
     __global float *restrict strain_products,
     const Params params)
 {
@@ -31,6 +32,7 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void products(
     } else {
         moved = displacement(displacements, first + i - params.strain_edges);
     }
+    moved = clamp(moved, vload3(i, feature_bounds), vload3(features + i, feature_bounds));
     uint eights = (params.examples + 7) / 8;
     for (uint j = 0; j < 8 * eights; j++) {
         float product = 0.0f;

@@ -11,10 +11,15 @@ layout(push_constant, std430) uniform Params {
 layout(std430, binding = 0) readonly buffer Displacements { vec4 displacements[]; };
 layout(std430, binding = 1) readonly buffer StrainEdges { uint strain_edges[]; };
 layout(std430, binding = 2) readonly buffer ExampleVectors { float example_vectors[]; };
-layout(std430, binding = 3) writeonly buffer StrainProducts { float strain_products[]; };
+layout(std430, binding = 3) readonly buffer FeatureBounds { float feature_bounds[]; };
+layout(std430, binding = 4) writeonly buffer StrainProducts { float strain_products[]; };
 
 vec3 displacement(uint i) {
     return displacements[i].xyz;
+}
+
+vec3 bound(uint i) {
+    return vec3(feature_bounds[3 * i], feature_bounds[3 * i + 1], feature_bounds[3 * i + 2]);
 }
 
 void main() {
@@ -31,6 +36,7 @@ void main() {
     } else {
         moved = displacement(first + i - params.strain_edges);
     }
+    moved = clamp(moved, bound(i), bound(features + i));
     uint eights = (params.examples + 7) / 8;
     for (uint j = 0; j < 8 * eights; j++) {
         float product = 0.0;

@@ -9,11 +9,16 @@ struct Params {
 @group(0) @binding(0) var<storage, read> displacements: array<vec4f>;
 @group(0) @binding(1) var<storage, read> strain_edges: array<u32>;
 @group(0) @binding(2) var<storage, read> example_vectors: array<f32>;
-@group(0) @binding(3) var<storage, read_write> strain_products: array<f32>;
-@group(0) @binding(4) var<uniform> params: Params;
+@group(0) @binding(3) var<storage, read> feature_bounds: array<f32>;
+@group(0) @binding(4) var<storage, read_write> strain_products: array<f32>;
+@group(0) @binding(5) var<uniform> params: Params;
 
 fn displacement(i: u32) -> vec3f {
     return displacements[i].xyz;
+}
+
+fn bound(i: u32) -> vec3f {
+    return vec3f(feature_bounds[3 * i], feature_bounds[3 * i + 1], feature_bounds[3 * i + 2]);
 }
 
 @compute @workgroup_size(64)
@@ -31,6 +36,7 @@ fn products(@builtin(global_invocation_id) id: vec3u) {
     } else {
         moved = displacement(first + i - params.strain_edges);
     }
+    moved = clamp(moved, bound(i), bound(features + i));
     let eights = (params.examples + 7) / 8;
     for (var j = 0u; j < 8 * eights; j++) {
         var product = 0.0;

@@ -104,7 +104,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         error("settings", "max_influences is 0, expected at least 1".into());
     }
     if let Method::Learned(learned) = settings.method {
-        let LearnedSettings { share, ridge, fold_ridge, marker_noise } = learned;
+        let LearnedSettings { share, ridge, fold_ridge, marker_noise, reach, fold_axes: _ } = learned;
         for (name, number, is_right, expected) in [
             ("share", share, share.is_none_or(|s| (0.0..=1.0).contains(&s)), "0 to 1"),
             ("ridge", ridge, ridge.is_none_or(positive), "a number above 0"),
@@ -115,6 +115,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
                 marker_noise == 0.0 || positive(marker_noise),
                 "millimetres from 0",
             ),
+            ("reach", Some(reach), reach > 0.0, "a number above 0, inf for no bound"),
         ] {
             if let Some(number) = number.filter(|_| !is_right) {
                 error("settings", format!("{name} is {number}, expected {expected}"));

@@ -1,19 +1,25 @@
 //! How much of the linear band is believed (step 7 of the learned method): what predicts examples best that are left out.
-use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
+use super::linear_band::{Beyond, LinearSettings, VectorStrains, VertexSystem};
 use super::neighborhoods::LinearInfluences;
 use rayon::prelude::*;
-use rhytid_core::Result;
+use rhytid_core::{Error, LearnedSettings, Result};
 
-/// s and λ that are tried where a project names none.
-pub(crate) const SHARES: [f64; 2] = [0.2, 1.0];
-/// As [`SHARES`].
-pub(crate) const RIDGES: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
+/// s that are tried where a project names none, and how far frames are followed has no bound.
+const SHARES: [f64; 2] = [0.2, 1.0];
+/// s where it has: what is not of the share is in the basis, which goes on as far as a frame does. Leaving examples out does not
+/// tell what becomes of a pose that none of them is like.
+const BOUNDED_SHARES: [f64; 1] = [1.0];
+/// λ that are tried where a project names none.
+const RIDGES: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
 
 /// Leaving out one of two examples or fewer tells nothing.
 const FEWEST_EXAMPLES: usize = 3;
 
-/// Taken where there are fewer examples.
-const UNSEEN: (f64, f64) = (0.2, 1e-2);
+/// λ where there are fewer examples.
+const UNSEEN: f64 = 1e-2;
+
+/// Errors this near to the least, as a part of it, are as good: of those, the largest ridge is the calmest.
+const AS_GOOD: f64 = 0.02;
 
 /// Vertices that are looked at.
 const SAMPLES: usize = 1024;
@@ -30,10 +36,11 @@ pub struct Candidate {
     pub leave_one_out: f64,
 }
 
-/// Every pair of `shares` and `ridges`, neither of them empty, with its error, and the best of them (of equals the first).
+/// Every pair of shares and ridges that may be taken, with its error, and the best of them.
 ///
 /// `area` is the mass of each vertex, 0 at those that are not looked at, such as handles; the sample is fixed by it, and the
-/// bits do not depend on the number of threads. σ_m is `marker_noise` in mesh units; `smooth` is Ŵ, V×P×3.
+/// bits do not depend on the number of threads. σ_m is `marker_noise` in mesh units; `smooth` is Ŵ, V×P×3. What is
+/// left out is followed as far as a frame would be.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`].
@@ -42,35 +49,42 @@ pub(crate) fn choose(
     influences: &LinearInfluences,
     smooth: &[[f64; 3]],
     area: &[f64],
-    (shares, ridges): (&[f64], &[f64]),
+    settings: &LearnedSettings,
     marker_noise: f64,
 ) -> Result<(Candidate, Vec<Candidate>)> {
-    let examples = strains.examples();
+    let (examples, reach) = (strains.examples(), settings.reach);
+    let shares = match &settings.share {
+        Some(share) => std::slice::from_ref(share),
+        None if reach.is_finite() => &BOUNDED_SHARES,
+        None => &SHARES[..],
+    };
+    let ridges = settings.ridge.as_ref().map_or(&RIDGES[..], std::slice::from_ref);
     let pairs = || shares.iter().flat_map(|&share| ridges.iter().map(move |&ridge| (share, ridge)));
     let count = shares.len() * ridges.len();
     if examples < FEWEST_EXAMPLES {
-        let (share, ridge) =
-            pairs().find(|pair| *pair == UNSEEN).or_else(|| pairs().next()).unwrap_or(UNSEEN);
+        let (share, ridge) = (shares[0], settings.ridge.unwrap_or(UNSEEN));
         let only = Candidate { share, ridge, leave_one_out: f64::NAN };
         return Ok((only, vec![only]));
     }
+    let beyond = Beyond::new(strains, reach);
     let squares: Vec<Vec<f64>> = sample(area, SAMPLES)
         .into_par_iter()
         .map_init(
-            || (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![[0.0; 3]; examples]),
-            |(system, z, errors), v| {
-                let of_vertex = v * influences.per_vertex..(v + 1) * influences.per_vertex;
-                system.assemble(
-                    strains,
-                    &influences.features[of_vertex.clone()],
-                    &influences.weights[of_vertex],
-                );
+            || {
+                let system = VertexSystem::new(examples);
+                (system, vec![0.0; 3 * examples], vec![[0.0; 3]; examples], vec![0.0; examples * examples])
+            },
+            |(system, z, errors, of_vertex), v| {
+                let listens = v * influences.per_vertex..(v + 1) * influences.per_vertex;
+                let (features, omega) = (&influences.features[listens.clone()], &influences.weights[listens]);
+                system.assemble(strains, features, omega);
+                beyond.of_vertex(strains, features, omega, of_vertex);
                 let smooth = &smooth[v * examples..][..examples];
                 pairs()
                     .map(|(share, ridge)| {
-                        let settings = LinearSettings { share, ridge, marker_noise };
+                        let settings = LinearSettings { share, ridge, marker_noise, reach };
                         if system.solve(settings, smooth.as_flattened(), z)? {
-                            system.leave_one_out(z, errors);
+                            system.leave_one_out(settings, z, of_vertex, errors);
                         } else {
                             errors.copy_from_slice(smooth);
                         }
@@ -87,10 +101,12 @@ pub(crate) fn choose(
         .zip(0..count)
         .map(|((share, ridge), i)| Candidate { share, ridge, leave_one_out: mean(i).sqrt() })
         .collect();
-    let best =
-        candidates.iter().copied().reduce(|a, b| if b.leave_one_out < a.leave_one_out { b } else { a });
-    let unseen = Candidate { share: UNSEEN.0, ridge: UNSEEN.1, leave_one_out: f64::NAN };
-    Ok((best.unwrap_or(unseen), candidates))
+    let best = candidates.iter().copied().min_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out));
+    let best = best.ok_or_else(|| Error::Internal("there is no share or no ridge to choose from".into()))?;
+    let as_good =
+        |c: &&Candidate| c.share == best.share && c.leave_one_out <= (1.0 + AS_GOOD) * best.leave_one_out;
+    let calmest = candidates.iter().filter(as_good).max_by(|a, b| a.ridge.total_cmp(&b.ridge));
+    Ok((calmest.copied().unwrap_or(best), candidates))
 }
 
 /// `count` vertices at equal distances in the sum of the areas: a vertex of a large area may be there more than once.

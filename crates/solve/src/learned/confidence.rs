@@ -185,8 +185,12 @@ fn of_vertices<T: Real>(
     examples: &VectorStrains,
     vertices: &[u32],
 ) -> Result<Vec<OfVertex>> {
-    let settings =
-        LinearSettings { share: learned.share, ridge: learned.ridge, marker_noise: learned.marker_noise };
+    let settings = LinearSettings {
+        share: learned.share,
+        ridge: learned.ridge,
+        marker_noise: learned.marker_noise,
+        reach: learned.reach,
+    };
     let count = examples.examples();
     let of_vertex = |system: &mut VertexSystem, &v: &u32| {
         let listens = listens(rig, learned, v as usize);

@@ -20,6 +20,9 @@ pub(crate) struct LinearSettings {
     pub(crate) ridge: f64,
     /// σ_m ≥ 0: the standard deviation of a marker's noise per axis, in mesh units.
     pub(crate) marker_noise: f64,
+    /// How many times as far as in any example the vector strains' components are followed by the part of the share; infinite
+    /// where there is no bound.
+    pub(crate) reach: f64,
 }
 
 /// The features of the examples and of the noise: those of strain edges, `D_e = (u_b − u_a)/l_e`, before those of
@@ -81,6 +84,25 @@ impl VectorStrains {
     /// What noise of variance 1 adds to |D|² of feature `e` per axis.
     pub(crate) fn noise(&self, e: u32) -> f64 {
         self.noise[e as usize]
+    }
+
+    /// The features of each example as they are followed where it is left out, (F + H)×3P: no farther than `reach` times what the
+    /// others show.
+    fn within_others(&self, reach: f64) -> Vec<f64> {
+        let mut within = self.of_examples.clone();
+        if reach.is_infinite() {
+            return within;
+        }
+        let n = 3 * self.examples;
+        for (within, d) in within.chunks_exact_mut(n.max(1)).zip(self.of_examples.chunks_exact(n.max(1))) {
+            for (i, within) in within.iter_mut().enumerate() {
+                let others = (i % 3..n).step_by(3).filter(|&j| j != i).map(|j| reach * d[j]);
+                let (least, most) =
+                    others.fold((0.0_f64, 0.0_f64), |(least, most), x| (least.min(x), most.max(x)));
+                *within = within.clamp(least, most);
+            }
+        }
+        within
     }
 
     /// D of all features in the examples, P×(F + H).
@@ -226,7 +248,7 @@ impl VertexSystem {
         self.invert();
         (0..self.size / 3)
             .map(|p| {
-                let inverse = self.block(p).inverse();
+                let inverse = self.block(p, p).inverse();
                 (0..3).map(|c| inverse.col(c)[c]).sum()
             })
             .collect()
@@ -251,11 +273,25 @@ impl VertexSystem {
     }
 
     /// What each example would have been off by, had it been left out: `e_p = (A_pp)⁻¹ z_p`, with A the inverse of the
-    /// matrix that [`VertexSystem::solve`] gave `z` with; P×3 in mesh units.
-    pub(crate) fn leave_one_out(&mut self, z: &[f64], errors: &mut [[f64; 3]]) {
+    /// matrix that [`VertexSystem::solve`] gave `z` with; P×3 in mesh units. What is beyond the reach of the others, whose weights
+    /// would be `z_q − A_qp e_p`, is added: `s/τ Σ_q beyond_pq (z_q − A_qp e_p)`. `beyond` is of [`Beyond::of_vertex`].
+    pub(crate) fn leave_one_out(
+        &mut self,
+        settings: LinearSettings,
+        z: &[f64],
+        beyond: &[f64],
+        errors: &mut [[f64; 3]],
+    ) {
         self.invert();
+        let examples = errors.len();
+        let z = |q: usize| glam::DVec3::from_slice(&z[3 * q..][..3]);
         for (p, error) in errors.iter_mut().enumerate() {
-            *error = (self.block(p).inverse() * glam::DVec3::from_slice(&z[3 * p..][..3])).to_array();
+            let alone = self.block(p, p).inverse() * z(p);
+            let beyond = beyond[p * examples..][..examples].iter().enumerate();
+            let of_others = beyond.filter(|(q, beyond)| *q != p && **beyond != 0.0);
+            let added: glam::DVec3 =
+                of_others.map(|(q, beyond)| *beyond * (z(q) - self.block(q, p) * alone)).sum();
+            *error = (alone + settings.share / self.tau() * added).to_array();
         }
     }
 
@@ -265,11 +301,11 @@ impl VertexSystem {
         llt::inverse::inverse(self.inverse.as_mut(), self.factor.as_ref(), Par::Seq, scratch);
     }
 
-    /// A_pp.
-    fn block(&self, p: usize) -> glam::DMat3 {
+    /// A_pq.
+    fn block(&self, p: usize, q: usize) -> glam::DMat3 {
         // Only the lower triangle is there.
-        let a = |i: usize, j: usize| self.inverse[(3 * p + i.max(j), 3 * p + i.min(j))];
-        glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(i % 3, i / 3)))
+        let a = |i: usize, j: usize| self.inverse[(i.max(j), i.min(j))];
+        glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(3 * p + i % 3, 3 * q + i / 3)))
     }
 
     /// n for a marker noise of variance 1.
@@ -280,6 +316,47 @@ impl VertexSystem {
     /// τ: the mean of K1's diagonal.
     pub(crate) fn tau(&self) -> f64 {
         self.trace / self.size as f64
+    }
+}
+
+/// What of an example is beyond the reach of the others.
+pub(crate) struct Beyond {
+    /// (F + H)×3P; empty where there is no bound.
+    of_features: Vec<f64>,
+}
+
+impl Beyond {
+    pub(crate) fn new(strains: &VectorStrains, reach: f64) -> Self {
+        if reach.is_infinite() {
+            return Self { of_features: Vec::new() };
+        }
+        let within = strains.within_others(reach);
+        Self { of_features: strains.of_examples.iter().zip(&within).map(|(d, within)| d - within).collect() }
+    }
+
+    /// `κ_pq − Σ_e ω_e clamp(D_pe) · D_qe` of a vertex, P×P: clamped is p, as it is where it is left out.
+    pub(crate) fn of_vertex(
+        &self,
+        strains: &VectorStrains,
+        features: &[u32],
+        weights: &[f64],
+        beyond: &mut [f64],
+    ) {
+        beyond.fill(0.0);
+        if self.of_features.is_empty() {
+            return;
+        }
+        let examples = strains.examples;
+        for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+            let d = strains.feature(e).as_chunks::<3>().0;
+            let of_feature = self.of_features[e as usize * 3 * examples..][..3 * examples].as_chunks::<3>().0;
+            for (of_example, beyond) in of_feature.iter().zip(beyond.chunks_exact_mut(examples)) {
+                if *of_example != [0.0; 3] {
+                    let dot = |d: &[f64; 3]| d.iter().zip(of_example).map(|(a, b)| a * b).sum::<f64>();
+                    beyond.iter_mut().zip(d).for_each(|(beyond, d)| *beyond += w * dot(d));
+                }
+            }
+        }
     }
 }
 
@@ -383,21 +460,20 @@ pub(crate) fn leave_one_out(
 ) -> Result<Vec<[f64; 3]>> {
     let examples = strains.examples;
     let mut errors = vec![[0.0; 3]; vertices.len() * examples];
+    let beyond = Beyond::new(strains, settings.reach);
     errors
         .par_chunks_mut(examples.max(1))
         .zip(vertices)
         .map_init(
-            || (VertexSystem::new(examples), vec![0.0; 3 * examples]),
-            |(system, z), (errors, &v)| {
-                let of_vertex = v as usize * influences.per_vertex..(v as usize + 1) * influences.per_vertex;
+            || (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![0.0; examples * examples]),
+            |(system, z, of_vertex), (errors, &v)| {
+                let listens = v as usize * influences.per_vertex..(v as usize + 1) * influences.per_vertex;
+                let (features, omega) = (&influences.features[listens.clone()], &influences.weights[listens]);
                 let smooth = &smooth[v as usize * examples..][..examples];
-                system.assemble(
-                    strains,
-                    &influences.features[of_vertex.clone()],
-                    &influences.weights[of_vertex],
-                );
+                system.assemble(strains, features, omega);
                 if system.solve(settings, smooth.as_flattened(), z)? {
-                    system.leave_one_out(z, errors);
+                    beyond.of_vertex(strains, features, omega, of_vertex);
+                    system.leave_one_out(settings, z, of_vertex, errors);
                 } else {
                     errors.copy_from_slice(smooth);
                 }
@@ -452,13 +528,18 @@ mod tests {
         let strains = VectorStrains::new(&displacements, &edges, &[1.0, 1.5, 0.7, 1.0, 2.0, 1.2], 1.1);
         let (features, omega) = ([0, 1, 2, 7, 9], [0.4, 0.3, 0.2, 0.06, 0.04]);
         let smooth: Vec<f64> = (0..3 * examples).map(|i| number(1000 + i)).collect();
-        for share in [0.0, 0.2, 1.0] {
-            let settings = LinearSettings { share, ridge: 1e-3, marker_noise: 0.02 };
+        let shares_and_reaches =
+            [(0.0, f64::INFINITY), (0.2, f64::INFINITY), (1.0, f64::INFINITY), (0.2, 0.4), (1.0, 0.8)];
+        for (share, reach) in shares_and_reaches {
+            let settings = LinearSettings { share, ridge: 1e-3, marker_noise: 0.02, reach };
             let mut system = VertexSystem::new(examples);
             let (mut z, mut errors) = (vec![0.0; 3 * examples], vec![[0.0; 3]; examples]);
+            let mut beyond = vec![0.0; examples * examples];
             system.assemble(&strains, &features, &omega);
             assert!(system.solve(settings, &smooth, &mut z).unwrap());
-            system.leave_one_out(&z, &mut errors);
+            Beyond::new(&strains, reach).of_vertex(&strains, &features, &omega, &mut beyond);
+            system.leave_one_out(settings, &z, &beyond, &mut errors);
+            assert_eq!(beyond.iter().any(|x| *x != 0.0), reach.is_finite());
 
             let whole = matrix(&strains, &features, &omega, settings);
             for (p, error) in errors.iter().enumerate() {
@@ -469,10 +550,30 @@ mod tests {
                 let without = of_others.partial_piv_lu().solve(&right);
                 for c in 0..3 {
                     let row = 3 * p + c;
-                    let predicted: f64 =
+                    let mut predicted: f64 =
                         others.iter().enumerate().map(|(i, &j)| whole[(row, j)] * without[(i, 0)]).sum();
+                    // The share's part is not of the example, but of as much of it as the others show.
+                    let tau = system.tau();
+                    for (i, &j) in others.iter().enumerate().filter(|(_, j)| reach.is_finite() && *j % 3 == c)
+                    {
+                        for (&e, w) in features.iter().zip(&omega) {
+                            let d = strains.feature(e);
+                            for axis in 0..3 {
+                                let shown = |f: fn(f64, f64) -> f64| {
+                                    let others = (0..examples).filter(|q| *q != p);
+                                    others.map(|q| reach * d[3 * q + axis]).fold(0.0, f)
+                                };
+                                let own = d[3 * p + axis];
+                                let beyond = own - own.min(shown(f64::max)).max(shown(f64::min));
+                                predicted -= share / tau * w * beyond * d[j - c + axis] * without[(i, 0)];
+                            }
+                        }
+                    }
                     let expected = smooth[row] - predicted;
-                    assert!((error[c] - expected).abs() < 1e-9, "{share} {p} {c}: {error:?}, not {expected}");
+                    assert!(
+                        (error[c] - expected).abs() < 1e-9,
+                        "{share} {reach} {p} {c}: {error:?}, not {expected}"
+                    );
                 }
             }
         }

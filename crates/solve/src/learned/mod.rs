@@ -101,19 +101,11 @@ pub fn learn(
     let strains = VectorStrains::new(&displacements, &rig.strain_edges, &rest_lengths, mean);
     let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
     progress.step("choice", 0, 1)?;
-    let (chosen, candidates) = choice::choose(
-        &strains,
-        &linear_influences,
-        &smooth_residual,
-        &area,
-        (
-            settings.share.as_ref().map_or(&choice::SHARES[..], std::slice::from_ref),
-            settings.ridge.as_ref().map_or(&choice::RIDGES[..], std::slice::from_ref),
-        ),
-        marker_noise,
-    )?;
+    let (chosen, candidates) =
+        choice::choose(&strains, &linear_influences, &smooth_residual, &area, &settings, marker_noise)?;
     progress.step("choice", 1, 1)?;
-    let linear_settings = LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise };
+    let linear_settings =
+        LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise, reach: settings.reach };
     let band = linear_band::linear_band(
         &strains,
         &linear_influences,
@@ -132,7 +124,7 @@ pub fn learn(
     };
     let moves = |v: usize| listens[v] != Listens::Nothing;
     let (pose_features, detail) =
-        detail::features_and_detail(rig, &rest_lengths, topology, examples, moves, add_band, progress)?;
+        detail::features_and_detail(rig, topology, examples, moves, add_band, settings.fold_axes, progress)?;
     let folds = folds::folds(
         &pose_features,
         examples.len(),
@@ -175,7 +167,7 @@ impl Steps {
     }
 
     /// Puts all that a device needs into `rig`.
-    pub(crate) fn finish(self, fold_ridge: f64, rig: &mut Rig<f64>) {
+    pub(crate) fn finish(self, settings: &LearnedSettings, rig: &mut Rig<f64>) {
         let centers = rig.centers();
         rig.influence_edges = self.influences.edges;
         rig.influence_weights = self.influences.weights;
@@ -191,8 +183,10 @@ impl Steps {
         rig.learned = Some(Learned {
             share: self.chosen.share,
             ridge: self.chosen.ridge,
-            fold_ridge,
+            fold_ridge: settings.fold_ridge,
             marker_noise: self.linear_settings.marker_noise,
+            reach: self.linear_settings.reach,
+            fold_axes: settings.fold_axes,
             anchors,
             anchor_weights,
             feature_gains,
