@@ -193,7 +193,7 @@ impl Recipe {
             marker_noise: 0.0,
             fold_axes: if examples % 3 == 0 { FoldAxes::Mesh } else { FoldAxes::Tangent },
             // Some frames go farther than the examples, and with others it does not matter.
-            reach: if examples % 4 > 0 { 0.75 } else { f64::INFINITY },
+            reach: if examples % 4 > 0 { 1.0 } else { f64::INFINITY },
             anchors,
             anchor_weights: (0..vertices * a).map(&mut weights).collect(),
             // It is in the basis: no kernel reads it.

@@ -83,7 +83,7 @@ pub struct LearnedSettings {
     pub fold_ridge: f64,
     /// The standard deviation of a marker's noise per axis, 0 or more, in millimetres.
     pub marker_noise: f64,
-    /// How far the linear band follows a vector strain, above 0: so many times what the examples show of it, each component for
+    /// How far the linear band follows a vector strain, 1 or more: so many times what the examples show of it, each component for
     /// itself and to each side. Infinite: however far it goes.
     pub reach: f64,
     /// The axes that folds are added along.

@@ -18,7 +18,7 @@ pub struct Learned<T: Real = f32> {
     pub fold_ridge: f64,
     /// σ_m: the standard deviation of a marker's noise per axis, in mesh units.
     pub marker_noise: f64,
-    /// How many times as far as in any example a vector strain's components are followed, above 0; infinite where there is no bound.
+    /// How many times as far as in any example a vector strain's components are followed, 1 or more; infinite where there is no bound.
     pub reach: f64,
     /// The axes of the detail that the rig's weights are of.
     pub fold_axes: FoldAxes,

@@ -109,7 +109,7 @@ impl Rig {
                 return fail(format!("{name} is {number}, which is out of its range"));
             }
         }
-        if learned.reach.is_nan() || learned.reach <= 0.0 {
+        if learned.reach.is_nan() || learned.reach < 1.0 {
             return fail(format!("reach is {}, which is out of its range", learned.reach));
         }
         below("anchors", &learned.anchors, self.handles.len())?;

@@ -274,7 +274,7 @@ fn metadata_out_of_range() {
     damaged(&|m| m["learned"]["share"] = 1.5.into(), &["share is 1.5, which is out of its range"]);
     damaged(&|m| m["learned"]["ridge"] = 0.0.into(), &["ridge is 0, which"]);
     damaged(&|m| m["learned"]["marker_noise"] = (-1.0).into(), &["marker_noise is -1, which"]);
-    damaged(&|m| m["learned"]["reach"] = 0.0.into(), &["reach is 0, which"]);
+    damaged(&|m| m["learned"]["reach"] = 0.5.into(), &["reach is 0.5, which"]);
     damaged(&|m| m["learned"]["fold_axes"] = "world".into(), &["metadata", "`world`"]);
     damaged(
         &|m| drop(m["learned"].as_object_mut().unwrap().remove("fold_ridge")),

@@ -77,7 +77,7 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
         marker_noise: number("marker_noise", "millimetres, a number from 0", |noise| noise >= 0.0)?,
         reach: match section.get("reach") {
             Some(DeValue::Float(number)) if matches!(number.as_str(), "inf" | "+inf") => Some(f64::INFINITY),
-            _ => number("reach", "a number above 0, inf for no bound", |reach| reach > 0.0)?,
+            _ => number("reach", "a number from 1, inf for no bound", |reach| reach >= 1.0)?,
         },
         fold_axes: match section.text("fold_axes", "\"mesh\" or \"tangent\"")? {
             None => None,

@@ -105,7 +105,7 @@ pub struct LearnedSection {
     /// The standard deviation of a marker's noise per axis in millimetres, 0 or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker_noise: Option<f64>,
-    /// How many times as far as in any example a vector strain is followed, above 0; infinite for no bound.
+    /// How many times as far as in any example a vector strain is followed, 1 or more; infinite for no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reach: Option<f64>,
     /// The axes that folds are added along.

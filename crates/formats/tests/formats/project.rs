@@ -166,7 +166,10 @@ fn projects_that_would_not_read_back_are_not_written() {
         (change(|p| p.learned.ridge = Some(0.0)), "[learned] ridge is 0.0, expected a number above 0"),
         (change(|p| p.learned.fold_ridge = Some(-1.0)), "[learned] fold_ridge is -1.0"),
         (change(|p| p.learned.marker_noise = Some(f64::INFINITY)), "[learned] marker_noise is inf"),
-        (change(|p| p.learned.reach = Some(0.0)), "[learned] reach is 0.0, expected a number above 0"),
+        (
+            change(|p| p.learned.reach = Some(0.5)),
+            "[learned] reach is 0.5, expected a number from 1, inf for no bound",
+        ),
         (change(|p| p.learned.reach = Some(f64::NAN)), "[learned] reach is nan"),
     ] {
         let Err(Error::Input(found)) = write(&path, &bad) else { panic!("{bad:?} was written") };

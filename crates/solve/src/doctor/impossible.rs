@@ -115,7 +115,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
                 marker_noise == 0.0 || positive(marker_noise),
                 "millimetres from 0",
             ),
-            ("reach", Some(reach), reach > 0.0, "a number above 0, inf for no bound"),
+            ("reach", Some(reach), reach >= 1.0, "a number from 1, inf for no bound"),
         ] {
             if let Some(number) = number.filter(|_| !is_right) {
                 error("settings", format!("{name} is {number}, expected {expected}"));

@@ -1,6 +1,7 @@
 //! How much of the linear band is believed (step 7 of the learned method): what predicts examples best that are left out.
-use super::linear_band::{Beyond, LinearSettings, VectorStrains, VertexSystem};
+use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
 use super::neighborhoods::LinearInfluences;
+use super::reach::Beyond;
 use rayon::prelude::*;
 use rhytid_core::{Error, LearnedSettings, Result};
 

@@ -1,6 +1,7 @@
 //! The linear band (step 6 of the learned method): what the shell leaves of the examples, as a linear function of what the
 //! nearby handles do relative to each other.
 use super::neighborhoods::LinearInfluences;
+use super::reach::Beyond;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, Par};
@@ -86,23 +87,9 @@ impl VectorStrains {
         self.noise[e as usize]
     }
 
-    /// The features of each example as they are followed where it is left out, (F + H)×3P: no farther than `reach` times what the
-    /// others show.
-    fn within_others(&self, reach: f64) -> Vec<f64> {
-        let mut within = self.of_examples.clone();
-        if reach.is_infinite() {
-            return within;
-        }
-        let n = 3 * self.examples;
-        for (within, d) in within.chunks_exact_mut(n.max(1)).zip(self.of_examples.chunks_exact(n.max(1))) {
-            for (i, within) in within.iter_mut().enumerate() {
-                let others = (i % 3..n).step_by(3).filter(|&j| j != i).map(|j| reach * d[j]);
-                let (least, most) =
-                    others.fold((0.0_f64, 0.0_f64), |(least, most), x| (least.min(x), most.max(x)));
-                *within = within.clamp(least, most);
-            }
-        }
-        within
+    /// F + H.
+    pub(crate) fn features(&self) -> u32 {
+        self.noise.len() as u32
     }
 
     /// D of all features in the examples, P×(F + H).
@@ -316,47 +303,6 @@ impl VertexSystem {
     /// τ: the mean of K1's diagonal.
     pub(crate) fn tau(&self) -> f64 {
         self.trace / self.size as f64
-    }
-}
-
-/// What of an example is beyond the reach of the others.
-pub(crate) struct Beyond {
-    /// (F + H)×3P; empty where there is no bound.
-    of_features: Vec<f64>,
-}
-
-impl Beyond {
-    pub(crate) fn new(strains: &VectorStrains, reach: f64) -> Self {
-        if reach.is_infinite() {
-            return Self { of_features: Vec::new() };
-        }
-        let within = strains.within_others(reach);
-        Self { of_features: strains.of_examples.iter().zip(&within).map(|(d, within)| d - within).collect() }
-    }
-
-    /// `κ_pq − Σ_e ω_e clamp(D_pe) · D_qe` of a vertex, P×P: clamped is p, as it is where it is left out.
-    pub(crate) fn of_vertex(
-        &self,
-        strains: &VectorStrains,
-        features: &[u32],
-        weights: &[f64],
-        beyond: &mut [f64],
-    ) {
-        beyond.fill(0.0);
-        if self.of_features.is_empty() {
-            return;
-        }
-        let examples = strains.examples;
-        for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
-            let d = strains.feature(e).as_chunks::<3>().0;
-            let of_feature = self.of_features[e as usize * 3 * examples..][..3 * examples].as_chunks::<3>().0;
-            for (of_example, beyond) in of_feature.iter().zip(beyond.chunks_exact_mut(examples)) {
-                if *of_example != [0.0; 3] {
-                    let dot = |d: &[f64; 3]| d.iter().zip(of_example).map(|(a, b)| a * b).sum::<f64>();
-                    beyond.iter_mut().zip(d).for_each(|(beyond, d)| *beyond += w * dot(d));
-                }
-            }
-        }
     }
 }
 

@@ -7,6 +7,7 @@ mod folds;
 mod linear_band;
 mod neighborhoods;
 mod parts;
+mod reach;
 mod scan_plan;
 mod smoothing;
 

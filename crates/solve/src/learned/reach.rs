@@ -1,0 +1,49 @@
+//! What of an example is beyond the reach of the others: what a frame like it would not be followed to, were it left out.
+use super::linear_band::VectorStrains;
+
+/// Of all features.
+pub(crate) struct Beyond {
+    /// (F + H)×3P; empty where there is no bound.
+    of_features: Vec<f64>,
+}
+
+impl Beyond {
+    /// What each example has beyond `reach` times what the others show, each component for itself.
+    pub(crate) fn new(strains: &VectorStrains, reach: f64) -> Self {
+        let n = 3 * strains.examples();
+        let of_component = |d: &[f64], i: usize| {
+            let others = (i % 3..n).step_by(3).filter(|j| *j != i).map(|j| reach * d[j]);
+            let (least, most) =
+                others.fold((0.0_f64, 0.0_f64), |(least, most), x| (least.min(x), most.max(x)));
+            d[i] - d[i].clamp(least, most)
+        };
+        let of_feature = |e| (0..n).map(move |i| of_component(strains.feature(e), i));
+        let bounded = if reach.is_finite() { strains.features() } else { 0 };
+        Self { of_features: (0..bounded).flat_map(of_feature).collect() }
+    }
+
+    /// `Σ_e ω_e (D_pe − clamp(D_pe)) · D_qe` of a vertex into `beyond`, P×P: p is what is clamped.
+    pub(crate) fn of_vertex(
+        &self,
+        strains: &VectorStrains,
+        features: &[u32],
+        weights: &[f64],
+        beyond: &mut [f64],
+    ) {
+        beyond.fill(0.0);
+        if self.of_features.is_empty() {
+            return;
+        }
+        let examples = strains.examples();
+        for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+            let d = strains.feature(e).as_chunks::<3>().0;
+            let of_feature = self.of_features[e as usize * 3 * examples..][..3 * examples].as_chunks::<3>().0;
+            for (of_example, beyond) in of_feature.iter().zip(beyond.chunks_exact_mut(examples)) {
+                if *of_example != [0.0; 3] {
+                    let dot = |d: &[f64; 3]| d.iter().zip(of_example).map(|(a, b)| a * b).sum::<f64>();
+                    beyond.iter_mut().zip(d).for_each(|(beyond, d)| *beyond += w * dot(d));
+                }
+            }
+        }
+    }
+}
