@@ -73,9 +73,14 @@ fn animating_the_real_face() {
     // Compression holds the vertices that are near the bound, in up to a gigabyte.
     let compressed = peak("glb", "--compressed", 300);
     assert!((10.0..1300.0).contains(&compressed), "compressed: 300 frames hold {compressed} MB");
+    // Positions and normals of 300 frames, in megabytes. A busy machine writes later and holds some batches more.
+    let held = 300.0 * 9409.0 * 24.0 / 1e6;
     for (ending, options) in [("usd", ""), ("usda", ""), ("usdz", ""), ("glb", "--force")] {
         let (short, long) = (peak(ending, options, 300), peak(ending, options, 600));
         assert!((10.0..300.0).contains(&short), "{ending} {options}: 300 frames hold {short} MB");
-        assert!(long <= short * 1.1, "{ending} {options}: 600 frames hold {long} MB, 300 hold {short} MB");
+        assert!(
+            long <= short + 0.25 * held,
+            "{ending} {options}: 600 frames hold {long} MB, 300 hold {short} MB"
+        );
     }
 }
