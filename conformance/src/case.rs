@@ -111,15 +111,16 @@ const FULL_SIZES: [[usize; 7]; 19] = [
 ];
 
 /// As [`QUICK_SIZES`], of rigs of the learned method.
-const QUICK_LEARNED_SIZES: [[usize; 7]; 2] = [[65, 8, 63, 6, 16, 2, 3], [129, 89, 243, 6, 16, 31, 32]];
+const QUICK_LEARNED_SIZES: [[usize; 7]; 2] = [[65, 8, 63, 5, 16, 2, 3], [129, 89, 243, 6, 16, 31, 32]];
 
 /// The same; P straddles what is summed at once, 8 examples, and goes as far as is promised.
-const LEARNED_SIZES: [[usize; 7]; 7] = [
+const LEARNED_SIZES: [[usize; 7]; 8] = [
     [1, 1, 0, 1, 0, 1, 1],
     [31, 7, 0, 3, 0, 2, 2],
     [63, 8, 65, 8, 16, 1, 2],
     [127, 63, 80, 9, 4, 5, 5],
     [300, 89, 243, 64, 16, 3, 5],
+    [301, 89, 243, 63, 16, 3, 5],
     [1025, 89, 243, 6, 16, 17, 40],
     [2049, 300, 1000, 24, 16, 2, 2],
 ];

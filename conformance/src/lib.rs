@@ -21,6 +21,7 @@ mod bandwidth;
 mod canary;
 mod case;
 mod compare;
+mod distances;
 pub mod expectations;
 mod must_pass;
 mod numbers;

@@ -1,6 +1,6 @@
 //! Rigs made of random numbers from fixed seeds, each with something that is hard on a kernel.
 use crate::{Built, Numbers};
-use rhytid_core::{Faces, FoldAxes, Learned, Rig, UpAxis};
+use rhytid_core::{Faces, FoldStrains, Learned, Rig, UpAxis};
 
 /// Sizes of a rig, and of a batch.
 #[derive(Debug, Clone, Copy)]
@@ -186,19 +186,22 @@ impl Recipe {
         let a = ANCHORS.min(rig.handles.len());
         let anchors = (0..vertices).flat_map(|_| numbers.some_below(rig.handles.len(), a)).collect();
         let mut weights = |_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 };
+        // One rig has folds and nothing else beyond its basis.
+        let share = if examples == 3 { 0.0 } else { 0.2 };
+        let weights_of_examples = if share > 0.0 { vertices * examples } else { 0 };
         rig.learned = Some(Learned {
-            share: 0.2,
+            share,
             ridge: 1e-2,
             fold_ridge: 1e-3,
             marker_noise: 0.0,
-            fold_axes: if examples % 3 == 0 { FoldAxes::Mesh } else { FoldAxes::Tangent },
+            fold_strains: if examples % 3 == 0 { FoldStrains::Vectors } else { FoldStrains::Lengths },
             // Some frames go farther than the examples, and with others it does not matter.
             reach: if examples % 4 > 0 { 1.0 } else { f64::INFINITY },
             anchors,
             anchor_weights: (0..vertices * a).map(&mut weights).collect(),
             // It is in the basis: no kernel reads it.
             feature_gains: vec![0.0; vertices * (rig.influences() + a)],
-            example_weights: (0..vertices * examples).map(|_| unit(vector(numbers, 2.0))).collect(),
+            example_weights: (0..weights_of_examples).map(|_| unit(vector(numbers, 2.0))).collect(),
             variances: vec![0.0; vertices],
         });
     }

@@ -2,12 +2,12 @@
 //!
 //! The inputs are the device's own, so that an error upstream is not blamed on a kernel downstream. The numbers of
 //! roundings are those of [`mod@tolerance`]; here are the sums they are multiplied with.
+use crate::distances::Distances;
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
 use rayon::prelude::*;
-use rhytid_core::{BasisStorage, FoldAxes, Rig, Stage};
-use rhytid_kernels::linear_band::EDGES_SHARE;
+use rhytid_core::{BasisStorage, Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{detail, fine_scale, strain, vec3};
+use rhytid_kernels::{bands, detail, fine_scale, strain, vec3};
 
 /// A number as it should be.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -107,7 +107,7 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
         found.handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, rest)).collect();
     let roundings = tolerance::large_scale(handles);
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
-    let band = linear_band(found, &displacements);
+    let band = linear_band(found);
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let row = &rig.basis[v * handles..][..handles];
         let u = &displacements[frame * handles..][..handles];
@@ -135,52 +135,65 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     })
 }
 
-/// What the linear band adds to every vertex of every frame; `None` where the rig has none.
-fn linear_band(found: &Found, displacements: &[[f64; 3]]) -> Option<Vec<[Expected; 3]>> {
+/// What the linear band adds to every vertex of every frame; `None` where the rig has no bands.
+fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
     let rig = &found.rig;
-    let learned = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty())?;
-    let (handles, examples, features) = (rig.handles.len(), rig.example_names.len(), rig.features());
-    let (k, a) = (rig.influences(), learned.anchors_per_vertex());
-    let (vectors, bounds) = (rig.example_vectors(), rig.feature_bounds());
-    let (least, most) = bounds.split_at(features);
-    // T, and the sizes that its roundings are relative to.
-    let tables: Vec<(f64, f64)> = displacements
-        .chunks_exact(handles)
-        .flat_map(|u| vectors.iter().enumerate().map(move |(i, vector)| (u, i % features, vector)))
-        .map(|(u, e, vector)| {
-            let ends = match rig.strain_edges.get(e) {
-                Some(&[a, b]) => [u[b as usize], u[a as usize]],
-                None => [u[e - rig.strain_edges.len()], [0.0; 3]],
-            };
-            let size: f64 = (0..3).map(|c| (ends[0][c].abs() + ends[1][c].abs()) * vector[c].abs()).sum();
-            let moved: [f64; 3] =
-                std::array::from_fn(|c| (ends[0][c] - ends[1][c]).max(least[e][c]).min(most[e][c]));
-            (vec3::dot(moved, *vector), size)
-        })
-        .collect();
-    let roundings = gamma(tolerance::linear_band(k + a, examples));
+    let distances = Distances::new(rig, &found.handle_positions)?;
+    let examples = rig.example_names.len();
+    let half = rig.half_example_weights();
+    let (constants, vectors) =
+        (rig.fold_weights(&half), bands::fold_weights(rig.centers(), rig.vector_folds()));
+    let roundings = gamma(tolerance::bands(examples));
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     Some(of_vertices(found.frames(), rig.vertices(), |frame, v| {
-        let of_edges = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..]);
-        let of_edges = of_edges.map(|(&e, alpha)| (e as usize, EDGES_SHARE * alpha));
-        let of_anchors = learned.anchors[v * a..][..a].iter().zip(&learned.anchor_weights[v * a..]);
-        let of_anchors = of_anchors.map(|(&h, nu)| (rig.strain_edges.len() + h as usize, *nu));
-        let listens: Vec<(usize, f64)> = of_edges.chain(of_anchors).collect();
-        let mut offset = [Expected::default(); 3];
-        for (p, c) in learned.example_weights[v * examples..][..examples].iter().enumerate() {
-            let table = &tables[(frame * examples + p) * features..][..features];
-            let kappa: f64 = listens.iter().map(|(e, omega)| omega * table[*e].0).sum();
-            let size: f64 = listens.iter().map(|(e, omega)| omega * table[*e].1).sum();
-            for (offset, c) in offset.iter_mut().zip(c) {
-                offset.value += c * kappa;
-                // Each product of T may vanish, and each with ω, and that with c.
-                let flushed = (5.0 * (k + a + 1) as f64 * c.abs() + 1.0) * TINY;
-                let kept = if c.abs() < smallest { (c * kappa).abs() } else { 0.0 };
-                offset.bound += roundings * c.abs() * size + flushed + kept;
+        let squares = distances.squares(frame, v);
+        let (c, a) = (&half[v * examples..][..examples], constants[v * vectors]);
+        std::array::from_fn(|axis| {
+            let (mut value, mut bound) = (a[axis], roundings * a[axis].abs() + TINY);
+            for (c, square) in c.iter().zip(&squares[1..]) {
+                let (along, c) = (squares[0].value - square.value, c[axis]);
+                value += c * along;
+                let kept = if c.abs() < smallest { (c * along).abs() } else { 0.0 };
+                bound += (1.0 + roundings) * c.abs() * (squares[0].bound + square.bound)
+                    + roundings * (c * along).abs()
+                    + (c.abs() + 1.0) * TINY
+                    + kept;
             }
-        }
-        offset
+            Expected { value, bound }
+        })
     }))
+}
+
+/// The folds of vector strains.
+fn vector_folds(found: &Found, distances: &Distances<'_>) -> Vec<[Expected; 3]> {
+    let rig = &found.rig;
+    let centers = rig.centers();
+    let roundings = gamma(tolerance::bands(centers - 1));
+    of_vertices(found.frames(), rig.vertices(), |frame, v| {
+        let squares = distances.squares(frame, v);
+        let roots: Vec<Expected> = squares
+            .iter()
+            .map(|&Expected { value, bound }| {
+                let root = value.sqrt();
+                // |√a − √b| is at most |a − b| / √a, and at most √|a − b|.
+                let of_square = if bound > 0.0 { bound / root.max(bound.sqrt()) } else { 0.0 };
+                Expected { value: root, bound: of_square + gamma(tolerance::DISTANCE) * (root + of_square) }
+            })
+            .collect();
+        let weights = &rig.rbf_weights[v * centers..][..centers];
+        std::array::from_fn(|axis| {
+            let b = weights[0][axis];
+            let (mut value, mut bound) = (b, roundings * b.abs() + TINY);
+            for (w, root) in weights.iter().zip(&roots).skip(1) {
+                let (farther, w) = (root.value - roots[0].value, w[axis]);
+                value += w * farther;
+                bound += (1.0 + roundings) * w.abs() * (root.bound + roots[0].bound)
+                    + roundings * (w * farther).abs()
+                    + TINY;
+            }
+            Expected { value, bound }
+        })
+    })
 }
 
 /// `v / |v|`, where each component of v is known within `error` (0 for all of a v that must be 0).
@@ -235,6 +248,11 @@ fn vertex_normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[Expected; 3]> 
 
 fn details(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
+    if rig.vector_folds()
+        && let Some(distances) = Distances::new(rig, &found.handle_positions)
+    {
+        return vector_folds(found, &distances);
+    }
     let (edges, k, n) = (rig.strain_edges.len(), rig.influences(), rig.centers());
     let features: Vec<f64> = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
     let roundings = gamma(tolerance::detail(n, k));
@@ -287,7 +305,7 @@ fn positions(
     of_vertices(large_scale.len() / vertices, vertices, |frame, v| {
         let first = frame * vertices;
         let (smooth, n, d) = (large_scale[first + v], large_scale_normals[first + v], detail[first + v]);
-        if rig.fold_axes() == FoldAxes::Mesh {
+        if rig.vector_folds() {
             return std::array::from_fn(|c| {
                 let value = smooth[c] + d[c];
                 Expected { value, bound: tolerance::POSITION * EPSILON * value.abs() + TINY }

@@ -146,8 +146,10 @@ pub(crate) fn examine(
 /// The rig with its basis and the weights of its linear band as a device has them.
 pub fn stored(mut rig: Rig, basis: BasisStorage) -> Rig {
     if basis == BasisStorage::F16 {
+        rig.basis.iter_mut().for_each(|b| *b = f16::from_f32(*b).to_f32());
+        // It is kept as its half.
         let c = rig.learned.iter_mut().flat_map(|learned| learned.example_weights.as_flattened_mut());
-        rig.basis.iter_mut().chain(c).for_each(|x| *x = f16::from_f32(*x).to_f32());
+        c.for_each(|c| *c = 2.0 * f16::from_f32(0.5 * *c).to_f32());
     }
     rig
 }

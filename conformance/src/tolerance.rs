@@ -55,12 +55,27 @@ pub fn large_scale(handles: usize) -> f64 {
     handles as f64 + 1.0
 }
 
-/// `products` and `linear_band`, relative to `Σ|c| Σ ω (|u₁| + |u₂|) |E|`: the displacement, the difference of two, the example's
-/// vector (the host rounds it once, by half a unit), the product, two sums; the product with the weight, K + A − 1 sums and one product with
-/// 0.9, which is rounded itself; the product with c, P − 1 sums.
-pub fn linear_band(features: usize, examples: usize) -> f64 {
-    (features + examples) as f64 + 7.5
+/// A vector strain, relative to `(|u₁| + |u₂|) / l`: the displacement, the difference of two, the division, and the length, which the
+/// host rounds by half a unit. Bounds and examples' vector strains are rounded likewise.
+pub const VECTOR_STRAIN: f64 = ONE + ONE + DIVIDE + 0.5;
+/// What the host rounds once, to nearest.
+pub const ROUNDED: f64 = 0.5;
+
+/// `vector_differences`, relative to itself: the square, two sums.
+pub const SQUARED_DIFFERENCE: f64 = 3.0;
+
+/// S of `bands`, relative to itself: the product with the weight, K + A − 1 sums, and one product with 0.9, which is rounded itself.
+pub fn squared_distance(features: usize) -> f64 {
+    features as f64 + 2.0
 }
+
+/// `bands`, relative to the sum of the sizes of a and `(c/2) (S_0 − S_p)`, or b and `w (r_p − r_0)`: the difference, the product, P sums.
+pub fn bands(examples: usize) -> f64 {
+    examples as f64 + 2.0
+}
+
+/// A distance of `bands` beyond the error of its square, relative to itself.
+pub const DISTANCE: f64 = ROOT;
 
 /// `normals`, relative to the sum of the products in the cross products of `triangles` triangles, each component for
 /// itself, and each from the corner where they are the most, as any will do: two differences, the product, the difference of products, the sum over triangles.
@@ -101,12 +116,15 @@ pub fn in_words(stage: Stage) -> &'static str {
     match stage {
         Stage::Strain => "7 ε Σ(|u₁| + |u₂|)(|e| + |ē|) / (L + l) / l + 14.75 ε |f|",
         Stage::LargeScale => {
-            "(H + 1) ε Σ|b u| + ε |x|; and (K + A + P + 7.5) ε Σ|c| Σ ω |D| |D_p| + ε |x| for a linear band"
+            "(H + 1) ε Σ|b u| + ε |x|; and with bands (P + 2) ε (|a| + Σ|c/2| |S₀ − S_p|), the error of S times |c/2|, and ε |x|"
         }
         Stage::LargeScaleNormals | Stage::Normals => {
             "(T + 3) ε Σ|e f| over the area, for T triangles at the vertex, from the corner with the most, and 13.5 ε |n|"
         }
-        Stage::Detail => "(N + (K + 3)/2 + 5.5) ε (|Σw| r_p or |b|, + Σ|w| (r + r_p)), for the pivot p",
+        Stage::Detail => {
+            "(N + (K + 3)/2 + 5.5) ε (|Σw| r_p or |b|, + Σ|w| (r + r_p)), for the pivot p; of vector strains (P + 2) ε (|b| + Σ|w| |r_p − r₀|), \
+             and the error of r times |w|"
+        }
         Stage::Positions => "3 ε Σ|R d|, the error of the frame's t and b times d, and ε |x|",
     }
 }
@@ -124,7 +142,8 @@ mod tests {
         assert_eq!([DIVIDE, ROOT], [2.5, 4.5]);
         assert_eq!([STRAIN_PRODUCTS, STRAIN_QUOTIENT], [7.0, 14.75]);
         assert_eq!([large_scale(1), large_scale(89)], [2.0, 90.0]);
-        assert_eq!([linear_band(1, 1), linear_band(24, 6)], [9.5, 37.5]);
+        assert_eq!([VECTOR_STRAIN, ROUNDED, SQUARED_DIFFERENCE, DISTANCE], [5.0, 0.5, 3.0, 4.5]);
+        assert_eq!([squared_distance(1), squared_distance(24), bands(1), bands(6)], [3.0, 26.0, 3.0, 8.0]);
         assert_eq!([cross_products(1), cross_products(6)], [4.0, 9.0]);
         assert_eq!(UNIT, 13.5);
         assert_eq!([detail(1, 1), detail(7, 16)], [8.5, 22.0]);

@@ -1,8 +1,8 @@
 //! The twins of all kernels, run one after the other.
-use rhytid_core::{FoldAxes, Rig, Stage};
+use rhytid_core::{Rig, Stage};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{
-    Real, detail, differences, fine_scale, large_scale, linear_band, normals, products, strain, vec3,
+    Real, bands, detail, differences, fine_scale, large_scale, normals, strain, vec3, vector_differences,
 };
 
 /// Every stage of a batch, as the twin computes them.
@@ -59,36 +59,43 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         &strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
         &mut results.strain,
     );
+    let mut band_offsets = Vec::new();
+    if rig.bands().is_some() {
+        band_offsets = vectors();
+        add_bands(rig, &handle_rest, handle_positions, &mut band_offsets, &mut results.detail);
+    }
     large_scale::large_scale(
-        large_scale::Params::whole(frames, vertices, handles),
+        large_scale::Params::whole(frames, vertices, handles, !band_offsets.is_empty()),
         &rig.rest,
         &rig.basis,
         &handle_rest,
         handle_positions,
+        &band_offsets,
         &mut results.large_scale,
     );
-    add_linear_band(rig, &handle_rest, handle_positions, &mut results.large_scale);
     let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
     let normals_of = |positions: &[[T; 3]], vertex_normals: &mut [[T; 3]]| {
         let params = normals::Params::whole(frames, vertices);
         normals::normals(params, positions, &rig.triangles, &vertex_triangles, vertex_normals);
     };
     normals_of(&results.large_scale, &mut results.large_scale_normals);
-    let (rbf_weights, pivots) = pivoted_weights(rig);
-    detail::detail(
-        detail_params(rig, frames),
-        &squared_differences(rig, &results.strain),
-        &detail::Buffers {
-            influences: rig.influences(),
-            influence_edges: &rig.influence_edges,
-            influence_weights: &rig.influence_weights,
-            rbf_weights: &rbf_weights,
-            pivots: &pivots,
-        },
-        &mut results.detail,
-    );
+    if !rig.vector_folds() {
+        let (rbf_weights, pivots) = pivoted_weights(rig);
+        detail::detail(
+            detail_params(rig, frames),
+            &squared_differences(rig, &results.strain),
+            &detail::Buffers {
+                influences: rig.influences(),
+                influence_edges: &rig.influence_edges,
+                influence_weights: &rig.influence_weights,
+                rbf_weights: &rbf_weights,
+                pivots: &pivots,
+            },
+            &mut results.detail,
+        );
+    }
     fine_scale::fine_scale(
-        fine_scale::Params::whole(frames, vertices, rig.fold_axes() == FoldAxes::Mesh),
+        fine_scale::Params::whole(frames, vertices, rig.vector_folds()),
         &results.large_scale,
         &results.large_scale_normals,
         &results.detail,
@@ -113,41 +120,53 @@ pub fn detail_params<T: Real>(rig: &Rig<T>, frames: usize) -> detail::Params {
     detail::Params { zero_at_rest: u32::from(rig.learned.is_some()), ..whole }
 }
 
-/// Adds the linear band to what the basis gives, where the rig has one.
-fn add_linear_band<T: Real>(
+/// Both bands of a rig that has any: what the linear one adds, and the folds where they are of vector strains.
+fn add_bands<T: Real>(
     rig: &Rig<T>,
     handle_rest: &[[T; 3]],
     handle_positions: &[[T; 3]],
-    positions: &mut [[T; 3]],
+    offsets: &mut [[T; 3]],
+    details: &mut [[T; 3]],
 ) {
-    let Some(learned) = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()) else {
-        return;
-    };
-    let (handles, features, examples) = (handle_rest.len(), rig.features(), rig.example_names.len());
+    let Some(learned) = rig.bands() else { return };
+    let (handles, features, centers) = (handle_rest.len(), rig.features(), rig.centers());
     let frames = handle_positions.len() / handles;
     let rest = handle_rest.iter().cycle();
     let displacements: Vec<[T; 3]> =
         handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, *rest)).collect();
-    let [handles, strain_edges] = [handles, rig.strain_edges.len()].map(|n| n as u32);
-    let params = products::Params { frames: frames as u32, handles, strain_edges, examples: examples as u32 };
-    let mut table = vec![T::ZERO; frames * differences::table_len(features, examples)];
-    let (vectors, bounds) = (rig.example_vectors(), rig.feature_bounds());
-    products::products(params, &displacements, &rig.strain_edges, &vectors, &bounds, &mut table);
-    let basis_positions = positions.to_vec();
-    linear_band::linear_band(
-        linear_band::Params::whole(frames, rig.vertices(), features, examples),
-        &basis_positions,
-        (&table, strain_edges),
-        &linear_band::Buffers {
+    let mut table = vec![T::ZERO; frames * differences::table_len(features, centers)];
+    vector_differences::vector_differences(
+        vector_differences::Params {
+            frames: frames as u32,
+            handles: handles as u32,
+            strain_edges: rig.strain_edges.len() as u32,
+            centers: centers as u32,
+        },
+        &displacements,
+        &vector_differences::Buffers {
+            strain_edges: &rig.strain_edges,
+            feature_lengths: &rig.feature_lengths().iter().map(|&l| T::round_from(l)).collect::<Vec<_>>(),
+            example_vectors: &rig.example_vectors(),
+            feature_bounds: &rig.feature_bounds(),
+        },
+        &mut table,
+    );
+    let example_weights = rig.half_example_weights();
+    bands::bands(
+        bands::Params::whole(frames, rig.vertices(), features, centers, rig.vector_folds()),
+        (&table, rig.strain_edges.len() as u32),
+        &bands::Buffers {
             influences: rig.influences(),
             influence_edges: &rig.influence_edges,
             influence_weights: &rig.influence_weights,
             anchors_per_vertex: learned.anchors_per_vertex(),
             anchors: &learned.anchors,
             anchor_weights: &learned.anchor_weights,
-            example_weights: &learned.example_weights,
+            fold_weights: &rig.fold_weights(&example_weights),
+            example_weights: &example_weights,
         },
-        positions,
+        offsets,
+        details,
     );
 }
 

@@ -2,7 +2,7 @@
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::reference::{Expected, Found, reference};
 use rhytid_conformance::{Case, Suite, cases, detail_params, evaluate, pivoted_weights, squared_differences};
-use rhytid_core::{Animator, Backend, BasisStorage, FoldAxes, Stage};
+use rhytid_core::{Animator, Backend, BasisStorage, Stage};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, normals};
 
@@ -60,6 +60,9 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
         }
         Stage::LargeScaleNormals => normals_of(Stage::LargeScale),
         Stage::Normals => normals_of(Stage::Positions),
+        Stage::Detail if rig.vector_folds() => {
+            return evaluate(rig, &found.handle_positions).stage(stage).to_vec();
+        }
         Stage::Detail => {
             let params = detail_params(rig, frames);
             let (rbf_weights, pivots) = pivoted_weights(rig);
@@ -74,7 +77,7 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
             detail::detail(params, &table, &buffers, &mut out);
         }
         Stage::Positions => fine_scale::fine_scale(
-            fine_scale::Params::whole(frames, vertices, rig.fold_axes() == FoldAxes::Mesh),
+            fine_scale::Params::whole(frames, vertices, rig.vector_folds()),
             &vectors(Stage::LargeScale),
             &vectors(Stage::LargeScaleNormals),
             &vectors(Stage::Detail),

@@ -5,7 +5,7 @@ use crate::support::real;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{
-    Animator, Backend, Face, FoldAxes, LearnedSettings, Method, NoProgress, Rig, Settings, Stage,
+    Animator, Backend, Face, FoldStrains, LearnedSettings, Method, NoProgress, Rig, Settings, Stage,
     UploadOptions,
 };
 use rhytid_kernels::vec3;
@@ -89,8 +89,11 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
     let (rms, worst) = off_the_truth(&shared, &rig);
     println!("RMS to the truth {rms:.3} mm, worst {worst:.2} mm");
     assert!(rms <= 0.185 && worst < 4.5, "{rms} mm, worst {worst} mm");
-    let as_documented =
-        LearnedSettings { reach: f64::INFINITY, fold_axes: FoldAxes::Tangent, ..LearnedSettings::default() };
+    let as_documented = LearnedSettings {
+        reach: f64::INFINITY,
+        fold_strains: FoldStrains::Lengths,
+        ..LearnedSettings::default()
+    };
     let settings = Settings { method: Method::Learned(as_documented), ..Settings::default() };
     let (rig, account) = solve_and_account(&Face { settings, ..face }, &NoProgress).unwrap();
     let chosen = account.candidates[0];

@@ -93,7 +93,7 @@ proptest! {
     fn rest_handles_give_the_rest_pose(face in faces_for_both_methods()) {
         let rig = solved(&face);
         let results = evaluate(&rig, &at_handles(&face, &rig.rest));
-        prop_assert_eq!(&results.large_scale, &rig.rest);
+        prop_assert!(worst(&results.large_scale, &rig.rest) < 1e-10 * size(&face));
         prop_assert!(worst(&results.positions, &rig.rest) < 1e-10 * size(&face));
     }
 

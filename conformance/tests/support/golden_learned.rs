@@ -1,7 +1,7 @@
 //! The golden cases of the learned method: float64 values by an independent implementation.
 use rhytid_conformance::worst_difference;
 use rhytid_core::{
-    Device, Example, Face, Faces, FoldAxes, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig,
+    Device, Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig,
     Settings, Stage, StrainEdges, UpAxis, UploadOptions,
 };
 use rhytid_solve::solve;
@@ -43,7 +43,7 @@ pub(crate) fn face(case: &Value) -> Face {
         fold_ridge: case["fold_ridge"].as_f64().unwrap(),
         // The cases go on linearly, however far their frames are from their poses, and turn their folds.
         reach: f64::INFINITY,
-        fold_axes: FoldAxes::Tangent,
+        fold_strains: FoldStrains::Lengths,
     });
     Face {
         name: "golden".into(),

@@ -22,8 +22,6 @@ pub(crate) struct Detail {
     edges: usize,
     /// N × F.
     pose_features: Vec<f32>,
-    /// α.
-    pub(crate) influences: TileWeights,
     /// w, tiled, `[V/16][N][3][16]`, with the pivot's sum in its place, or what is added in every frame.
     rbf_weights: Vec<Line3>,
     /// The pivot of each vertex, tiled; past V, 0.
@@ -33,7 +31,11 @@ pub(crate) struct Detail {
 }
 
 impl Detail {
-    pub(crate) fn new(rig: &Rig) -> Self {
+    /// `None` where the folds are of vector strains.
+    pub(crate) fn new(rig: &Rig) -> Option<Self> {
+        if rig.vector_folds() {
+            return None;
+        }
         let (vertices, centers) = (rig.vertices(), rig.centers());
         let (weights, pivots) = match rig.learned {
             Some(_) => (rig.rbf_weights.clone(), vec![0; vertices]),
@@ -42,15 +44,14 @@ impl Detail {
         let rbf_weights = tiled3(&weights, centers);
         let mut tiled_pivots = vec![[0; TILE]; vertices.div_ceil(TILE)];
         pivots.iter().enumerate().for_each(|(v, &pivot)| tiled_pivots[v / TILE][v % TILE] = pivot);
-        Self {
+        Some(Self {
             centers,
             edges: rig.strain_edges.len(),
             pose_features: rig.pose_features.clone(),
-            influences: TileWeights::new(vertices, &rig.influence_edges, &rig.influence_weights),
             rbf_weights,
             pivots: tiled_pivots,
             zero_at_rest: rig.learned.is_some(),
-        }
+        })
     }
 
     /// The squared differences of one frame's features, `[N/8][F][8]`; past N, 0.
@@ -82,19 +83,19 @@ impl Detail {
         self.centers
     }
 
-    /// d of a tile's vertices, in one frame. `distances` is scratch for those from N centres.
+    /// d of a tile's vertices, in one frame. `influences` are α, `distances` is scratch for those from N centres.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
         simd: S,
         tile: usize,
-        table: &[FrameCells],
+        (influences, table): (&TileWeights, &[FrameCells]),
         distances: &mut [Line],
     ) -> Line3 {
         let rbf_weights = &self.rbf_weights[tile * self.centers..][..self.centers];
         let mut d = [Line::ZERO; 3];
         for register in 0..TILE / S::F32_LANES {
-            self.influences.frame(simd, (tile, register), (table, self.edges), None, distances);
+            influences.frame(simd, (tile, register), (table, self.edges), None, distances);
             for r in distances.iter_mut() {
                 Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
             }
@@ -130,14 +131,14 @@ impl Detail {
         &self,
         simd: S,
         first: usize,
-        table: &[GroupCells],
+        (influences, table): (&TileWeights, &[GroupCells]),
         distances: &mut [Vec<Line>; GROUP_VERTICES],
         out: &mut [Line3],
     ) {
         for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
             let v = first + i * GROUP_VERTICES;
             for register in 0..GROUP / S::F32_LANES {
-                self.influences.group(simd, (v, register), (table, self.edges), None, distances);
+                influences.group(simd, (v, register), (table, self.edges), None, distances);
                 for r in distances.iter_mut().flatten() {
                     Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
                 }

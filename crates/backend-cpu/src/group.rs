@@ -1,8 +1,9 @@
 //! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
 //! read once for all of them.
+use crate::bands::{self, Bands};
+use crate::detail::Detail;
 use crate::group_mesh::GroupMesh;
 use crate::lanes::{load3, store3};
-use crate::linear_band::{self, LinearBand};
 use crate::lines::{GROUP, Line, Line3, PANEL};
 use crate::prefetch::Prefetch;
 use crate::tile_weights::{GroupCells, TileWeights};
@@ -21,7 +22,7 @@ const CHUNK: usize = 512;
 /// How many numbers ahead of its being written a frame's memory is asked for, a cache line at a time.
 const AHEAD: usize = 256;
 
-/// The mesh, and what is computed of a group, V each.
+/// The mesh, and what is computed of a group, V each; the large scale where it was needed.
 #[derive(Debug)]
 pub(crate) struct Group {
     mesh: GroupMesh,
@@ -45,7 +46,7 @@ impl Group {
         let vertices = rig.vertices();
         Self {
             mesh: GroupMesh::new(vertices, &rig.triangles),
-            smooth: vec![ZERO; vertices],
+            smooth: Vec::new(),
             fine: vec![ZERO; vertices],
         }
     }
@@ -54,14 +55,13 @@ impl Group {
     pub(crate) fn evaluate(
         &mut self,
         rig: &UploadedRig,
-        (u, features): (&[[f32; 3]], &[f32]),
+        inputs: (&[[f32; 3]], &[f32]),
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
         times: &Times,
     ) {
         let frames = positions.len() / rig.rest.len();
-        self.large_scale(rig, u, frames, times);
-        self.fine(rig, features, Stage::Positions, times);
+        self.positions(rig, inputs, frames, Stage::Positions, times);
         let start = Instant::now();
         let Self { mesh, fine, .. } = &*self;
         let chunks = chunks(positions, rig).zip(chunks(normals, rig)).zip(fine.par_chunks(CHUNK));
@@ -78,77 +78,82 @@ impl Group {
     pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
-        (u, features): (&[[f32; 3]], &[f32]),
+        inputs: (&[[f32; 3]], &[f32]),
         stage: Stage,
         out: &mut [[f32; 3]],
     ) {
-        let times = Times::default();
-        self.large_scale(rig, u, out.len() / rig.rest.len(), &times);
-        let result = if stage == Stage::LargeScale {
-            &self.smooth
-        } else {
-            self.fine(rig, features, stage, &times);
-            &self.fine
-        };
-        chunks(out, rig).zip(result.par_chunks(CHUNK)).for_each(|(out, result)| interleave(result, out));
-    }
-
-    fn large_scale(&mut self, rig: &UploadedRig, u: &[[f32; 3]], frames: usize, times: &Times) {
-        let start = Instant::now();
-        let handles = u.len() / frames;
-        let mut by_handles = vec![ZERO; handles];
-        for (i, u) in u.iter().enumerate() {
-            for c in 0..3 {
-                by_handles[i % handles][c].0[i / handles] = u[c];
-            }
-        }
-        let panels = self.smooth.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL));
-        let band = rig.linear_band.as_ref().map(|band| (band, band.group_table(u)));
-        let scratch = || (Vec::new(), band.as_ref().map(|(band, _)| band.scratch()));
-        panels.enumerate().for_each_init(scratch, |(of_basis, of_band), (panel, (out, rest))| {
-            rig.basis.group(rig.vectors, panel, &by_handles, rest, out, of_basis);
-            if let (Some((band, table)), Some(scratch)) = (&band, of_band) {
-                rig.vectors.run(AddBand {
-                    band,
-                    influences: &rig.detail.influences,
-                    table,
-                    scratch,
-                    first: panel * PANEL,
-                    out,
+        let (frames, times) = (out.len() / rig.rest.len(), Times::default());
+        match stage {
+            Stage::LargeScale => large_scale(rig, inputs.0, frames, stage, &mut self.fine, &times),
+            Stage::LargeScaleNormals => {
+                self.smooth.resize(self.fine.len(), ZERO);
+                let Self { mesh, smooth, fine } = self;
+                large_scale(rig, inputs.0, frames, Stage::LargeScale, smooth, &times);
+                fine.par_chunks_mut(PANEL).enumerate().for_each(|(i, out)| {
+                    rig.vectors.run(Normals { mesh, positions: smooth, first: i * PANEL, out });
                 });
             }
-        });
-        times.add(Stage::LargeScale, start);
+            _ => self.positions(rig, inputs, frames, stage, &times),
+        }
+        let results = self.fine.par_chunks(CHUNK);
+        chunks(out, rig).zip(results).for_each(|(out, result)| interleave(result, out));
     }
 
-    /// From the large scale to `stage`: its normals, the detail or the positions.
-    fn fine(&mut self, rig: &UploadedRig, features: &[f32], stage: Stage, times: &Times) {
-        let table = rig.detail.group_table(features);
-        let (mesh, smooth) = (&self.mesh, &self.smooth);
+    /// The detail or the positions, into `fine`.
+    fn positions(
+        &mut self,
+        rig: &UploadedRig,
+        (u, features): (&[[f32; 3]], &[f32]),
+        frames: usize,
+        stage: Stage,
+        times: &Times,
+    ) {
+        let Some(detail) = &rig.detail else {
+            return large_scale(rig, u, frames, stage, &mut self.fine, times);
+        };
+        self.smooth.resize(self.fine.len(), ZERO);
+        large_scale(rig, u, frames, Stage::LargeScale, &mut self.smooth, times);
+        let table = detail.group_table(features);
+        let Self { mesh, smooth, fine } = self;
+        let scratch =
+            || Scratch { normals: [ZERO; PANEL], details: [ZERO; PANEL], distances: detail.group_scratch() };
         times.shared(|times| {
-            self.fine.par_chunks_mut(PANEL).enumerate().for_each_init(
-                || Scratch {
-                    normals: [ZERO; PANEL],
-                    details: [ZERO; PANEL],
-                    distances: rig.detail.group_scratch(),
-                },
-                |scratch, (i, out)| {
-                    let first = i * PANEL;
-                    rig.vectors.run(Fine {
-                        rig,
-                        mesh,
-                        smooth,
-                        table: &table,
-                        scratch,
-                        first,
-                        stage,
-                        out,
-                        times,
-                    });
-                },
-            );
+            fine.par_chunks_mut(PANEL).enumerate().for_each_init(scratch, |scratch, (i, out)| {
+                let (table, first) = (&table[..], i * PANEL);
+                rig.vectors.run(Fine { rig, detail, mesh, smooth, table, scratch, first, stage, out, times });
+            });
         });
     }
+}
+
+/// The large scale, V; where the folds are of vector strains, the detail or the positions as well, which need no neighbour.
+fn large_scale(
+    rig: &UploadedRig,
+    u: &[[f32; 3]],
+    frames: usize,
+    stage: Stage,
+    out: &mut [Line3],
+    times: &Times,
+) {
+    let start = Instant::now();
+    let handles = u.len() / frames;
+    let mut by_handles = vec![ZERO; handles];
+    for (i, u) in u.iter().enumerate() {
+        for c in 0..3 {
+            by_handles[i % handles][c].0[i / handles] = u[c];
+        }
+    }
+    let bands = rig.bands.as_ref().map(|bands| (bands, bands.group_table(u)));
+    let scratch = || (Vec::new(), bands.as_ref().map(|(bands, _)| bands.scratch()));
+    let panels = out.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL)).enumerate();
+    panels.for_each_init(scratch, |(of_basis, of_bands), (panel, (out, rest))| {
+        rig.basis.group(rig.vectors, panel, &by_handles, rest, out, of_basis);
+        if let (Some((bands, table)), Some(scratch)) = (&bands, of_bands) {
+            let (influences, first) = (&rig.influences, panel * PANEL);
+            rig.vectors.run(AddBands { bands, influences, table, scratch, first, stage, out });
+        }
+    });
+    times.add(Stage::LargeScale, start);
 }
 
 /// Each [`CHUNK`] vertices' results in every frame, of frames × V.
@@ -193,28 +198,31 @@ fn interleave(vectors: &[Line3], mut frames: Vec<&mut [[f32; 3]]>) {
     }
 }
 
-/// A panel's linear band.
-struct AddBand<'a> {
-    band: &'a LinearBand,
+/// A panel's bands.
+struct AddBands<'a> {
+    bands: &'a Bands,
     influences: &'a TileWeights,
     table: &'a [GroupCells],
-    scratch: &'a mut linear_band::Scratch,
+    scratch: &'a mut bands::Scratch,
     first: usize,
+    stage: Stage,
     out: &'a mut [Line3],
 }
 
-impl WithSimd for AddBand<'_> {
+impl WithSimd for AddBands<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.band.add_to_group(simd, self.first, (self.influences, self.table), self.scratch, self.out);
+        let of_group = (self.influences, self.table);
+        self.bands.group(simd, (self.first, self.stage), of_group, self.scratch, self.out);
     }
 }
 
-/// A panel from the large scale on.
+/// A panel from the large scale on: the detail or the positions.
 struct Fine<'a> {
     rig: &'a UploadedRig,
+    detail: &'a Detail,
     mesh: &'a GroupMesh,
     smooth: &'a [Line3],
     table: &'a [GroupCells],
@@ -234,36 +242,22 @@ impl WithSimd for Fine<'_> {
         let Scratch { normals, details, distances } = self.scratch;
         let (normals, details) = (&mut normals[..self.out.len()], &mut details[..self.out.len()]);
         let start = Instant::now();
-        let turned = !rig.mesh_axes;
-        if turned || self.stage == Stage::LargeScaleNormals {
-            self.mesh.normals(simd, smooth, first, normals);
-        }
+        self.mesh.normals(simd, smooth, first, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
-        rig.detail.group(simd, first, self.table, distances, details);
+        self.detail.group(simd, first, (&rig.influences, self.table), distances, details);
         let start = self.times.add(Stage::Detail, start);
-        match self.stage {
-            Stage::LargeScaleNormals => self.out.copy_from_slice(normals),
-            Stage::Detail => self.out.copy_from_slice(details),
-            _ if !turned => {
-                for (i, out) in self.out.iter_mut().enumerate() {
-                    for register in 0..GROUP / S::F32_LANES {
-                        let own = load3(simd, &smooth[first + i], register);
-                        let moved = vec3::add(own, load3(simd, &details[i], register));
-                        store3(moved, out, register);
-                    }
-                }
-            }
-            _ => {
-                for (i, out) in self.out.iter_mut().enumerate() {
-                    let neighbor = rig.tangent_neighbors[first + i] as usize;
-                    for register in 0..GROUP / S::F32_LANES {
-                        let load = |lines| load3(simd, lines, register);
-                        let own = load(&smooth[first + i]);
-                        let to_neighbor = vec3::sub(load(&smooth[neighbor]), own);
-                        let axes = fine_scale::tangent_frame(to_neighbor, load(&normals[i]));
-                        store3(fine_scale::add_detail(own, axes, load(&details[i])), out, register);
-                    }
-                }
+        if self.stage == Stage::Detail {
+            self.out.copy_from_slice(details);
+            return;
+        }
+        for (i, out) in self.out.iter_mut().enumerate() {
+            let neighbor = rig.tangent_neighbors[first + i] as usize;
+            for register in 0..GROUP / S::F32_LANES {
+                let load = |lines| load3(simd, lines, register);
+                let own = load(&smooth[first + i]);
+                let to_neighbor = vec3::sub(load(&smooth[neighbor]), own);
+                let axes = fine_scale::tangent_frame(to_neighbor, load(&normals[i]));
+                store3(fine_scale::add_detail(own, axes, load(&details[i])), out, register);
             }
         }
         self.times.add(Stage::Positions, start);

@@ -44,6 +44,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod bands;
 mod blocks;
 mod detail;
 mod device;
@@ -51,7 +52,6 @@ mod group;
 mod group_mesh;
 mod lanes;
 mod large_scale;
-mod linear_band;
 mod lines;
 mod mesh;
 mod one_frame;

@@ -1,7 +1,7 @@
 //! One frame: registers hold neighbouring vertices.
+use crate::bands::{self, Bands};
 use crate::detail::Detail;
 use crate::lanes::{load3, store3};
-use crate::linear_band::{self, LinearBand};
 use crate::lines::{Line, Line3};
 use crate::mesh::{BlockMesh, MeshScratch};
 use crate::tile_weights::{FrameCells, TileWeights};
@@ -17,11 +17,11 @@ use std::cell::RefCell;
 use std::time::Instant;
 use thread_local::ThreadLocal;
 
-/// Vertices whose large scale and detail are computed together, where there is a linear band: a multiple of the panels', and so few that
-/// their influences stay in a core's caches between the two.
+/// Vertices whose basis and bands are computed together: a multiple of the panels', and so few that they stay in a core's caches
+/// between the two.
 const CHUNK: usize = 1024;
 
-/// The large scale of one frame, V, and the threads' scratch: kept, since new memory is slow when it is first
+/// The large scale of one frame, V where it was needed, and the threads' scratch: kept, since new memory is slow when it is first
 /// written.
 #[derive(Debug)]
 pub(crate) struct OneFrame {
@@ -40,27 +40,22 @@ struct Scratch {
 }
 
 impl OneFrame {
-    pub(crate) fn new(vertices: usize) -> Self {
-        Self { smooth: vec![[0.0; 3]; vertices], scratch: ThreadLocal::new() }
+    pub(crate) fn new() -> Self {
+        Self { smooth: Vec::new(), scratch: ThreadLocal::new() }
     }
 
     /// The positions and normals from H displacements and F features.
     pub(crate) fn evaluate(
         &mut self,
         rig: &UploadedRig,
-        (u, features): (&[[f32; 3]], &[f32]),
+        inputs: (&[[f32; 3]], &[f32]),
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
         times: &Times,
     ) {
-        self.large_scale(rig, (u, features), positions, times);
-        self.fine(rig, features, Stage::Positions, positions, times);
+        self.positions(rig, inputs, Stage::Positions, positions, times);
         let start = Instant::now();
-        let blocks = rig.meshes.par_iter().zip(normals.par_chunks_mut(rig.block));
-        blocks.for_each(|(mesh, out)| {
-            let scratch = &mut self.scratch.get_or_default().borrow_mut();
-            rig.vectors.run(Normals { mesh, positions, scratch, out });
-        });
+        self.normals(rig, positions, normals);
         times.add(Stage::Normals, start);
     }
 
@@ -68,143 +63,103 @@ impl OneFrame {
     pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
-        (u, features): (&[[f32; 3]], &[f32]),
+        inputs: (&[[f32; 3]], &[f32]),
         stage: Stage,
         out: &mut [[f32; 3]],
     ) {
         let times = Times::default();
-        self.large_scale(rig, (u, features), out, &times);
         match stage {
-            Stage::LargeScale => out.copy_from_slice(&self.smooth),
-            _ => self.fine(rig, features, stage, out, &times),
+            Stage::LargeScale => large_scale(rig, inputs.0, stage, out, &times),
+            Stage::LargeScaleNormals => {
+                self.smooth.resize(out.len(), [0.0; 3]);
+                large_scale(rig, inputs.0, Stage::LargeScale, &mut self.smooth, &times);
+                self.normals(rig, &self.smooth, out);
+            }
+            _ => self.positions(rig, inputs, stage, out, &times),
         }
     }
 
-    /// The large scale; where there is a linear band, the detail with it, since both read the same influences. It goes into
-    /// `details`, V, as [`put_apart`] has it.
-    fn large_scale(
+    /// The detail or the positions.
+    fn positions(
         &mut self,
         rig: &UploadedRig,
         (u, features): (&[[f32; 3]], &[f32]),
-        details: &mut [[f32; 3]],
+        stage: Stage,
+        out: &mut [[f32; 3]],
         times: &Times,
     ) {
-        let band = rig.linear_band.as_ref();
-        let band = band.map(|band| (band, band.frame_table(u), rig.detail.frame_table(features)));
-        let of_band = || band.as_ref().map(|(band, ..)| band.scratch());
-        let scratch = || (Vec::new(), of_band(), vec![Line::ZERO; rig.detail.centers()]);
-        let blocks = self.smooth.par_chunks_mut(rig.block).zip(details.par_chunks_mut(rig.block));
-        times.shared(|times| {
-            blocks.enumerate().for_each_init(scratch, |(of_basis, of_band, distances), (i, block)| {
-                let chunks = block.0.chunks_mut(CHUNK).zip(block.1.chunks_mut(CHUNK));
-                for (j, (smooth, details)) in chunks.enumerate() {
-                    let first = i * rig.block + j * CHUNK;
-                    let start = Instant::now();
-                    let rest = &rig.rest[first..first + smooth.len()];
-                    rig.basis.frame(rig.vectors, first, u, rest, smooth, of_basis);
-                    if let (Some((band, table, _)), Some(scratch)) = (&band, &mut *of_band) {
-                        rig.vectors.run(AddBand {
-                            band,
-                            influences: &rig.detail.influences,
-                            table,
-                            scratch,
-                            first,
-                            out: smooth,
-                        });
-                    }
-                    let start = times.add(Stage::LargeScale, start);
-                    if let Some((_, _, table)) = &band {
-                        rig.vectors.run(Details {
-                            detail: &rig.detail,
-                            table,
-                            distances,
-                            first,
-                            out: details,
-                        });
-                        times.add(Stage::Detail, start);
-                    }
-                }
-            });
-        });
-    }
-
-    /// From the large scale to `stage`: its normals, the detail or the positions. Where there is a linear band, `out` has the detail.
-    fn fine(&self, rig: &UploadedRig, features: &[f32], stage: Stage, out: &mut [[f32; 3]], times: &Times) {
-        let table = rig.linear_band.is_none().then(|| rig.detail.frame_table(features));
+        let Some(detail) = &rig.detail else { return large_scale(rig, u, stage, out, times) };
+        self.smooth.resize(out.len(), [0.0; 3]);
+        large_scale(rig, u, Stage::LargeScale, &mut self.smooth, times);
+        let table = detail.frame_table(features);
         let blocks = rig.meshes.par_iter().zip(out.par_chunks_mut(rig.block));
         times.shared(|times| {
             blocks.for_each(|(mesh, out)| {
                 let scratch = &mut self.scratch.get_or_default().borrow_mut();
-                scratch.distances.resize(rig.detail.centers(), Line::ZERO);
-                rig.vectors.run(Fine {
-                    rig,
-                    mesh,
-                    smooth: &self.smooth,
-                    table: table.as_deref(),
-                    scratch,
-                    stage,
-                    out,
-                    times,
-                });
+                scratch.distances.resize(detail.centers(), Line::ZERO);
+                let (smooth, detail) = (&self.smooth[..], (detail, &rig.influences, &table[..]));
+                rig.vectors.run(Fine { mesh, smooth, detail, scratch, stage, out, times });
             });
+        });
+    }
+
+    fn normals(&self, rig: &UploadedRig, positions: &[[f32; 3]], normals: &mut [[f32; 3]]) {
+        let blocks = rig.meshes.par_iter().zip(normals.par_chunks_mut(rig.block));
+        blocks.for_each(|(mesh, out)| {
+            let scratch = &mut self.scratch.get_or_default().borrow_mut();
+            rig.vectors.run(Normals { mesh, positions, scratch, out });
         });
     }
 }
 
-/// A chunk's linear band.
-struct AddBand<'a> {
-    band: &'a LinearBand,
+/// The large scale; where the folds are of vector strains, the detail or the positions as well, which need no neighbour.
+fn large_scale(rig: &UploadedRig, u: &[[f32; 3]], stage: Stage, out: &mut [[f32; 3]], times: &Times) {
+    let start = Instant::now();
+    let bands = rig.bands.as_ref().map(|bands| (bands, bands.frame_table(u)));
+    let scratch = || (Vec::new(), bands.as_ref().map(|(bands, _)| bands.scratch()));
+    let blocks = out.par_chunks_mut(rig.block).enumerate();
+    blocks.for_each_init(scratch, |(of_basis, of_bands), (i, block)| {
+        for (j, out) in block.chunks_mut(CHUNK).enumerate() {
+            let first = i * rig.block + j * CHUNK;
+            rig.basis.frame(rig.vectors, first, u, &rig.rest[first..first + out.len()], out, of_basis);
+            if let (Some((bands, table)), Some(scratch)) = (&bands, &mut *of_bands) {
+                let influences = &rig.influences;
+                rig.vectors.run(AddBands { bands, influences, table, scratch, first, stage, out });
+            }
+        }
+    });
+    times.add(Stage::LargeScale, start);
+}
+
+/// A chunk's bands.
+struct AddBands<'a> {
+    bands: &'a Bands,
     influences: &'a TileWeights,
     table: &'a [FrameCells],
-    scratch: &'a mut linear_band::Scratch,
+    scratch: &'a mut bands::Scratch,
     first: usize,
+    stage: Stage,
     out: &'a mut [[f32; 3]],
 }
 
-impl WithSimd for AddBand<'_> {
+impl WithSimd for AddBands<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for (i, out) in self.out.chunks_mut(TILE).enumerate() {
-            self.band.add_to_frame(
-                simd,
-                self.first / TILE + i,
-                (self.influences, self.table),
-                self.scratch,
-                out,
-            );
+            let (at, of_frame) = ((self.first / TILE + i, self.stage), (self.influences, self.table));
+            self.bands.frame(simd, at, of_frame, self.scratch, out);
         }
     }
 }
 
-/// A chunk's detail.
-struct Details<'a> {
-    detail: &'a Detail,
-    table: &'a [FrameCells],
-    distances: &'a mut [Line],
-    first: usize,
-    out: &'a mut [[f32; 3]],
-}
-
-impl WithSimd for Details<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for (i, out) in self.out.chunks_mut(TILE).enumerate() {
-            put_apart(&self.detail.frame(simd, self.first / TILE + i, self.table, self.distances), out);
-        }
-    }
-}
-
-/// A block from the large scale on.
+/// A block from the large scale on: the detail or the positions.
 struct Fine<'a> {
-    rig: &'a UploadedRig,
     mesh: &'a BlockMesh,
     smooth: &'a [[f32; 3]],
-    /// Of the detail, unless it is in `out` already.
-    table: Option<&'a [FrameCells]>,
+    /// With α, and the table of the frame.
+    detail: (&'a Detail, &'a TileWeights, &'a [FrameCells]),
     scratch: &'a mut Scratch,
     stage: Stage,
     out: &'a mut [[f32; 3]],
@@ -218,33 +173,20 @@ impl WithSimd for Fine<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Scratch { mesh, normals, details, distances } = self.scratch;
         let start = Instant::now();
-        let turned = !self.rig.mesh_axes;
-        if turned || self.stage == Stage::LargeScaleNormals {
-            self.mesh.normals(simd, self.smooth, mesh, normals);
-        }
+        self.mesh.normals(simd, self.smooth, mesh, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
         details.clear();
-        if let Some(table) = self.table {
-            let own = self.mesh.own();
-            for tile in own.start / TILE..own.end.div_ceil(TILE) {
-                details.push(self.rig.detail.frame(simd, tile, table, distances));
-            }
+        let (own, (detail, influences, table)) = (self.mesh.own(), self.detail);
+        for tile in own.start / TILE..own.end.div_ceil(TILE) {
+            details.push(detail.frame(simd, tile, (influences, table), distances));
         }
         let start = self.times.add(Stage::Detail, start);
         for (i, out) in self.out.chunks_mut(TILE).enumerate() {
-            let details = details.get(i).copied().unwrap_or_else(|| taken_apart(out));
-            match self.stage {
-                Stage::LargeScaleNormals => interleave(&normals[i], out),
-                Stage::Detail => interleave(&details, out),
-                _ if turned => {
-                    let [own, neighbors] = self.mesh.with_neighbors(mesh, i);
-                    interleave(&fine_tile(simd, &own, &neighbors, &normals[i], &details), out);
-                }
-                _ => {
-                    interleave(&details, out);
-                    let smooth = &self.smooth[self.mesh.own()][i * TILE..];
-                    out.iter_mut().zip(smooth).for_each(|(x, smooth)| *x = vec3::add(*smooth, *x));
-                }
+            if self.stage == Stage::Detail {
+                interleave(&details[i], out);
+            } else {
+                let [own, neighbors] = self.mesh.with_neighbors(mesh, i);
+                interleave(&fine_tile(simd, &own, &neighbors, &normals[i], &details[i]), out);
             }
         }
         self.times.add(Stage::Positions, start);
@@ -283,25 +225,6 @@ fn fine_tile<S: Simd>(simd: S, own: &Line3, neighbors: &Line3, normals: &Line3, 
         store3(fine_scale::add_detail(smooth, axes, load(details)), &mut positions, register);
     }
     positions
-}
-
-/// The first vectors of a tile, as many as `out` has, with their coordinates apart.
-#[inline(always)]
-fn put_apart(lines: &Line3, out: &mut [[f32; 3]]) {
-    let vectors = out.len();
-    for (line, out) in lines.iter().zip(out.as_flattened_mut().chunks_exact_mut(vectors)) {
-        out.copy_from_slice(&line.0[..vectors]);
-    }
-}
-
-/// What [`put_apart`] put there.
-#[inline(always)]
-fn taken_apart(vectors: &[[f32; 3]]) -> Line3 {
-    let mut lines = [Line::ZERO; 3];
-    for (line, numbers) in lines.iter_mut().zip(vectors.as_flattened().chunks_exact(vectors.len())) {
-        line.0[..numbers.len()].copy_from_slice(numbers);
-    }
-    lines
 }
 
 /// The first vectors of a tile, as many as `out` has.

@@ -41,7 +41,7 @@ impl CpuSession {
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
             strain_edges: rig.strain_edges.clone(),
             rest_lengths: strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
-            one_frame: OneFrame::new(vertices),
+            one_frame: OneFrame::new(),
             group: (max_frames >= FEWEST).then(|| Group::new(rig)),
             features: Vec::new(),
             displacements: Vec::new(),

@@ -1,11 +1,12 @@
 //! A rig as it is uploaded: in host memory, laid out for the processor.
+use crate::bands::Bands;
 use crate::blocks::block_length;
 use crate::detail::Detail;
 use crate::large_scale::Basis;
-use crate::linear_band::LinearBand;
 use crate::mesh::BlockMesh;
+use crate::tile_weights::TileWeights;
 use crate::vectors::Vectors;
-use rhytid_core::{BasisStorage, FoldAxes, Rig};
+use rhytid_core::{BasisStorage, Rig};
 use rhytid_kernels::normals::VertexTriangles;
 
 /// What every frame reads.
@@ -15,14 +16,16 @@ pub(crate) struct UploadedRig {
     /// V rest positions.
     pub rest: Vec<[f32; 3]>,
     pub basis: Basis,
-    pub linear_band: Option<LinearBand>,
-    pub detail: Detail,
+    /// α.
+    pub influences: TileWeights,
+    /// Where something was learned that is no row of the basis.
+    pub bands: Option<Bands>,
+    /// Where the folds are not those of the bands.
+    pub detail: Option<Detail>,
     /// Vertices of a block.
     pub block: usize,
     pub meshes: Vec<BlockMesh>,
     pub tangent_neighbors: Vec<u32>,
-    /// Whether the detail is along the mesh's axes.
-    pub mesh_axes: bool,
 }
 
 impl UploadedRig {
@@ -34,7 +37,8 @@ impl UploadedRig {
             vectors: Vectors::Widest,
             rest: rig.rest.clone(),
             basis: Basis::new(rig, storage),
-            linear_band: LinearBand::new(rig, storage),
+            influences: TileWeights::new(vertices, &rig.influence_edges, &rig.influence_weights),
+            bands: Bands::new(rig, storage),
             detail: Detail::new(rig),
             block,
             meshes: BlockMesh::all(
@@ -45,7 +49,6 @@ impl UploadedRig {
                 &rig.tangent_neighbors,
             ),
             tangent_neighbors: rig.tangent_neighbors.clone(),
-            mesh_axes: rig.fold_axes() == FoldAxes::Mesh,
         }
     }
 }

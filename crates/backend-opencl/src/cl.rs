@@ -319,16 +319,16 @@ impl Queue {
 
 impl Event {
     /// Waits for all of them; the status is that of the first one whose command failed.
-    pub(crate) fn wait(events: &[Self]) -> Result<()> {
-        if events.is_empty() {
+    pub(crate) fn wait<'a>(events: impl Iterator<Item = &'a Self> + Clone) -> Result<()> {
+        let raw: Vec<cl_event> = events.clone().map(|event| event.0).collect();
+        if raw.is_empty() {
             return Ok(());
         }
-        let raw: Vec<cl_event> = events.iter().map(|event| event.0).collect();
         // SAFETY: as many events as are passed, all alive.
         let waited = check(unsafe { (cl().clWaitForEvents)(raw.len() as cl_uint, raw.as_ptr()) });
         match waited {
             Err(status) if status == Status(CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST) => {
-                events.iter().try_for_each(Self::succeeded)?;
+                events.clone().try_for_each(Self::succeeded)?;
                 Err(status)
             }
             waited => waited,

@@ -23,8 +23,8 @@ pub struct OpenClSession {
     /// What `writes` copy from.
     inputs: Vec<Vec<f32>>,
     writes: Vec<Event>,
-    /// One for each of `dispatches`.
-    runs: Vec<Event>,
+    /// Of those of `dispatches` that have run, with the stages.
+    runs: Vec<(Stage, Event)>,
 }
 
 /// A kernel with its buffers.
@@ -127,8 +127,26 @@ impl OpenClSession {
         Ok(())
     }
 
+    /// Starts the dispatches of the stages that `wanted` says.
+    fn run(&mut self, wanted: impl Fn(Stage) -> bool) -> Result<()> {
+        for (dispatch, bound) in self.dispatches.iter().zip(&mut self.kernels) {
+            if !wanted(dispatch.stage) {
+                continue;
+            }
+            let workgroup_size = bound.workgroup_size;
+            let kernel = bound.build(dispatch)?;
+            // SAFETY: buffers and parameters are the plan's for this rig, whose indices were checked.
+            let event = unsafe { self.queue.run(kernel, dispatch.workgroups, workgroup_size) };
+            let doing = || format!("starting the kernel {}", dispatch.kernel.name());
+            let event = event.map_err(|status| Status::of(&self.device, &doing())(status))?;
+            self.runs.push((dispatch.stage, event));
+        }
+        self.queue.flush().map_err(Status::of(&self.device, "starting the kernels"))
+    }
+
     fn wait(&self) -> Result<()> {
-        Event::wait(&self.runs).map_err(Status::of(&self.device, "running the kernels"))
+        Event::wait(self.runs.iter().map(|(_, event)| event))
+            .map_err(Status::of(&self.device, "running the kernels"))
     }
 }
 
@@ -136,7 +154,7 @@ impl Session for OpenClSession {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
         let copying = || Status::of(&self.device, "copying the inputs");
         // They are about to be overwritten.
-        Event::wait(&self.writes).map_err(copying())?;
+        Event::wait(self.writes.iter()).map_err(copying())?;
         self.writes.clear();
         self.runs.clear();
         self.prepare(frames.frames)?;
@@ -151,18 +169,14 @@ impl Session for OpenClSession {
                 unsafe { self.queue.start_write(&self.buffers[buffer], bytemuck::cast_slice(numbers)) };
             self.writes.push(event.map_err(copying())?);
         }
-        for (dispatch, bound) in self.dispatches.iter().zip(&mut self.kernels) {
-            let workgroup_size = bound.workgroup_size;
-            let kernel = bound.build(dispatch)?;
-            // SAFETY: buffers and parameters are the plan's for this rig, whose indices were checked.
-            let event = unsafe { self.queue.run(kernel, dispatch.workgroups, workgroup_size) };
-            let doing = || format!("starting the kernel {}", dispatch.kernel.name());
-            self.runs.push(event.map_err(|status| Status::of(&self.device, &doing())(status))?);
-        }
-        self.queue.flush().map_err(Status::of(&self.device, "starting the kernels"))
+        let on_demand = Stage::ALL.map(|stage| self.plan.is_on_demand(stage));
+        self.run(|stage| !on_demand[stage as usize])
     }
 
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+        if self.plan.is_on_demand(stage) && self.runs.iter().all(|(ran, _)| *ran != stage) {
+            self.run(|wanted| wanted == stage)?;
+        }
         self.wait()?;
         let per_frame = self.plan.frame_bytes(stage) / size_of::<f32>();
         out.resize(self.frames * per_frame, 0.0);
@@ -182,9 +196,9 @@ impl Session for OpenClSession {
     fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
         self.wait()?;
         let mut times = [Duration::ZERO; 6];
-        for (dispatch, run) in self.dispatches.iter().zip(&self.runs) {
+        for (stage, run) in &self.runs {
             match run.nanoseconds() {
-                Ok(time) => times[dispatch.stage as usize] += Duration::from_nanos(time),
+                Ok(time) => times[*stage as usize] += Duration::from_nanos(time),
                 Err(Status(CL_PROFILING_INFO_NOT_AVAILABLE)) => return Ok(None),
                 Err(status) => return Err(Status::of(&self.device, "reading a kernel's times")(status)),
             }

@@ -22,6 +22,8 @@ pub struct VulkanSession {
     max_frames: usize,
     /// Frames of the last batch.
     frames: usize,
+    /// Whether its stages on demand have been computed.
+    demanded: bool,
     /// As in the plan.
     buffers: Vec<Buffer>,
     /// The inputs of a batch, where the host can write them.
@@ -82,6 +84,7 @@ impl VulkanSession {
             context: context.clone(),
             max_frames,
             frames: 0,
+            demanded: false,
             inputs: host_buffer(
                 "inputs from the host",
                 max_frames * plan.input_bytes(),
@@ -209,7 +212,7 @@ impl VulkanSession {
         self.record(commands, frames, &copies);
         // SAFETY: the buffers live until the batch is done, and the caller answers for the semaphores.
         unsafe { self.batch.submit(wait, signal) }?;
-        self.frames = frames;
+        (self.frames, self.demanded) = (frames, false);
         self.context.check()
     }
 
@@ -237,7 +240,8 @@ impl VulkanSession {
             }
         };
         let dispatches = self.plan.dispatches(frames);
-        let mut dispatches = dispatches.iter().zip(&self.descriptor_sets).peekable();
+        let in_batch = |(dispatch, _): &(&Dispatch, _)| !self.plan.is_on_demand(dispatch.stage);
+        let mut dispatches = dispatches.iter().zip(&self.descriptor_sets).filter(in_batch).peekable();
         for slice in 0..slices.len() {
             timestamp(slice * TIMESTAMPS);
             for (i, stage) in Stage::ALL.into_iter().enumerate() {
@@ -248,18 +252,7 @@ impl VulkanSession {
                         self.context.barrier(commands, Access::KERNEL_WRITE, Access::KERNEL_READ);
                     }
                     before = Some(dispatch);
-                    let pipeline = self.context.pipeline(dispatch.kernel, dispatch.frames_at_once);
-                    let [x, y] = dispatch.workgroups;
-                    // SAFETY: pipeline and set are alive and fit together; the plan keeps within the limits.
-                    unsafe {
-                        let point = vk::PipelineBindPoint::COMPUTE;
-                        device.cmd_bind_pipeline(commands, point, pipeline.raw);
-                        device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
-                        let params = bytemuck::cast_slice(&dispatch.params);
-                        let compute = vk::ShaderStageFlags::COMPUTE;
-                        device.cmd_push_constants(commands, pipeline.layout, compute, 0, params);
-                        device.cmd_dispatch(commands, x, y, 1);
-                    }
+                    self.record_dispatch(commands, dispatch, set);
                 }
                 timestamp(slice * TIMESTAMPS + 1 + i);
                 #[cfg(test)]
@@ -272,9 +265,41 @@ impl VulkanSession {
         self.context.barrier(commands, Access::KERNEL_WRITE, Access::ANY_READ);
     }
 
+    fn record_dispatch(&self, commands: vk::CommandBuffer, dispatch: &Dispatch, set: vk::DescriptorSet) {
+        let device = &self.context.device;
+        let pipeline = self.context.pipeline(dispatch.kernel, dispatch.frames_at_once);
+        let [x, y] = dispatch.workgroups;
+        // SAFETY: pipeline and set are alive and fit together; the plan keeps within the limits.
+        unsafe {
+            let point = vk::PipelineBindPoint::COMPUTE;
+            device.cmd_bind_pipeline(commands, point, pipeline.raw);
+            device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
+            let params = bytemuck::cast_slice(&dispatch.params);
+            device.cmd_push_constants(commands, pipeline.layout, vk::ShaderStageFlags::COMPUTE, 0, params);
+            device.cmd_dispatch(commands, x, y, 1);
+        }
+    }
+
+    /// Computes a stage that the batch left out, and waits for it.
+    fn demand(&mut self, stage: Stage) -> Result<()> {
+        let commands = self.transfer.begin()?;
+        let dispatches = self.plan.dispatches(self.frames);
+        for (dispatch, &set) in dispatches.iter().zip(&self.descriptor_sets) {
+            if dispatch.stage == stage {
+                self.record_dispatch(commands, dispatch, set);
+            }
+        }
+        self.context.barrier(commands, Access::KERNEL_WRITE, Access::ANY_READ);
+        // SAFETY: what is recorded above, and waited for below.
+        unsafe { self.transfer.submit(&[], &[]) }?;
+        self.transfer.wait()?;
+        self.demanded = true;
+        Ok(())
+    }
+
     /// Where the results of the last batch are on the device, in the order of their frames. They are complete when the
-    /// semaphores of [`VulkanSession::evaluate_with`] say so, and change with the next batch. The buffers belong to
-    /// the session.
+    /// semaphores of [`VulkanSession::evaluate_with`] say so, and change with the next batch; those of a stage that is
+    /// [on demand](rhytid_core::plan::Plan::is_on_demand) when it has been read. The buffers belong to the session.
     pub fn result(&self, stage: Stage) -> Vec<ResultSlice> {
         let at = Stage::ALL.iter().position(|&s| s == stage).unwrap_or(0);
         self.plan
@@ -296,6 +321,9 @@ impl Session for VulkanSession {
 
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
         self.batch.wait()?;
+        if self.plan.is_on_demand(stage) && !self.demanded {
+            self.demand(stage)?;
+        }
         let frame_bytes = self.plan.frame_bytes(stage);
         out.clear();
         out.resize(self.frames * frame_bytes / 4, 0.0);

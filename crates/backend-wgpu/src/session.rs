@@ -29,6 +29,8 @@ pub struct WgpuSession {
     frames: usize,
     dispatches: Vec<Dispatch>,
     slices: Vec<Slice>,
+    /// Whether its stages on demand have been computed.
+    demanded: bool,
     /// Errors of calls made so far that are not known yet.
     pending: Pending,
 }
@@ -108,6 +110,7 @@ impl WgpuSession {
             frames: 0,
             dispatches: Vec::new(),
             slices: Vec::new(),
+            demanded: false,
             pending,
         })
     }
@@ -129,6 +132,9 @@ impl WgpuSession {
     /// [`rhytid_core::Error::Device`], of the last batch too: in a browser they are known no sooner.
     pub async fn read_async(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
         out.clear();
+        if self.plan.is_on_demand(stage) && !self.demanded {
+            self.demand(stage)?;
+        }
         let frame_bytes = self.plan.frame_bytes(stage);
         for slice in self.slices.clone() {
             let first = out.len();
@@ -146,7 +152,8 @@ impl WgpuSession {
     /// [`rhytid_core::Error::Device`].
     pub async fn stage_times_async(&mut self) -> Result<Option<[Duration; 6]>> {
         let Some(ticks) = self.timer.as_ref().map(|timer| timer.ticks.clone()) else { return Ok(None) };
-        let stages: Vec<Stage> = passes(&self.dispatches).map(|pass| pass[0].stage).collect();
+        let stages = passes(&self.dispatches).map(|pass| pass[0].stage);
+        let stages: Vec<Stage> = stages.filter(|stage| !self.plan.is_on_demand(*stage)).collect();
         let mut spans = vec![[0_u64; 2]; stages.len()];
         self.read_buffer(&ticks, bytemuck::cast_slice_mut(&mut spans)).await?;
         let nanoseconds_per_tick = f64::from(self.gpu.queue.get_timestamp_period());
@@ -210,13 +217,19 @@ impl WgpuSession {
         Ok(())
     }
 
-    /// Encodes and submits the current dispatches.
-    fn submit(&self) {
+    /// Encodes and submits the current dispatches of the stages that `wanted` says, and measures them where `timed` says so.
+    fn submit(&self, wanted: impl Fn(Stage) -> bool, timed: bool) {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let mut bind_groups = self.bind_groups.iter();
+        let mut bind_groups = &self.bind_groups[..];
+        let timer = self.timer.as_ref().filter(|_| timed);
         let mut queries = 0;
         for dispatches in passes(&self.dispatches) {
-            let timestamp_writes = self.timer.as_ref().map(|timer| wgpu::ComputePassTimestampWrites {
+            let (of_pass, others) = bind_groups.split_at(dispatches.len());
+            bind_groups = others;
+            if !wanted(dispatches[0].stage) {
+                continue;
+            }
+            let timestamp_writes = timer.map(|timer| wgpu::ComputePassTimestampWrites {
                 query_set: &timer.queries,
                 beginning_of_pass_write_index: Some(queries),
                 end_of_pass_write_index: Some(queries + 1),
@@ -224,17 +237,28 @@ impl WgpuSession {
             queries += 2;
             let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
             let mut pass = encoder.begin_compute_pass(&descriptor);
-            for (dispatch, bind_group) in dispatches.iter().zip(&mut bind_groups) {
+            for (dispatch, bind_group) in dispatches.iter().zip(of_pass) {
                 pass.set_pipeline(self.gpu.pipeline(dispatch.kernel, dispatch.frames_at_once));
                 pass.set_bind_group(0, bind_group, &[]);
                 let [x, y] = dispatch.workgroups;
                 pass.dispatch_workgroups(x, y, 1);
             }
         }
-        if let Some(timer) = &self.timer {
+        if let Some(timer) = timer {
             encoder.resolve_query_set(&timer.queries, 0..queries, &timer.ticks, 0);
         }
         self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Computes a stage that the batch left out.
+    fn demand(&mut self, stage: Stage) -> Result<()> {
+        let _turn = self.gpu.turn();
+        let mut pending = std::mem::take(&mut self.pending);
+        scoped(&self.gpu.device, &mut pending, || self.submit(|wanted| wanted == stage, false));
+        self.pending = pending;
+        self.gpu.check(self.pending.known(), "computing a stage")?;
+        self.demanded = true;
+        Ok(())
     }
 }
 
@@ -263,11 +287,11 @@ impl Session for WgpuSession {
                 let bytes = bytemuck::cast_slice(&input.numbers);
                 self.gpu.queue.write_buffer(&self.buffers[input.buffer], 0, bytes);
             }
-            self.submit();
+            self.submit(|stage| !self.plan.is_on_demand(stage), true);
         });
         self.pending = pending;
         self.gpu.check(self.pending.known(), DOING)?;
-        self.frames = frames.frames;
+        (self.frames, self.demanded) = (frames.frames, false);
         Ok(())
     }
 

@@ -38,12 +38,13 @@ impl<S: Session> Animator<S> {
         }
         let c = rig.learned.iter().flat_map(|learned| learned.example_weights.as_flattened());
         if options.basis == BasisStorage::F16
-            && let Some((i, c)) = c.enumerate().find(|(_, c)| c.abs() > LARGEST_FP16)
+            && let Some((i, c)) = c.enumerate().find(|(_, c)| 0.5 * c.abs() > LARGEST_FP16)
         {
             return Err(Error::input(format!(
-                "the linear band of vertex {} has the weight {c}, expected at most {LARGEST_FP16} in size to be stored \
-                 as fp16; store it as f32",
-                i / (3 * rig.example_names.len())
+                "the linear band of vertex {} has the weight {c}, expected at most {} in size to be stored as fp16, by its half; \
+                 store it as f32",
+                i / (3 * rig.example_names.len()),
+                2.0 * LARGEST_FP16
             )));
         }
         let session = backend.upload(rig, options)?;

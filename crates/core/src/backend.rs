@@ -2,7 +2,7 @@
 use crate::{Animator, Result, Rig};
 use half::f16;
 use rayon::prelude::*;
-use rhytid_kernels::linear_band;
+use rhytid_kernels::bands;
 use std::time::Duration;
 
 /// One result of the runtime, so that a difference between devices is pinned to one kernel.
@@ -81,7 +81,8 @@ pub enum BasisStorage {
 impl BasisStorage {
     /// How far rounding the basis of `rig`, and c where it has a linear band, can move any vertex along an axis, as a part of
     /// the largest displacement of a handle: `max_v (Σ_h |B_vh − B'_vh| + Σ_p |c_vp − c'_vp| Σ_e ω_ve |E_pe|)`, B' and c'
-    /// being as they are kept, and |E_pe| the most that feature e of example p can make of displacements of 1. 0 for
+    /// being as they are kept, and |E_pe| the most that feature e of example p can make of
+    /// displacements of 1. 0 for
     /// [`BasisStorage::F32`].
     pub fn largest_error(self, rig: &Rig) -> f64 {
         if self == Self::F32 {
@@ -99,8 +100,9 @@ impl BasisStorage {
         // The two ends of a strain edge can move apart by twice as much as either moves.
         let ends = |e: usize| if e < edges { 2.0 } else { 1.0 };
         let vectors = rig.example_vectors();
-        let most: Vec<f64> =
-            vectors.iter().enumerate().map(|(i, e)| ends(i % features) * length(e)).collect();
+        let lengths = rig.feature_lengths();
+        let of_feature = |(i, d)| ends(i % features) * length(d) / lengths[i % features];
+        let most: Vec<f64> = vectors.iter().enumerate().map(of_feature).collect();
         let of_vertex = |(v, of_row): (usize, &f64)| {
             let (influences, alphas) = (&rig.influence_edges[v * k..][..k], &rig.influence_weights[v * k..]);
             let (anchors, nus) = (&learned.anchors[v * a..][..a], &learned.anchor_weights[v * a..]);
@@ -112,7 +114,7 @@ impl BasisStorage {
                     influences.iter().zip(alphas).map(|(&e, alpha)| f64::from(*alpha) * most[e as usize]);
                 let of_anchors =
                     anchors.iter().zip(nus).map(|(&h, nu)| f64::from(*nu) * most[edges + h as usize]);
-                let kappa = linear_band::EDGES_SHARE * of_edges.sum::<f64>() + of_anchors.sum::<f64>();
+                let kappa = bands::EDGES_SHARE * of_edges.sum::<f64>() + of_anchors.sum::<f64>();
                 c.iter().map(error).fold(0.0, f64::max) * kappa
             });
             of_row + of_band.sum::<f64>()

@@ -44,22 +44,23 @@ pub enum Bind {
     Nearest,
 }
 
-/// The axes that folds are kept in and added along.
+/// The strains that folds are functions of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum FoldAxes {
-    /// The mesh's own. Folds do not turn with the skin, but neighbours stay neighbours where it is rough.
+pub enum FoldStrains {
+    /// Vector strains, as the linear band's: they tell more expressions apart, and one table serves both. Folds are along the mesh's
+    /// axes.
     #[default]
-    Mesh,
-    /// Those of the tangent frame of each vertex on the large scale, as in the chapter.
-    Tangent,
+    Vectors,
+    /// The lengths of the strain edges, as in the chapter, and along its tangent frames.
+    Lengths,
 }
 
 /// How a rig is made of the examples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
     /// What the shell leaves of the examples is learned in two bands: its smooth part as a linear function of what the handles
-    /// nearby do relative to each other, its folds from the strains.
+    /// nearby do relative to each other, its folds from how far that is from each example.
     Learned(LearnedSettings),
     /// GPU Computing Gems Emerald, ch. 27: all that the shell leaves, from the strains.
     Chapter,
@@ -86,8 +87,8 @@ pub struct LearnedSettings {
     /// How far the linear band follows a vector strain, 1 or more: so many times what the examples show of it, each component for
     /// itself and to each side. Infinite: however far it goes.
     pub reach: f64,
-    /// The axes that folds are added along.
-    pub fold_axes: FoldAxes,
+    /// The strains that folds are functions of.
+    pub fold_strains: FoldStrains,
 }
 
 impl Default for LearnedSettings {
@@ -98,7 +99,7 @@ impl Default for LearnedSettings {
             fold_ridge: 1e-3,
             marker_noise: 0.05,
             reach: 1.0,
-            fold_axes: FoldAxes::Mesh,
+            fold_strains: FoldStrains::Vectors,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a rig of the learned method has beyond one of the chapter's.
-use crate::{FoldAxes, Rig};
+use crate::{FoldStrains, Rig};
 use rayon::prelude::*;
-use rhytid_kernels::linear_band::EDGES_SHARE;
+use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_kernels::{Real, vec3};
 
 /// What was learned of the examples and is no row of the basis: the linear band (`docs/method.md`, the learned method).
@@ -20,8 +20,8 @@ pub struct Learned<T: Real = f32> {
     pub marker_noise: f64,
     /// How many times as far as in any example a vector strain's components are followed, 1 or more; infinite where there is no bound.
     pub reach: f64,
-    /// The axes of the detail that the rig's weights are of.
-    pub fold_axes: FoldAxes,
+    /// The strains that the folds are functions of.
+    pub fold_strains: FoldStrains,
     /// V×A indices of handles, ascending where they have a weight.
     pub anchors: Vec<u32>,
     /// ν, V×A in 0..1: their sum is 0.1, or 1 where a vertex reaches no strain edge.
@@ -51,7 +51,7 @@ impl<T: Real> Learned<T> {
             fold_ridge: self.fold_ridge,
             marker_noise: self.marker_noise,
             reach: self.reach,
-            fold_axes: self.fold_axes,
+            fold_strains: self.fold_strains,
             anchors: self.anchors.clone(),
             anchor_weights: self.anchor_weights.par_iter().map(number).collect(),
             feature_gains: self.feature_gains.par_iter().map(number).collect(),
@@ -62,7 +62,7 @@ impl<T: Real> Learned<T> {
 }
 
 impl<T: Real> Rig<T> {
-    /// F + H: the features of the linear band.
+    /// F + H: the features of what is learned.
     pub fn features(&self) -> usize {
         self.strain_edges.len() + self.handles.len()
     }
@@ -87,15 +87,18 @@ impl<T: Real> Rig<T> {
         self.strain_edges.iter().map(length).collect()
     }
 
-    /// `D_pe / l_e`, P×(F + H) in 1/mesh unit: the vector strains of the examples, ready to be multiplied with a frame's
-    /// displacements, those of strain edges before those of anchors.
+    /// `D_pe`, P×(F + H), a ratio: the vector strains of the examples, those of strain edges before those of anchors.
     pub fn example_vectors(&self) -> Vec<[T; 3]> {
+        let examples = self.example_handles.chunks_exact(self.handles.len().max(1));
+        examples.flat_map(|example| self.vector_strains(example)).map(|d| d.map(T::round_from)).collect()
+    }
+
+    /// `D_e = (u_b − u_a) / l_e` of the strain edges and `D_h = u_h / L` of the handles, F + H, where the H handles are those of an
+    /// example.
+    fn vector_strains(&self, example: &[[T; 3]]) -> Vec<[f64; 3]> {
         let lengths = self.feature_lengths();
-        let of_example = |example| {
-            let of_lengths = self.moved_features(example).into_iter().zip(&lengths);
-            of_lengths.map(|(moved, length)| moved.map(|x| T::round_from(x / (length * length))))
-        };
-        self.example_handles.chunks_exact(self.handles.len().max(1)).flat_map(of_example).collect()
+        let of_lengths = self.moved_features(example).into_iter().zip(lengths);
+        of_lengths.map(|(moved, length)| moved.map(|x| x / length)).collect()
     }
 
     /// `u_b − u_a` of the strain edges and `u_h` of the handles, F + H in mesh units, where the H handles are those of an example.
@@ -107,13 +110,60 @@ impl<T: Real> Rig<T> {
         of_edges.chain(u.iter().copied()).collect()
     }
 
-    /// The axes that the detail is added along: by the chapter's method those of the tangent frames.
-    pub fn fold_axes(&self) -> FoldAxes {
-        self.learned.as_ref().map_or(FoldAxes::Tangent, |learned| learned.fold_axes)
+    /// Whether the folds are functions of vector strains, and along the mesh's axes: where not, they are of strain lengths and in
+    /// tangent frames.
+    pub fn vector_folds(&self) -> bool {
+        let of_vectors = |learned: &Learned<T>| learned.fold_strains == FoldStrains::Vectors;
+        !self.example_names.is_empty() && self.learned.as_ref().is_some_and(of_vectors)
     }
 
-    /// How far the features' displacements `u_b − u_a` and `u_h` are followed, 2×(F + H) in mesh units, the least before the most: the
-    /// examples' own, and 0, times the rig's reach, each component for itself. What is beyond is taken for the bound.
+    /// What was learned beyond the basis, if the rig has any: a linear band, or folds of vector strains.
+    pub fn bands(&self) -> Option<&Learned<T>> {
+        let has_bands = |learned: &&Learned<T>| !learned.example_weights.is_empty() || self.vector_folds();
+        self.learned.as_ref().filter(has_bands)
+    }
+
+    /// c / 2 as devices keep it, V×P in mesh units: all 0 where s is 0, and empty where the rig has no [`Rig::bands`].
+    pub fn half_example_weights(&self) -> Vec<[T; 3]> {
+        let Some(learned) = self.bands() else { return Vec::new() };
+        if learned.example_weights.is_empty() {
+            return vec![[T::ZERO; 3]; self.vertices() * self.example_names.len()];
+        }
+        learned.example_weights.iter().map(|c| c.map(|c| T::round_from(0.5 * c.widen()))).collect()
+    }
+
+    /// a, b and w as devices keep them, V×[`fold_weights`](rhytid_kernels::bands::fold_weights) in mesh units, where `half` is c / 2
+    /// as it is stored: in fp16, a is of what has been rounded, so that the rest pose is exact all the same.
+    pub fn fold_weights(&self, half: &[[T; 3]]) -> Vec<[T; 3]> {
+        let Some(learned) = self.bands() else { return Vec::new() };
+        let (features, edges, k) = (self.features(), self.strain_edges.len(), self.influences());
+        let (examples, a) = (self.example_names.len(), learned.anchors_per_vertex());
+        let examples_handles = self.example_handles.chunks_exact(self.handles.len());
+        let vectors = examples_handles.flat_map(|example| self.vector_strains(example));
+        let at_rest: Vec<f64> = vectors.map(|d| vec3::dot(d, d)).collect();
+        let of_vertex = |v: usize| {
+            let of_edges = (v * k..(v + 1) * k)
+                .map(|i| (self.influence_edges[i] as usize, EDGES_SHARE * self.influence_weights[i].widen()));
+            let of_anchors = (v * a..(v + 1) * a)
+                .map(|i| (edges + learned.anchors[i] as usize, learned.anchor_weights[i].widen()));
+            let mut constant = [0.0; 3];
+            for (c, squares) in half[v * examples..][..examples].iter().zip(at_rest.chunks_exact(features)) {
+                let listens = of_edges.clone().chain(of_anchors.clone());
+                let squared: f64 = listens.map(|(e, omega)| omega * squares[e]).sum();
+                constant = vec3::add(constant, c.map(|c| c.widen() * squared));
+            }
+            constant.map(T::round_from)
+        };
+        let constants: Vec<[T; 3]> = (0..self.vertices()).into_par_iter().map(of_vertex).collect();
+        if !self.vector_folds() {
+            return constants;
+        }
+        let rows = constants.iter().zip(self.rbf_weights.chunks_exact(self.centers()));
+        rows.flat_map(|(a, b_and_w)| std::iter::once(a).chain(b_and_w)).copied().collect()
+    }
+
+    /// How far the vector strains are followed, 2×(F + H), a ratio, the least before the most: the examples' own, and 0, times the
+    /// rig's reach, each component for itself. What is beyond is taken for the bound.
     pub fn feature_bounds(&self) -> Vec<[T; 3]> {
         let features = self.features();
         let reach = self.learned.as_ref().map_or(f64::INFINITY, |learned| learned.reach);
@@ -128,11 +178,11 @@ impl<T: Real> Rig<T> {
         let mut bounds = [vec![[0.0_f64; 3]; features], vec![[0.0_f64; 3]; features]];
         let [least, most] = &mut bounds;
         for example in self.example_handles.chunks_exact(self.handles.len().max(1)) {
-            for ((moved, least), most) in
-                self.moved_features(example).iter().zip(least.iter_mut()).zip(most.iter_mut())
+            for ((d, least), most) in
+                self.vector_strains(example).iter().zip(least.iter_mut()).zip(most.iter_mut())
             {
-                *least = [0, 1, 2].map(|c| least[c].min(reach * moved[c]).max(-farthest));
-                *most = [0, 1, 2].map(|c| most[c].max(reach * moved[c]).min(farthest));
+                *least = [0, 1, 2].map(|c| least[c].min(reach * d[c]).max(-farthest));
+                *most = [0, 1, 2].map(|c| most[c].max(reach * d[c]).min(farthest));
             }
         }
         bounds.concat().into_iter().map(|x| x.map(T::round_from)).collect()
@@ -145,6 +195,7 @@ impl<T: Real> Rig<T> {
         let learned = self.learned.as_ref().filter(|learned| !learned.example_weights.is_empty());
         // T of the features that this handle is a part of.
         let vectors = if learned.is_some() { self.example_vectors() } else { Vec::new() };
+        let lengths = self.feature_lengths();
         let product = |p: usize, e: usize| {
             let sign = match self.strain_edges.get(e) {
                 Some(&[_, b]) if b as usize == handle => 1.0,
@@ -152,7 +203,7 @@ impl<T: Real> Rig<T> {
                 None if e - edges == handle => 1.0,
                 _ => return 0.0,
             };
-            sign * vectors[p * self.features() + e][axis].widen()
+            sign * vectors[p * self.features() + e][axis].widen() / lengths[e]
         };
         (0..self.vertices())
             .into_par_iter()

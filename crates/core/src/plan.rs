@@ -3,10 +3,12 @@
 mod contents;
 mod extent;
 
-use crate::{BasisStorage, DeviceErrorKind, Error, FoldAxes, Result, Rig, Stage, UploadOptions};
-use extent::{Extent, extent, of_linear_band};
+use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
+use extent::{Extent, extent};
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, TILE, WORKGROUP_SIZE};
-use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
+use rhytid_kernels::{
+    bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -45,8 +47,6 @@ pub struct Plan {
     influence_offsets: Vec<u32>,
     /// Whether the rig is of the learned method: its folds are zero at rest.
     zero_at_rest: bool,
-    /// Whether its folds are along the mesh's axes.
-    mesh_axes: bool,
     max_frames: usize,
     frames_per_slice: usize,
     buffers: Vec<PlannedBuffer>,
@@ -58,8 +58,9 @@ struct Sizes {
     handles: usize,
     edges: usize,
     centers: usize,
-    /// P where the rig has a linear band beyond its basis; 0 where there is none, and nothing is planned for it.
-    banded: usize,
+    /// Whether the rig has bands, and whether they have its folds.
+    bands: bool,
+    vector_folds: bool,
 }
 
 /// A buffer to make.
@@ -154,7 +155,8 @@ impl Plan {
             handles: rig.handles.len(),
             edges: rig.strain_edges.len(),
             centers: rig.centers(),
-            banded: contents::banded(rig).map_or(0, |_| rig.example_names.len()),
+            bands: rig.bands().is_some(),
+            vector_folds: rig.vector_folds(),
         };
         let fp16_basis = options.basis == BasisStorage::F16;
         let limit = limits.max_binding_bytes.min(LARGEST_BINDING) as usize;
@@ -165,14 +167,13 @@ impl Plan {
         };
         let workgroup = WORKGROUP_SIZE as usize;
         let most_vertices = (limits.max_workgroups as usize).saturating_mul(workgroup);
-        let longest = if sizes.banded > 0 { sizes.features() } else { sizes.edges };
+        let longest = if sizes.bands { sizes.features() } else { sizes.edges };
         if longest > most_vertices {
             return Err(unsupported("the number of strain edges and handles", longest, most_vertices));
         }
 
         let basis_bytes = sizes.handles * if fp16_basis { 2 } else { 4 };
-        let tile_bytes =
-            TILE * basis_bytes.max(sizes.centers * 12).max(sizes.banded * sizes.weight_bytes(fp16_basis));
+        let tile_bytes = TILE * basis_bytes.max(sizes.centers.max(sizes.fold_weights()) * 12);
         if tile_bytes > limit {
             return Err(unsupported("a binding of 16 vertices, in bytes,", tile_bytes, limit));
         }
@@ -188,10 +189,10 @@ impl Plan {
         let frame_bytes = (sizes.vertices * 12)
             .max(sizes.handles * 16)
             .max(sizes.table_len() * 4)
-            .max(sizes.products_len() * 4);
+            .max(sizes.vector_table_len() * 4);
         let bytes_of_rows = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
         let whole =
-            frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(sizes.banded * sizes.features() * 12);
+            frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(sizes.centers * sizes.features() * 12);
         if whole > limit {
             return Err(unsupported("a binding, in bytes,", whole, limit));
         }
@@ -206,7 +207,6 @@ impl Plan {
             fan_offsets,
             influence_offsets,
             zero_at_rest: rig.learned.is_some(),
-            mesh_axes: rig.fold_axes() == FoldAxes::Mesh,
             max_frames: options.max_frames,
             frames_per_slice,
             buffers: Vec::new(),
@@ -221,8 +221,15 @@ impl Plan {
             let bytes = (bytes as u64).max(SMALLEST_BUFFER);
             planned.push(PlannedBuffer { buffer, bytes, role });
         };
-        let banded = self.sizes.banded > 0;
-        let is_planned = move |buffer: &Buffer| banded || !of_linear_band(*buffer);
+        let bound: Vec<Buffer> = self
+            .steps()
+            .flat_map(|(stage, kernel)| {
+                let bindings = kernel.entry().bindings.iter();
+                bindings.map(move |binding| (stage, kernel, binding.buffer))
+            })
+            .map(|(stage, kernel, buffer)| self.buffer_for(stage, kernel, buffer))
+            .collect();
+        let is_planned = |buffer: &Buffer| bound.contains(buffer);
         let of = |all: Extent| {
             Buffer::ALL.into_iter().filter(is_planned).filter(move |&buffer| extent(buffer) == all)
         };
@@ -251,7 +258,7 @@ impl Plan {
 
     /// The bytes of a buffer for the vertices of a part and this many frames.
     fn bytes_of(&self, buffer: Buffer, part: &Range<usize>, frames: usize) -> usize {
-        let Sizes { vertices, handles, edges, centers, banded } = self.sizes;
+        let Sizes { vertices, handles, edges, centers, .. } = self.sizes;
         let (tiles, tiled) = (part.len().div_ceil(TILE), part.len().next_multiple_of(TILE));
         let basis_bytes = if self.fp16_basis { 2 } else { 4 };
         match buffer {
@@ -268,16 +275,18 @@ impl Plan {
             Buffer::InfluenceWeights => rows(&self.influence_offsets, part, 2).len() * ROW_BYTES,
             Buffer::RbfWeights => tiled * centers * 12,
             Buffer::Pivots => tiled * 4,
-            Buffer::ExampleVectors => banded * self.sizes.features() * 12,
+            Buffer::FeatureLengths => self.sizes.features() * 4,
+            Buffer::ExampleVectors => (centers - 1) * self.sizes.features() * 12,
             Buffer::FeatureBounds => 2 * self.sizes.features() * 12,
-            Buffer::ExampleWeights => tiled * banded * self.sizes.weight_bytes(self.fp16_basis),
-            Buffer::StrainProducts => frames * self.sizes.products_len() * 4,
+            Buffer::ExampleWeights => tiled * (centers - 1) * if self.fp16_basis { 6 } else { 12 },
+            Buffer::FoldWeights => tiled * self.sizes.fold_weights() * 12,
+            Buffer::SquaredVectorDifferences => frames * self.sizes.vector_table_len() * 4,
             Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
             Buffer::HandlePositions => frames * handles * 12,
             Buffer::Displacements => frames * handles * 16,
             Buffer::SquaredDifferences => frames * self.sizes.table_len() * 4,
             Buffer::Features => frames * edges * 4,
-            Buffer::BasisPositions
+            Buffer::BandOffsets
             | Buffer::LargeScalePositions
             | Buffer::LargeScaleNormals
             | Buffer::LocalDetail
@@ -323,7 +332,7 @@ impl Plan {
         self.sizes.handles * (12 + 16)
     }
 
-    /// What to run for a batch of `frames` frames, in this order. The dispatches of a smaller batch are the first ones
+    /// What to run for a batch of `frames` frames, in this order, but for stages [on demand](Plan::is_on_demand). The dispatches of a smaller batch are the first ones
     /// of a larger one, but for their parameters, frames at once and workgroups: kernels and buffers are the same.
     pub fn dispatches(&self, frames: usize) -> Vec<Dispatch> {
         let mut dispatches = Vec::new();
@@ -361,14 +370,33 @@ impl Plan {
         dispatches
     }
 
+    /// Whether a batch leaves this stage out, and [`crate::Session::read`] runs its dispatches: nothing on the device reads normals
+    /// of the large scale where folds are along the mesh's axes.
+    pub fn is_on_demand(&self, stage: Stage) -> bool {
+        stage == Stage::LargeScaleNormals && self.sizes.vector_folds
+    }
+
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
-        let Sizes { vertices, handles, edges, centers, banded } = self.sizes;
-        let [vertices, handles, strain_edges, centers, examples, features] =
-            [vertices, handles, edges, centers, banded, self.sizes.features()].map(|n| n as u32);
+        let Sizes { vertices, handles, edges, centers, bands, vector_folds } = self.sizes;
+        let [vertices, handles, strain_edges, centers, features] =
+            [vertices, handles, edges, centers, self.sizes.features()].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
         match kernel {
             Kernel::Strain => words(&strain::Params { frames, handles, strain_edges }),
+            Kernel::VectorDifferences => {
+                words(&vector_differences::Params { frames, handles, strain_edges, centers })
+            }
+            Kernel::Bands => words(&bands::Params {
+                frames,
+                vertices,
+                first_vertex,
+                part_vertices,
+                features,
+                centers,
+                fp16: u32::from(self.fp16_basis),
+                folds: u32::from(vector_folds),
+            }),
             Kernel::LargeScale => words(&large_scale::Params {
                 frames,
                 vertices,
@@ -376,16 +404,7 @@ impl Plan {
                 part_vertices,
                 handles,
                 fp16_basis: u32::from(self.fp16_basis),
-            }),
-            Kernel::Products => words(&products::Params { frames, handles, strain_edges, examples }),
-            Kernel::LinearBand => words(&linear_band::Params {
-                frames,
-                vertices,
-                first_vertex,
-                part_vertices,
-                features,
-                examples,
-                fp16: u32::from(self.fp16_basis),
+                banded: u32::from(bands),
             }),
             Kernel::Normals => words(&normals::Params { frames, vertices, first_vertex, part_vertices }),
             Kernel::Differences => words(&differences::Params { frames, strain_edges, centers }),
@@ -403,7 +422,7 @@ impl Plan {
                 vertices,
                 first_vertex,
                 part_vertices,
-                mesh_axes: u32::from(self.mesh_axes),
+                mesh_axes: u32::from(vector_folds),
             }),
         }
     }
@@ -423,19 +442,22 @@ impl Plan {
 
     /// What runs, one after the other.
     fn steps(&self) -> impl Iterator<Item = (Stage, Kernel)> {
-        let banded = self.sizes.banded > 0;
-        let of_band = |kernel: &Kernel| matches!(kernel, Kernel::Products | Kernel::LinearBand);
-        STEPS.into_iter().filter(move |(_, kernel)| banded || !of_band(kernel))
+        let Sizes { bands, vector_folds, .. } = self.sizes;
+        STEPS.into_iter().filter(move |(_, kernel)| match kernel {
+            Kernel::VectorDifferences | Kernel::Bands => bands,
+            Kernel::Differences | Kernel::Detail => !vector_folds,
+            _ => true,
+        })
     }
 
-    /// The buffer that is bound in the place of `buffer`: the kernel `normals` runs on two pairs, and where there is a linear
-    /// band the large scale is not ready when the basis is done.
+    /// The buffer that is bound in the place of `buffer`: the kernel `normals` runs on two pairs, and where there are no bands the
+    /// large scale does not read what they add.
     fn buffer_for(&self, stage: Stage, kernel: Kernel, buffer: Buffer) -> Buffer {
         match (stage, buffer) {
             (Stage::LargeScaleNormals, Buffer::Positions) => Buffer::LargeScalePositions,
             (Stage::LargeScaleNormals, Buffer::VertexNormals) => Buffer::LargeScaleNormals,
-            (_, Buffer::LargeScalePositions) if kernel == Kernel::LargeScale && self.sizes.banded > 0 => {
-                Buffer::BasisPositions
+            (_, Buffer::BandOffsets) if kernel == Kernel::LargeScale && !self.sizes.bands => {
+                Buffer::HandleRest
             }
             _ => buffer,
         }
@@ -458,23 +480,23 @@ impl Sizes {
         self.edges + self.handles
     }
 
-    /// The numbers of a frame's `strain_products`.
-    fn products_len(&self) -> usize {
-        differences::table_len(self.features(), self.banded)
+    /// The numbers of a frame's `squared_vector_differences`; 0 where there are no bands.
+    fn vector_table_len(&self) -> usize {
+        if self.bands { differences::table_len(self.features(), self.centers) } else { 0 }
     }
 
-    /// The bytes of a vertex's weight of one example.
-    fn weight_bytes(&self, fp16: bool) -> usize {
-        if fp16 { 6 } else { 12 }
+    /// The vectors of a vertex's `fold_weights`.
+    fn fold_weights(&self) -> usize {
+        bands::fold_weights(self.centers, self.vector_folds)
     }
 }
 
 /// What can run, one after the other.
 const STEPS: [(Stage, Kernel); 9] = [
     (Stage::Strain, Kernel::Strain),
+    (Stage::LargeScale, Kernel::VectorDifferences),
+    (Stage::LargeScale, Kernel::Bands),
     (Stage::LargeScale, Kernel::LargeScale),
-    (Stage::LargeScale, Kernel::Products),
-    (Stage::LargeScale, Kernel::LinearBand),
     (Stage::LargeScaleNormals, Kernel::Normals),
     (Stage::Detail, Kernel::Differences),
     (Stage::Detail, Kernel::Detail),

@@ -1,7 +1,7 @@
 //! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
 //!
 //! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
-use crate::{AtomicFile, Error, Faces, FoldAxes, Learned, Materials, Result, Rig, UpAxis, Uvs};
+use crate::{AtomicFile, Error, Faces, FoldStrains, Learned, Materials, Result, Rig, UpAxis, Uvs};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// The newest version that this program writes and reads: that of a rig of the learned method.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// The version of a rig of the chapter's method, which has not changed.
 const CHAPTER_VERSION: u32 = 2;
@@ -47,17 +47,20 @@ struct LearnedMetadata {
     /// Without it there is no bound, which JSON cannot hold: so it was before version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reach: Option<f64>,
-    /// Tangent frames before version 4.
-    #[serde(default = "tangent", skip_serializing_if = "is_tangent")]
-    fold_axes: FoldAxes,
+    /// Lengths before version 5.
+    #[serde(default = "lengths", skip_serializing_if = "is_lengths")]
+    fold_strains: FoldStrains,
+    /// Of version 4 alone.
+    #[serde(default, skip_serializing)]
+    fold_axes: Option<String>,
 }
 
-fn tangent() -> FoldAxes {
-    FoldAxes::Tangent
+fn lengths() -> FoldStrains {
+    FoldStrains::Lengths
 }
 
-fn is_tangent(axes: &FoldAxes) -> bool {
-    *axes == FoldAxes::Tangent
+fn is_lengths(strains: &FoldStrains) -> bool {
+    *strains == FoldStrains::Lengths
 }
 
 /// Read apart from the rest, so that a newer file is told from a broken one.
@@ -122,7 +125,8 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
             fold_ridge: learned.fold_ridge,
             marker_noise: learned.marker_noise,
             reach: Some(learned.reach).filter(|reach| reach.is_finite()),
-            fold_axes: learned.fold_axes,
+            fold_strains: learned.fold_strains,
+            fold_axes: None,
         }),
         materials: rig.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
     };
@@ -243,22 +247,30 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
             ));
         }
         None => None,
-        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_axes }) => Some(Learned {
-            share,
-            ridge,
-            fold_ridge,
-            marker_noise,
-            reach: reach.unwrap_or(f64::INFINITY),
-            fold_axes,
-            anchors: arrays.u32s("anchors", &[v, None])?,
-            anchor_weights: arrays.f32s("anchor_weights", &[v, None])?,
-            feature_gains: arrays.f32s("feature_gains", &[v, None])?,
-            example_weights: match share > 0.0 && !metadata.examples.is_empty() {
-                true => vectors(arrays.f32s("example_weights", &[v, n.map(|n| n - 1), Some(3)])?),
-                false => Vec::new(),
-            },
-            variances: arrays.f32s("variances", &[v])?,
-        }),
+        Some(LearnedMetadata { fold_axes: Some(axes), .. }) => {
+            return Err(fail(format!(
+                "is a rig file of version {version} with folds along the axes `{axes}`, which no other version has; solve the rig \
+                 again"
+            )));
+        }
+        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains, .. }) => {
+            Some(Learned {
+                share,
+                ridge,
+                fold_ridge,
+                marker_noise,
+                reach: reach.unwrap_or(f64::INFINITY),
+                fold_strains,
+                anchors: arrays.u32s("anchors", &[v, None])?,
+                anchor_weights: arrays.f32s("anchor_weights", &[v, None])?,
+                feature_gains: arrays.f32s("feature_gains", &[v, None])?,
+                example_weights: match share > 0.0 && !metadata.examples.is_empty() {
+                    true => vectors(arrays.f32s("example_weights", &[v, n.map(|n| n - 1), Some(3)])?),
+                    false => Vec::new(),
+                },
+                variances: arrays.f32s("variances", &[v])?,
+            })
+        }
     };
     let rig = Rig {
         name: metadata.name,

@@ -1,6 +1,6 @@
 //! What the learned method adds to a rig that is made without solving.
 use rayon::prelude::*;
-use rhytid_core::{FoldAxes, Learned, Rig};
+use rhytid_core::{FoldStrains, Learned, Rig};
 
 /// A, as of a solve's vertices.
 const ANCHORS: usize = 8;
@@ -51,7 +51,7 @@ pub(crate) fn learned(mut rig: Rig<f64>, handle_rest: &[[f64; 3]], rest_lengths:
         fold_ridge: 1e-3,
         marker_noise: 0.005,
         reach: 1.0,
-        fold_axes: FoldAxes::Mesh,
+        fold_strains: FoldStrains::Vectors,
         anchors,
         anchor_weights,
         feature_gains: vec![0.0; vertices * (k + a)],

@@ -23,19 +23,19 @@
 //! assert_eq!(buffers.last(), Some("features"));
 //! ```
 
+pub mod bands;
 pub mod detail;
 pub mod differences;
 pub mod fine_scale;
 pub mod large_scale;
-pub mod linear_band;
 pub mod normals;
 mod number;
 mod params;
-pub mod products;
 mod real;
 pub mod strain;
 pub mod table;
 pub mod vec3;
+pub mod vector_differences;
 
 pub use number::Number;
 pub use real::Real;

@@ -1,5 +1,5 @@
 //! The one table that every language's kernels are checked against: `cargo xtask kernels --check`.
-use crate::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
+use crate::{bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences};
 
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
@@ -49,7 +49,7 @@ pub enum Each {
     Vertex,
     /// Something of each strain edge.
     StrainEdge,
-    /// Something of each feature of the linear band: of each strain edge, and of each handle as an anchor.
+    /// Something of each feature of what is learned: of each strain edge, and of each handle as an anchor.
     Feature,
 }
 
@@ -201,12 +201,16 @@ buffers! {
     RbfWeights = rbf_weights,
     /// The centre that each vertex's distances are differences to.
     Pivots = pivots,
-    /// The vector strains of the examples, over the features' lengths.
+    /// The lengths that displacements are divided by: the strain edges', and their mean for the anchors.
+    FeatureLengths = feature_lengths,
+    /// The vector strains of the examples.
     ExampleVectors = example_vectors,
-    /// How far the vector strains are followed, times the features' lengths.
+    /// How far vector strains are followed.
     FeatureBounds = feature_bounds,
-    /// c: what each example does to each vertex.
+    /// Half of c: what each example does to each vertex.
     ExampleWeights = example_weights,
+    /// a, b and w: what is added to each vertex in every frame, and the weights of the examples' distances.
+    FoldWeights = fold_weights,
     /// Where each tile's fans begin.
     FanOffsets = fan_offsets,
     /// The vertices around each of a tile's vertices.
@@ -219,10 +223,10 @@ buffers! {
     SquaredDifferences = squared_differences,
     /// The strains.
     Features = features,
-    /// What a frame's vector strains have in common with the examples'.
-    StrainProducts = strain_products,
-    /// What the basis makes of the smooth positions, where the linear band has more to add.
-    BasisPositions = basis_positions,
+    /// How far each frame's vector strains are from the centres', squared.
+    SquaredVectorDifferences = squared_vector_differences,
+    /// What the linear band adds to what the basis makes of the smooth positions.
+    BandOffsets = band_offsets,
     /// The smooth positions.
     LargeScalePositions = large_scale_positions,
     /// Their normals.
@@ -249,6 +253,36 @@ kernels! {
             write(Features),
         ],
     }
+    /// Displacements of the handles to what tells their vector strains from those of the centres.
+    VectorDifferences = vector_differences {
+        each: Feature,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(Displacements, F32x4),
+            read(StrainEdges, U32),
+            read(FeatureLengths, F32),
+            read(ExampleVectors, F32),
+            read(FeatureBounds, F32),
+            write(SquaredVectorDifferences),
+        ],
+    }
+    /// Differences of vector strains to what was learned of the examples: the smooth part, and the folds.
+    Bands = bands {
+        each: Vertex,
+        at_once: 1,
+        batched: true,
+        bindings: [
+            read(SquaredVectorDifferences, F32x4),
+            read(InfluenceOffsets, U32),
+            read(Influences, U32),
+            read(InfluenceWeights, F32),
+            tiled(ExampleWeights, U32),
+            tiled(FoldWeights, F32),
+            write(BandOffsets),
+            write(LocalDetail),
+        ],
+    }
     /// Displacements of the handles to smooth positions.
     LargeScale = large_scale {
         each: Vertex,
@@ -258,34 +292,7 @@ kernels! {
             read(Rest, F32),
             tiled(Basis, U32x2),
             read(Displacements, F32x4),
-            write(LargeScalePositions),
-        ],
-    }
-    /// Displacements of the handles to what their vector strains have in common with the examples'.
-    Products = products {
-        each: Feature,
-        at_once: 1,
-        batched: false,
-        bindings: [
-            read(Displacements, F32x4),
-            read(StrainEdges, U32),
-            read(ExampleVectors, F32),
-            read(FeatureBounds, F32),
-            write(StrainProducts),
-        ],
-    }
-    /// What the basis makes of the smooth positions to all of them.
-    LinearBand = linear_band {
-        each: Vertex,
-        at_once: 1,
-        batched: true,
-        bindings: [
-            read(BasisPositions, F32),
-            read(StrainProducts, F32x4),
-            read(InfluenceOffsets, U32),
-            read(Influences, U32),
-            read(InfluenceWeights, F32),
-            tiled(ExampleWeights, U32),
+            read(BandOffsets, F32),
             write(LargeScalePositions),
         ],
     }

@@ -29,11 +29,10 @@ fn a_workgroup_reads_whole_tiles() {
 }
 
 #[test]
-fn each_kernel_writes_its_last_buffer_alone() {
+fn each_kernel_writes_its_last_buffers_alone() {
     for kernel in Kernel::ALL.map(Kernel::entry) {
         let written: Vec<_> = kernel.bindings.iter().map(|b| b.access == Access::Write).collect();
-        let last = kernel.bindings.len() - 1;
-        assert_eq!(written, (0..=last).map(|i| i == last).collect::<Vec<_>>(), "{}", kernel.name);
+        assert!(written.is_sorted() && written.last() == Some(&true), "{}: {written:?}", kernel.name);
     }
 }
 

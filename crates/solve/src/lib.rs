@@ -65,7 +65,7 @@ pub mod internals {
 }
 
 use driven::DrivenComponents;
-use rhytid_core::{Bind, Error, Face, FoldAxes, Method, Progress, Result, Rig, StrainEdges};
+use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges};
 use rhytid_kernels::strain;
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
@@ -263,16 +263,9 @@ fn chapter(face: &Face, shell: &mut Shell, progress: &dyn Progress) -> Result<()
     rig.influence_weights = influences.weights;
     progress.step("influences", 1, 1)?;
 
-    let (pose_features, detail) = detail::features_and_detail(
-        rig,
-        topology,
-        &face.examples,
-        |v| parts.driven[v] || follows,
-        |_, _| (),
-        FoldAxes::Tangent,
-        progress,
-    )?;
-    rig.pose_features = pose_features;
+    rig.pose_features = detail::pose_features(rig, &face.examples);
+    let moves = |v| parts.driven[v] || follows;
+    let detail = detail::detail(rig, topology, &face.examples, moves, |_, _| (), progress)?;
     rig.rbf_weights = rbf::rbf_weights(
         &rig.pose_features,
         rig.centers(),

@@ -1,7 +1,9 @@
 //! The parameter blocks of the Rust twins, which the host fills in: their fields as they lie in memory.
 use crate::reflected::Field;
 use bytemuck::Pod;
-use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
+use rhytid_kernels::{
+    bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+};
 use std::fmt::Debug;
 
 /// The fields of a kernel's `Params`; `None` for a kernel that is not listed here.
@@ -9,8 +11,8 @@ pub(crate) fn fields(kernel: &str) -> Option<Vec<Field>> {
     Some(match kernel {
         "strain" => fields_of::<strain::Params>(),
         "large_scale" => fields_of::<large_scale::Params>(),
-        "products" => fields_of::<products::Params>(),
-        "linear_band" => fields_of::<linear_band::Params>(),
+        "vector_differences" => fields_of::<vector_differences::Params>(),
+        "bands" => fields_of::<bands::Params>(),
         "normals" => fields_of::<normals::Params>(),
         "differences" => fields_of::<differences::Params>(),
         "detail" => fields_of::<detail::Params>(),

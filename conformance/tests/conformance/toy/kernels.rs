@@ -1,21 +1,26 @@
 //! Runs a dispatch with the f32 twins. A backend for a GPU has the kernels' sources instead of this file.
 use half::f16;
 use rhytid_core::plan::Dispatch;
-use rhytid_kernels::table::{Kernel, TILE, WORKGROUP_SIZE};
-use rhytid_kernels::{detail, differences, fine_scale, large_scale, linear_band, normals, products, strain};
+use rhytid_kernels::table::{Access, Kernel, TILE, WORKGROUP_SIZE};
+use rhytid_kernels::{
+    bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+};
 use std::ops::Range;
 
-/// Runs one dispatch: buffers are bound in the order of the kernel's table, the last is the one that it writes.
+/// Runs one dispatch: buffers are bound in the order of the kernel's table, the last are those that it writes.
 pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
     let [x, y] = dispatch.workgroups;
     let invocations = x * WORKGROUP_SIZE * dispatch.kernel.entry().at_once;
     let frames = y * dispatch.frames_at_once;
-    let (written, read) = dispatch.buffers.split_last().expect("every kernel writes");
-    let mut out = std::mem::take(&mut buffers[*written]);
+    let reads = dispatch.kernel.entry().bindings.iter().take_while(|binding| binding.access == Access::Read);
+    let (read, written) = dispatch.buffers.split_at(reads.count());
+    let mut outs: Vec<Vec<u32>> =
+        written.iter().map(|&buffer| std::mem::take(&mut buffers[buffer])).collect();
     let words = |i: usize| buffers[read[i]].as_slice();
     let numbers = |i: usize| bytemuck::cast_slice::<u32, f32>(words(i));
     let vectors = |i: usize| numbers(i).as_chunks::<3>().0;
-    let results: &mut [f32] = bytemuck::cast_slice_mut(&mut out);
+    let (out, others) = outs.split_first_mut().expect("every kernel writes");
+    let results: &mut [f32] = bytemuck::cast_slice_mut(out);
     match dispatch.kernel {
         Kernel::Strain => {
             let mut params: strain::Params = parameters(dispatch);
@@ -46,31 +51,45 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let displacements: Vec<[f32; 3]> =
                 numbers(2).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
             let at_origin = vec![[0.0; 3]; handles];
-            large_scale::large_scale(params, vectors(0), &basis, &at_origin, &displacements, positions);
+            let offsets = vectors(3);
+            large_scale::large_scale(
+                params,
+                vectors(0),
+                &basis,
+                &at_origin,
+                &displacements,
+                offsets,
+                positions,
+            );
         }
-        Kernel::Products => {
-            let mut params: products::Params = parameters(dispatch);
+        Kernel::VectorDifferences => {
+            let mut params: vector_differences::Params = parameters(dispatch);
             params.frames = params.frames.min(frames);
             let displacements: Vec<[f32; 3]> =
                 numbers(0).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
             let features = (params.strain_edges + params.handles) as usize;
-            let len = differences::table_len(features, params.examples as usize);
+            let len = differences::table_len(features, params.centers as usize);
             let mut all = vec![0.0; params.frames as usize * len];
-            let edges = words(1).as_chunks().0;
-            products::products(params, &displacements, edges, vectors(2), vectors(3), &mut all);
+            let buffers = vector_differences::Buffers {
+                strain_edges: &words(1).as_chunks().0[..params.strain_edges as usize],
+                feature_lengths: &numbers(2)[..features],
+                example_vectors: vectors(3),
+                feature_bounds: vectors(4),
+            };
+            vector_differences::vector_differences(params, &displacements, &buffers, &mut all);
             for (i, cells) in all.chunks_exact(8).enumerate() {
                 if i % features < invocations as usize {
                     results[8 * i..][..8].copy_from_slice(cells);
                 }
             }
         }
-        Kernel::LinearBand => {
-            let mut params: linear_band::Params = parameters(dispatch);
-            let (vertices, p) = (params.part_vertices as usize, params.examples as usize);
+        Kernel::Bands => {
+            let mut params: bands::Params = parameters(dispatch);
+            let (vertices, p) = (params.part_vertices as usize, params.centers as usize - 1);
             let c = match params.fp16 {
-                0 => untiled(numbers(5), 3 * p, vertices),
+                0 => untiled(numbers(4), 3 * p, vertices),
                 _ => {
-                    let fp16: &[u16] = bytemuck::cast_slice(words(5));
+                    let fp16: &[u16] = bytemuck::cast_slice(words(4));
                     untiled(fp16, 3 * p, vertices)
                         .into_iter()
                         .map(|bits| f16::from_bits(bits).to_f32())
@@ -78,9 +97,14 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 }
             };
             let c = c.as_chunks().0;
-            let (offsets, weights) = (words(2), numbers(4).as_chunks::<TILE>().0);
+            let per_vertex = params.fold_weights();
+            let fold_weights = untiled(numbers(5), 3 * per_vertex, vertices);
+            let fold_weights = fold_weights.as_chunks().0;
+            let (offsets, weights) = (words(1), numbers(3).as_chunks::<TILE>().0);
             params.frames = params.frames.min(frames);
-            let positions = results.as_chunks_mut::<3>().0;
+            let band_offsets = results.as_chunks_mut::<3>().0;
+            let details: &mut [f32] = bytemuck::cast_slice_mut(&mut others[0]);
+            let details = details.as_chunks_mut::<3>().0;
             for i in 0..params.part_vertices.min(invocations) as usize {
                 // The twin has each vertex's influences and anchors: here those of its tile.
                 let at = |list: usize| offsets[i / TILE * 2 + list] as usize;
@@ -88,22 +112,26 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 let of_vertex = |rows: &Range<usize>| -> Vec<f32> {
                     weights[rows.clone()].iter().map(|row| row[i % TILE]).collect()
                 };
-                let buffers = linear_band::Buffers {
+                let buffers = bands::Buffers {
                     influences: edges.len(),
-                    influence_edges: &words(3)[edges.clone()],
+                    influence_edges: &words(2)[edges.clone()],
                     influence_weights: &of_vertex(&edges),
                     anchors_per_vertex: anchors.len(),
                     // They are counted from F already.
-                    anchors: &words(3)[anchors.clone()],
+                    anchors: &words(2)[anchors.clone()],
                     anchor_weights: &of_vertex(&anchors),
                     example_weights: &c[i * p..][..p],
+                    fold_weights: &fold_weights[i * per_vertex..][..per_vertex],
                 };
                 for frame in 0..params.frames as usize {
-                    let len = differences::table_len(params.features as usize, p);
-                    let table = &numbers(1)[frame * len..];
+                    let len = differences::table_len(params.features as usize, p + 1);
+                    let table = &numbers(0)[frame * len..];
                     let v = frame * params.vertices as usize + params.first_vertex as usize + i;
-                    let offset = linear_band::vertex_offset(params, &buffers, 0, table, 0);
-                    positions[v] = std::array::from_fn(|c| vectors(0)[v][c] + offset[c]);
+                    let [offset, detail] = bands::vertex_bands(params, &buffers, 0, table, 0);
+                    band_offsets[v] = offset;
+                    if params.folds != 0 {
+                        details[v] = detail;
+                    }
                 }
             }
         }
@@ -167,7 +195,9 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             fine_scale::fine_scale(params, vectors(0), vectors(1), vectors(2), words(3), positions);
         }
     }
-    buffers[*written] = out;
+    for (&buffer, out) in written.iter().zip(outs) {
+        buffers[buffer] = out;
+    }
 }
 
 fn parameters<T: bytemuck::AnyBitPattern>(dispatch: &Dispatch) -> T {

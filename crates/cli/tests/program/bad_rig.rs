@@ -69,7 +69,7 @@ fn a_wrong_version() {
         |header, _| {
             let mut metadata: Value =
                 serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
-            assert_eq!(metadata["version"], 4);
+            assert_eq!(metadata["version"], 5);
             metadata["version"] = json!(999);
             header["__metadata__"]["rhytid"] = json!(metadata.to_string());
         },

@@ -53,10 +53,13 @@ impl Plan {
             Buffer::Pivots => {
                 owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1))
             }
+            Buffer::FeatureLengths => {
+                owned(&rig.feature_lengths().iter().map(|&l| l as f32).collect::<Vec<_>>())
+            }
             Buffer::ExampleVectors => owned(&rig.example_vectors()),
             Buffer::FeatureBounds => owned(&rig.feature_bounds()),
             Buffer::ExampleWeights => {
-                let (all, examples) = (banded(rig).unwrap_or_default(), self.sizes.banded);
+                let (all, examples) = (rig.half_example_weights(), centers - 1);
                 let numbers = all[of_part(examples)].as_flattened();
                 if self.fp16_basis {
                     let fp16: Vec<u16> = numbers.iter().map(|&c| f16::from_f32(c).to_bits()).collect();
@@ -64,6 +67,14 @@ impl Plan {
                 } else {
                     owned(&tiled(numbers, examples * 3))
                 }
+            }
+            Buffer::FoldWeights => {
+                let mut half = rig.half_example_weights();
+                if self.fp16_basis {
+                    half.as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
+                }
+                let (all, vectors) = (rig.fold_weights(&half), self.sizes.fold_weights());
+                owned(&tiled(all[of_part(vectors)].as_flattened(), vectors * 3))
             }
             Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part, 1)),
             Buffer::Fans => {
@@ -73,8 +84,8 @@ impl Plan {
             Buffer::HandlePositions
             | Buffer::Displacements
             | Buffer::SquaredDifferences
-            | Buffer::StrainProducts
-            | Buffer::BasisPositions
+            | Buffer::SquaredVectorDifferences
+            | Buffer::BandOffsets
             | Buffer::Features
             | Buffer::LargeScalePositions
             | Buffer::LargeScaleNormals
@@ -135,11 +146,6 @@ pub(super) fn influence_offsets(rig: &Rig) -> Vec<u32> {
     ends(rows.into_flattened())
 }
 
-/// c, V×P, where the rig has any.
-pub(super) fn banded(rig: &Rig) -> Option<&[[f32; 3]]> {
-    rig.learned.as_ref().map(|learned| &learned.example_weights[..]).filter(|c| !c.is_empty())
-}
-
 fn offsets(rig: &Rig, rows: impl Fn(usize) -> usize + Sync + Send) -> Vec<u32> {
     ends(tiles(&(0..rig.vertices())).map(rows).collect())
 }
@@ -153,15 +159,14 @@ fn ends(rows: Vec<usize>) -> Vec<u32> {
     std::iter::once(0).chain(ends).collect()
 }
 
-/// What drives a tile's vertices: the strain edges, and α; where the rig has a linear band beyond its basis, then the anchors,
-/// counted from F, and ν. Those are one at least, of no weight where there is none, by which a kernel knows where edges end.
+/// What drives a tile's vertices: the strain edges, and α; where the rig has bands, then the anchors, counted from F, and ν. Those are one at least, of no weight where there is none, by which a kernel knows where edges end.
 fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
     let of_tile = |per_vertex: usize, indices: &[u32], weights: &[f32]| {
         let here = tile * TILE * per_vertex..((tile + 1) * TILE).min(rig.vertices()) * per_vertex;
         detail::tile_influences(per_vertex, &indices[here.clone()], &weights[here])
     };
     let (mut indices, mut weights) = of_tile(rig.influences(), &rig.influence_edges, &rig.influence_weights);
-    if let Some(learned) = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()) {
+    if let Some(learned) = rig.bands() {
         let anchors = of_tile(learned.anchors_per_vertex(), &learned.anchors, &learned.anchor_weights);
         let anchors = if anchors.0.is_empty() { (vec![0], vec![[0.0; TILE]]) } else { anchors };
         indices.extend(anchors.0.iter().map(|anchor| rig.strain_edges.len() as u32 + anchor));

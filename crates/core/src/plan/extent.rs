@@ -24,6 +24,7 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::StrainEdges
         | Buffer::RestLengths
         | Buffer::PoseFeatures
+        | Buffer::FeatureLengths
         | Buffer::ExampleVectors
         | Buffer::FeatureBounds
         | Buffer::TangentNeighbors => Extent::Rig,
@@ -34,10 +35,13 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::RbfWeights
         | Buffer::Pivots
         | Buffer::ExampleWeights
+        | Buffer::FoldWeights
         | Buffer::FanOffsets
         | Buffer::Fans => Extent::Part,
         Buffer::HandlePositions | Buffer::Displacements => Extent::Input,
-        Buffer::SquaredDifferences | Buffer::StrainProducts | Buffer::BasisPositions => Extent::Scratch,
+        Buffer::SquaredDifferences | Buffer::SquaredVectorDifferences | Buffer::BandOffsets => {
+            Extent::Scratch
+        }
         Buffer::Features => Extent::Result(Stage::Strain),
         Buffer::LargeScalePositions => Extent::Result(Stage::LargeScale),
         Buffer::LargeScaleNormals => Extent::Result(Stage::LargeScaleNormals),
@@ -45,16 +49,4 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         Buffer::Positions => Extent::Result(Stage::Positions),
         Buffer::VertexNormals => Extent::Result(Stage::Normals),
     }
-}
-
-/// Whether the linear band alone needs `buffer`.
-pub(super) fn of_linear_band(buffer: Buffer) -> bool {
-    matches!(
-        buffer,
-        Buffer::ExampleVectors
-            | Buffer::FeatureBounds
-            | Buffer::ExampleWeights
-            | Buffer::StrainProducts
-            | Buffer::BasisPositions
-    )
 }

@@ -1,7 +1,7 @@
 //! The rig file: what is written is read back, and nothing that is broken is let in.
 
 use proptest::prelude::*;
-use rhytid_core::{Error, FoldAxes, Materials, NoProgress, Rig, Uvs, rig_file};
+use rhytid_core::{Error, FoldStrains, Materials, NoProgress, Rig, Uvs, rig_file};
 use rhytid_solve::solve;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
@@ -207,11 +207,11 @@ fn any_reader_of_safetensors_finds_the_arrays() {
 
     let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
     let expected = json!({
-        "version": 4, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "learned",
+        "version": 5, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "learned",
         "bending_length": RIG.bending_length, "beta": RIG.beta,
         "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"], "materials": ["skin", "lips"],
         "learned": {"share": 1.0, "ridge": 0.01, "fold_ridge": 0.001, "marker_noise": 0.005, "reach": 1.0,
-            "fold_axes": "mesh"},
+            "fold_strains": "vectors"},
     });
     assert_eq!(metadata, expected);
 }
@@ -226,13 +226,13 @@ fn files_cut_short_anywhere() {
 
 #[test]
 fn other_versions_and_other_files() {
-    for version in [0, 1, 5, u32::MAX] {
+    for version in [0, 1, 6, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        refused(&bytes, &[&format!("version {version}, expected 2 to 4"), "solve the rig again"]);
+        refused(&bytes, &[&format!("version {version}, expected 2 to 5"), "solve the rig again"]);
     }
     // A newer file may have other metadata altogether, and arrays that are missing here.
     let newer = with_metadata(|m| *m = json!({"version": 7}));
-    refused(&newer, &["version 7, expected 2 to 4"]);
+    refused(&newer, &["version 7, expected 2 to 5"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],
@@ -242,17 +242,27 @@ fn other_versions_and_other_files() {
     refused(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["no whole safetensors file"]);
 }
 
-/// Version 3 knew no bound and tangent frames alone.
+/// Version 4 had folds of strain lengths along the mesh's axes, which nothing evaluates any more.
+#[test]
+fn folds_that_are_no_longer_there() {
+    let bytes = with_metadata(|m| {
+        m["version"] = 4.into();
+        m["learned"]["fold_axes"] = "mesh".into();
+    });
+    refused(&bytes, &["version 4", "along the axes `mesh`", "solve the rig again"]);
+}
+
+/// Version 3 knew no bound and strain lengths alone.
 #[test]
 fn what_an_older_version_does_not_say() {
     let bytes = with_metadata(|m| {
         m["version"] = 3.into();
         let learned = m["learned"].as_object_mut().unwrap();
         learned.remove("reach");
-        learned.remove("fold_axes");
+        learned.remove("fold_strains");
     });
     let learned = rig_file::decode(&bytes, "old").unwrap().learned.unwrap();
-    assert_eq!((learned.reach, learned.fold_axes), (f64::INFINITY, FoldAxes::Tangent));
+    assert_eq!((learned.reach, learned.fold_strains), (f64::INFINITY, FoldStrains::Lengths));
 }
 
 #[test]
@@ -275,7 +285,7 @@ fn metadata_out_of_range() {
     damaged(&|m| m["learned"]["ridge"] = 0.0.into(), &["ridge is 0, which"]);
     damaged(&|m| m["learned"]["marker_noise"] = (-1.0).into(), &["marker_noise is -1, which"]);
     damaged(&|m| m["learned"]["reach"] = 0.5.into(), &["reach is 0.5, which"]);
-    damaged(&|m| m["learned"]["fold_axes"] = "world".into(), &["metadata", "`world`"]);
+    damaged(&|m| m["learned"]["fold_strains"] = "world".into(), &["metadata", "`world`"]);
     damaged(
         &|m| drop(m["learned"].as_object_mut().unwrap().remove("fold_ridge")),
         &["metadata", "fold_ridge"],

@@ -4,7 +4,7 @@ use super::sections::{
     Method, Project, StrainSection, Units,
 };
 use crate::tables::text::{did_you_mean, line_of, quoted};
-use rhytid_core::{Bind, Error, FoldAxes, Result, UpAxis};
+use rhytid_core::{Bind, Error, FoldStrains, Result, UpAxis};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use toml::Spanned;
@@ -61,7 +61,7 @@ fn method(section: &Section<'_>) -> Result<Option<Method>> {
 }
 
 fn learned(section: &Section<'_>) -> Result<LearnedSection> {
-    section.allow(&["share", "ridge", "fold_ridge", "marker_noise", "reach", "fold_axes"])?;
+    section.allow(&["share", "ridge", "fold_ridge", "marker_noise", "reach", "fold_strains"])?;
     let number = |key: &str, expected: &str, is_right: fn(f64) -> bool| match section.get(key) {
         None => Ok(None),
         Some(value) => section
@@ -79,12 +79,16 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
             Some(DeValue::Float(number)) if matches!(number.as_str(), "inf" | "+inf") => Some(f64::INFINITY),
             _ => number("reach", "a number from 1, inf for no bound", |reach| reach >= 1.0)?,
         },
-        fold_axes: match section.text("fold_axes", "\"mesh\" or \"tangent\"")? {
+        fold_strains: match section.text("fold_strains", "\"vectors\" or \"lengths\"")? {
             None => None,
-            Some("mesh") => Some(FoldAxes::Mesh),
-            Some("tangent") => Some(FoldAxes::Tangent),
+            Some("vectors") => Some(FoldStrains::Vectors),
+            Some("lengths") => Some(FoldStrains::Lengths),
             Some(other) => {
-                return Err(section.wrong("fold_axes", &format!("{other:?}"), "\"mesh\" or \"tangent\""));
+                return Err(section.wrong(
+                    "fold_strains",
+                    &format!("{other:?}"),
+                    "\"vectors\" or \"lengths\"",
+                ));
             }
         },
     })

@@ -1,6 +1,6 @@
 //! The sections of a project file.
 
-use rhytid_core::{Bind, FoldAxes, LearnedSettings, UpAxis};
+use rhytid_core::{Bind, FoldStrains, LearnedSettings, UpAxis};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 
@@ -110,7 +110,7 @@ pub struct LearnedSection {
     pub reach: Option<f64>,
     /// The axes that folds are added along.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fold_axes: Option<FoldAxes>,
+    pub fold_strains: Option<FoldStrains>,
 }
 
 impl LearnedSection {
@@ -123,7 +123,7 @@ impl LearnedSection {
             fold_ridge: self.fold_ridge.unwrap_or(default.fold_ridge),
             marker_noise: self.marker_noise.unwrap_or(default.marker_noise),
             reach: self.reach.unwrap_or(default.reach),
-            fold_axes: self.fold_axes.unwrap_or(default.fold_axes),
+            fold_strains: self.fold_strains.unwrap_or(default.fold_strains),
         }
     }
 }

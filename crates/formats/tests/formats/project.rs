@@ -1,6 +1,6 @@
 //! The project file: what its text means, and that it survives being written.
 use proptest::prelude::*;
-use rhytid_core::{Bind, Error, FoldAxes, UpAxis};
+use rhytid_core::{Bind, Error, FoldStrains, UpAxis};
 use rhytid_formats::project::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
     Method, Project, StrainSection, Units, parse, write,
@@ -36,7 +36,7 @@ share = 0.5
 ridge = 1e-3
 fold_ridge = 0.01
 reach = inf
-fold_axes = "tangent"
+fold_strains = "lengths"
 marker_noise = 0
 "#;
 
@@ -67,7 +67,7 @@ fn full() -> Project {
             fold_ridge: Some(0.01),
             marker_noise: Some(0.0),
             reach: Some(f64::INFINITY),
-            fold_axes: Some(FoldAxes::Tangent),
+            fold_strains: Some(FoldStrains::Lengths),
         },
     }
 }

@@ -22,6 +22,7 @@ typedef struct {
     uint part_vertices;
     uint handles;
     uint fp16_basis;
+    uint banded;
 } Params;
 
 // Row h of the tile of 16 vertices, for those from vertex i on; fp16 where params.fp16_basis is 1.
@@ -35,6 +36,7 @@ __kernel __attribute__((reqd_work_group_size(256 / VERTICES, 1, 1))) void large_
     __global const float *restrict rest,
     __global const uint *restrict basis,
     __global const float *restrict displacements,
+    __global const float *restrict band_offsets,
     __global float *restrict large_scale_positions,
     const Params params)
 {
@@ -66,9 +68,11 @@ __kernel __attribute__((reqd_work_group_size(256 / VERTICES, 1, 1))) void large_
             if (frame + g < params.frames && i + lane < params.part_vertices) {
                 uint v = params.first_vertex + i + lane;
                 uint result = 3 * ((frame + g) * params.vertices + v);
-                large_scale_positions[result] = rest[3 * v] + x[g].of[lane];
-                large_scale_positions[result + 1] = rest[3 * v + 1] + y[g].of[lane];
-                large_scale_positions[result + 2] = rest[3 * v + 2] + z[g].of[lane];
+                float3 position = vload3(v, rest) + (float3)(x[g].of[lane], y[g].of[lane], z[g].of[lane]);
+                if (params.banded != 0) {
+                    position += vload3(result / 3, band_offsets);
+                }
+                vstore3(position, result / 3, large_scale_positions);
             }
         }
     }

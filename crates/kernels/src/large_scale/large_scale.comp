@@ -10,11 +10,13 @@ layout(push_constant, std430) uniform Params {
     uint part_vertices;
     uint handles;
     uint fp16_basis;
+    uint banded;
 } params;
 layout(std430, binding = 0) readonly buffer Rest { float rest[]; };
 layout(std430, binding = 1) readonly buffer Basis { uvec2 basis[]; };
 layout(std430, binding = 2) readonly buffer Displacements { vec4 displacements[]; };
-layout(std430, binding = 3) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
+layout(std430, binding = 3) readonly buffer BandOffsets { float band_offsets[]; };
+layout(std430, binding = 4) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
 
 // Row h of the tile of 16 vertices, for the four vertices from i on; fp16 where params.fp16_basis is 1.
 vec4 basis_at(uint i, uint h) {
@@ -52,9 +54,14 @@ void main() {
             if (frame + g < params.frames && 4 * gl_GlobalInvocationID.x + lane < params.part_vertices) {
                 uint v = params.first_vertex + i + lane;
                 uint result = 3 * ((frame + g) * params.vertices + v);
-                large_scale_positions[result] = rest[3 * v] + x[g][lane];
-                large_scale_positions[result + 1] = rest[3 * v + 1] + y[g][lane];
-                large_scale_positions[result + 2] = rest[3 * v + 2] + z[g][lane];
+                vec3 position = vec3(rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]);
+                position += vec3(x[g][lane], y[g][lane], z[g][lane]);
+                if (params.banded != 0) {
+                    position += vec3(band_offsets[result], band_offsets[result + 1], band_offsets[result + 2]);
+                }
+                large_scale_positions[result] = position.x;
+                large_scale_positions[result + 1] = position.y;
+                large_scale_positions[result + 2] = position.z;
             }
         }
     }

@@ -8,13 +8,15 @@ struct Params {
     part_vertices: u32,
     handles: u32,
     fp16_basis: u32,
+    banded: u32,
 }
 
 @group(0) @binding(0) var<storage, read> rest: array<f32>;
 @group(0) @binding(1) var<storage, read> basis: array<vec2u>;
 @group(0) @binding(2) var<storage, read> displacements: array<vec4f>;
-@group(0) @binding(3) var<storage, read_write> large_scale_positions: array<f32>;
-@group(0) @binding(4) var<uniform> params: Params;
+@group(0) @binding(3) var<storage, read> band_offsets: array<f32>;
+@group(0) @binding(4) var<storage, read_write> large_scale_positions: array<f32>;
+@group(0) @binding(5) var<uniform> params: Params;
 
 // Row h of the tile of 16 vertices, for the four vertices from i on; fp16 where params.fp16_basis is 1.
 fn basis_at(i: u32, h: u32) -> vec4f {
@@ -48,9 +50,14 @@ fn large_scale(@builtin(global_invocation_id) id: vec3u) {
             if frame + g < params.frames && 4 * id.x + lane < params.part_vertices {
                 let v = params.first_vertex + i + lane;
                 let result = 3 * ((frame + g) * params.vertices + v);
-                large_scale_positions[result] = rest[3 * v] + x[g][lane];
-                large_scale_positions[result + 1] = rest[3 * v + 1] + y[g][lane];
-                large_scale_positions[result + 2] = rest[3 * v + 2] + z[g][lane];
+                var position = vec3f(rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]);
+                position += vec3f(x[g][lane], y[g][lane], z[g][lane]);
+                if params.banded != 0 {
+                    position += vec3f(band_offsets[result], band_offsets[result + 1], band_offsets[result + 2]);
+                }
+                large_scale_positions[result] = position.x;
+                large_scale_positions[result + 1] = position.y;
+                large_scale_positions[result + 2] = position.z;
             }
         }
     }

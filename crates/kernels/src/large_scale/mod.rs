@@ -15,11 +15,13 @@ parameter_block!(
     handles,
     /// 1 where `basis` is stored as fp16, 0 where it is not. The twin has its own type for it and does not look.
     fp16_basis,
+    /// 1 where `band_offsets` are added, 0 where there are none.
+    banded,
 );
 
 impl Params {
     /// For a rig in one piece.
-    pub fn whole(frames: usize, vertices: usize, handles: usize) -> Self {
+    pub fn whole(frames: usize, vertices: usize, handles: usize, banded: bool) -> Self {
         let (frames, vertices) = (frames as u32, vertices as u32);
         Self {
             frames,
@@ -28,11 +30,12 @@ impl Params {
             part_vertices: vertices,
             handles: handles as u32,
             fp16_basis: 0,
+            banded: u32::from(banded),
         }
     }
 }
 
-/// The twin. `basis` has the rows of the part alone.
+/// The twin. `basis` has the rows of the part alone; `band_offsets` is frames × V, or empty.
 // Where the processor's own instructions are chosen, the twin is to be compiled for them: without, a fused multiply-add is a call.
 #[inline(always)]
 pub fn large_scale<T: Real>(
@@ -41,6 +44,7 @@ pub fn large_scale<T: Real>(
     basis: &[T],
     handle_rest: &[[T; 3]],
     handle_positions: &[[T; 3]],
+    band_offsets: &[[T; 3]],
     large_scale_positions: &mut [[T; 3]],
 ) {
     let (vertices, handles) = (params.vertices as usize, params.handles as usize);
@@ -56,7 +60,11 @@ pub fn large_scale<T: Real>(
                     sum[c] = row[h].mul_add(u[c], sum[c]);
                 }
             }
-            large_scale_positions[frame * vertices + v] = std::array::from_fn(|c| rest[v][c] + sum[c]);
+            let mut position = vec3::add(rest[v], sum);
+            if params.banded != 0 {
+                position = vec3::add(position, band_offsets[frame * vertices + v]);
+            }
+            large_scale_positions[frame * vertices + v] = position;
         }
     }
 }

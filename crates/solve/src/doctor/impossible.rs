@@ -104,7 +104,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         error("settings", "max_influences is 0, expected at least 1".into());
     }
     if let Method::Learned(learned) = settings.method {
-        let LearnedSettings { share, ridge, fold_ridge, marker_noise, reach, fold_axes: _ } = learned;
+        let LearnedSettings { share, ridge, fold_ridge, marker_noise, reach, fold_strains: _ } = learned;
         for (name, number, is_right, expected) in [
             ("share", share, share.is_none_or(|s| (0.0..=1.0).contains(&s)), "0 to 1"),
             ("ridge", ridge, ridge.is_none_or(positive), "a number above 0"),

@@ -6,7 +6,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Error, Learned, Result, Rig};
 use rhytid_kernels::Real;
-use rhytid_kernels::linear_band::EDGES_SHARE;
+use rhytid_kernels::bands::EDGES_SHARE;
 
 /// A pose is far from the examples where σ is more than this many times what it is for an example that is left out, there or over the
 /// whole face, whichever is more.

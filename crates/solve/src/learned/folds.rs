@@ -1,26 +1,27 @@
-//! The folds (step 9 of the learned method): the chapter's kernel made zero at the rest pose.
-use super::neighborhoods::EdgeInfluences;
+//! The folds (step 9 of the learned method): the chapter's kernel made zero at the rest pose, of vector strains or of strain lengths.
+use super::linear_band::VectorStrains;
+use super::neighborhoods::{EdgeInfluences, LinearInfluences};
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result};
-use rhytid_kernels::detail::feature_distance;
+use rhytid_kernels::detail;
 
 /// The weights of the folds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Folds {
     /// w, V×N×3 in mesh units: `Σ w_p` for the rest pose and `−w_p` for the examples.
     pub weights: Vec<[f64; 3]>,
-    /// `b = Σ_p ‖f_p‖ w_p`, V×3 in mesh units.
+    /// `b = Σ_p ‖p‖ w_p`, V×3 in mesh units: what the examples' distances from the rest pose make of w.
     pub constants: Vec<[f64; 3]>,
 }
 
-/// Per vertex `(G + μ tr G/P · I) w = d`, `G_pq = ‖f_p‖ + ‖f_q‖ − ‖f_p − f_q‖`, by Cholesky; nothing where G is 0.
+/// The folds of strain lengths, as those of the chapter are: the distances are ‖f_p‖ and ‖f_p − f_q‖.
 ///
 /// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V, example after example; `fold_ridge` is μ > 0.
 ///
 /// # Errors
-/// [`Error::Internal`] if a matrix is not positive definite, which a μ above 0 forbids.
-pub(crate) fn folds(
+/// [`Error::Internal`] if a matrix is not positive definite, which a μ above 0 forbids; [`Error::Cancelled`].
+pub(crate) fn length_folds(
     pose_features: &[f64],
     examples: usize,
     influences: &EdgeInfluences,
@@ -29,58 +30,134 @@ pub(crate) fn folds(
     fold_ridge: f64,
     progress: &dyn Progress,
 ) -> Result<Folds> {
+    let k = influences.edges.len().checked_div(vertices).unwrap_or(0);
+    let edges = pose_features.len() / (examples + 1);
+    let f = |j: usize| &pose_features[j * edges..][..edges];
+    of_vertices((vertices, examples), fold_ridge, progress, |v, system| {
+        for (p, d) in system.weights.iter_mut().enumerate() {
+            *d = DVec3::from_array(detail[p * vertices + v]);
+        }
+        let (e, alpha) = (&influences.edges[v * k..][..k], &influences.weights[v * k..][..k]);
+        system.measure(|p, q| detail::feature_distance(e, alpha, f(p), f(q)));
+    })
+}
+
+/// The folds of vector strains: the distances are ‖D_p‖ and ‖D_p − D_q‖ with ω. What the shell and ΔB leave of the examples is
+/// `left`, V×P×3 in mesh units for V vertices, and the linear band takes its own part off it. `edges` is F: a vertex that listens to anchors alone
+/// has no folds.
+///
+/// # Errors
+/// As [`length_folds`].
+pub(crate) fn vector_folds(
+    strains: &VectorStrains,
+    (influences, edges): (&LinearInfluences, u32),
+    (left, vertices): (&[[f64; 3]], usize),
+    example_weights: &[[f64; 3]],
+    fold_ridge: f64,
+    progress: &dyn Progress,
+) -> Result<Folds> {
+    let (examples, n) = (strains.examples(), influences.per_vertex);
+    of_vertices((vertices, examples), fold_ridge, progress, |v, system| {
+        let of_vertex = v * n..(v + 1) * n;
+        let listens = influences.features[of_vertex.clone()].iter().zip(&influences.weights[of_vertex]);
+        system.weights.fill(DVec3::ZERO);
+        if listens.clone().all(|(&e, &omega)| e >= edges || omega == 0.0) {
+            return;
+        }
+        strains.common(listens, &mut system.common);
+        let kappa = |p: usize, q: usize| system.common[p.max(q) * examples + p.min(q)];
+        for (p, d) in system.weights.iter_mut().enumerate() {
+            let mut sum = DVec3::from_array(left[v * examples + p]);
+            if !example_weights.is_empty() {
+                let c = &example_weights[v * examples..][..examples];
+                c.iter().enumerate().for_each(|(q, c)| sum -= kappa(p, q) * DVec3::from_array(*c));
+            }
+            *d = sum;
+        }
+        let common = std::mem::take(&mut system.common);
+        system.measure(|p, q| match (p, q) {
+            (0, _) | (_, 0) => common[(p.max(q) - 1) * (examples + 1)].sqrt(),
+            _ => {
+                let at = |p: usize, q: usize| common[(p - 1) * examples + q - 1];
+                (at(p, p) + at(q, q) - 2.0 * at(p.max(q), p.min(q))).max(0.0).sqrt()
+            }
+        });
+        system.common = common;
+    })
+}
+
+/// One vertex's system.
+struct System {
+    /// Lower triangle, row-major, P×P.
+    matrix: Vec<f64>,
+    /// The distances of the examples from the rest pose.
+    lengths: Vec<f64>,
+    /// d, then w.
+    weights: Vec<DVec3>,
+    /// κ of the examples: lower triangle, row-major, P×P.
+    common: Vec<f64>,
+}
+
+impl System {
+    /// `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖`, where the distance is that of two centres, of which the first is the rest pose.
+    fn measure(&mut self, distance: impl Fn(usize, usize) -> f64) {
+        let examples = self.lengths.len();
+        for (p, length) in self.lengths.iter_mut().enumerate() {
+            *length = distance(p + 1, 0);
+        }
+        for p in 0..examples {
+            for q in 0..=p {
+                let between = if p == q { 0.0 } else { distance(p + 1, q + 1) };
+                self.matrix[p * examples + q] = self.lengths[p] + self.lengths[q] - between;
+            }
+        }
+    }
+}
+
+/// Per vertex `(G + μ tr G/P · I) w = d` by Cholesky; nothing where d or G is 0. `assemble` puts d and G of a vertex into the system.
+fn of_vertices(
+    (vertices, examples): (usize, usize),
+    fold_ridge: f64,
+    progress: &dyn Progress,
+    assemble: impl Fn(usize, &mut System) + Sync + Send,
+) -> Result<Folds> {
     let centers = examples + 1;
     let mut folds =
         Folds { weights: vec![[0.0; 3]; vertices * centers], constants: vec![[0.0; 3]; vertices] };
-    let k = influences.edges.len().checked_div(vertices).unwrap_or(0);
-    if examples == 0 || k == 0 {
+    if examples == 0 {
         return Ok(folds);
     }
-    let edges = pose_features.len() / centers;
     progress.step("folds", 0, 1)?;
     let rows = folds.weights.par_chunks_mut(centers).zip(&mut folds.constants);
+    let scratch = || System {
+        matrix: vec![0.0; examples * examples],
+        lengths: vec![0.0; examples],
+        weights: vec![DVec3::ZERO; examples],
+        common: vec![0.0; examples * examples],
+    };
     rows.enumerate()
-        .map_init(
-            || (vec![0.0; examples * examples], vec![0.0; examples], vec![DVec3::ZERO; examples]),
-            |(matrix, lengths, w), (v, (weights, constant))| {
-                for (p, w) in w.iter_mut().enumerate() {
-                    *w = DVec3::from_array(detail[p * vertices + v]);
+        .map_init(scratch, |system, (v, (weights, constant))| {
+            system.matrix.fill(0.0);
+            assemble(v, system);
+            let trace: f64 = (0..examples).map(|p| system.matrix[p * centers]).sum();
+            if trace <= 0.0 || system.weights.iter().all(|d| *d == DVec3::ZERO) {
+                return Ok(());
+            }
+            for p in 0..examples {
+                system.matrix[p * centers] += fold_ridge * trace / examples as f64;
+            }
+            if !solve(&mut system.matrix, &mut system.weights) {
+                return Err(Error::Internal(format!("the folds of vertex {v} have no solution")));
+            }
+            for (p, w) in system.weights.iter().enumerate() {
+                for c in 0..3 {
+                    weights[0][c] += w[c];
+                    weights[p + 1][c] = -w[c];
+                    constant[c] += system.lengths[p] * w[c];
                 }
-                if w.iter().all(|d| *d == DVec3::ZERO) {
-                    return Ok(());
-                }
-                let (e, alpha) = (&influences.edges[v * k..][..k], &influences.weights[v * k..][..k]);
-                let f = |j: usize| &pose_features[j * edges..][..edges];
-                for (p, length) in lengths.iter_mut().enumerate() {
-                    *length = feature_distance(e, alpha, f(p + 1), f(0));
-                }
-                for p in 0..examples {
-                    for q in 0..=p {
-                        let between =
-                            if p == q { 0.0 } else { feature_distance(e, alpha, f(p + 1), f(q + 1)) };
-                        matrix[p * examples + q] = lengths[p] + lengths[q] - between;
-                    }
-                }
-                let trace: f64 = (0..examples).map(|p| matrix[p * examples + p]).sum();
-                if trace <= 0.0 {
-                    return Ok(());
-                }
-                for p in 0..examples {
-                    matrix[p * examples + p] += fold_ridge * trace / examples as f64;
-                }
-                if !solve(matrix, w) {
-                    return Err(Error::Internal(format!("the folds of vertex {v} have no solution")));
-                }
-                for (p, w) in w.iter().enumerate() {
-                    for c in 0..3 {
-                        weights[0][c] += w[c];
-                        weights[p + 1][c] = -w[c];
-                        constant[c] += lengths[p] * w[c];
-                    }
-                }
-                Ok(())
-            },
-        )
+            }
+            Ok(())
+        })
         .collect::<Result<()>>()?;
     progress.step("folds", 1, 1)?;
     Ok(folds)

@@ -102,6 +102,20 @@ impl VectorStrains {
         (0..self.examples).flat_map(|p| (0..features).map(move |e| at(p, e))).collect()
     }
 
+    /// κ of the examples, `Σ_e ω_e D_pe · D_qe`, for what a vertex listens to: P×P, row-major, of which the lower triangle is written.
+    pub(crate) fn common<'a>(&self, listens: impl Iterator<Item = (&'a u32, &'a f64)>, kappa: &mut [f64]) {
+        kappa.fill(0.0);
+        for (&e, omega) in listens.filter(|(_, omega)| **omega > 0.0) {
+            let d = self.feature(e).as_chunks::<3>().0;
+            for (p, row) in kappa.chunks_exact_mut(self.examples).enumerate() {
+                let of_p = d[p].map(|x| omega * x);
+                for (kappa, of_q) in row.iter_mut().zip(&d[..=p]) {
+                    *kappa += of_p[0] * of_q[0] + of_p[1] * of_q[1] + of_p[2] * of_q[2];
+                }
+            }
+        }
+    }
+
     /// Adds `weight` times the feature `e`, which is linear in the displacements, to a row over the handles.
     fn add_to_row(&self, e: u32, weight: f64, row: &mut [f64]) {
         match self.strain_edges.get(e as usize) {

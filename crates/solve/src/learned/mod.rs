@@ -24,7 +24,7 @@ use neighborhoods::{ANCHORS, EdgeInfluences, LinearInfluences, Listens};
 pub use parts::FreePart;
 use pulp::Arch;
 use rayon::prelude::*;
-use rhytid_core::{Example, Face, Learned, LearnedSettings, Progress, Result, Rig};
+use rhytid_core::{Example, Face, FoldStrains, Learned, LearnedSettings, Progress, Result, Rig};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;
 
@@ -52,7 +52,8 @@ pub struct Steps {
     pub band: LinearBand,
     /// f of the centres, N×F.
     pub pose_features: Vec<f64>,
-    /// d, P×V in mesh units: what both bands' large scale leaves, in its tangent frames.
+    /// d, P×V in mesh units: what both bands' large scale leaves, in its tangent frames; empty where the folds are of vector strains,
+    /// which have it vertex by vertex.
     pub detail: Vec<[f64; 3]>,
     /// The folds' weights.
     pub folds: Folds,
@@ -117,24 +118,33 @@ pub fn learn(
     )?;
 
     let example_vectors = strains.by_example();
-    let add_band = |handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]| {
-        let rest = at_handles(rig, &rig.rest);
-        let u = handle_positions.iter().zip(&rest).map(|(x, r)| [0, 1, 2].map(|c| x[c] - r[c])).collect();
-        let of_frame = VectorStrains::new(&[u], &rig.strain_edges, &rest_lengths, mean).by_example();
-        add_band(&band, &linear_influences, &products(&of_frame, &example_vectors), positions);
+    let pose_features = detail::pose_features(rig, examples);
+    let (mut detail, fold_ridge) = (Vec::new(), settings.fold_ridge);
+    let folds = if settings.fold_strains == FoldStrains::Vectors {
+        progress.step("detail", 0, 1)?;
+        let left = residual(rig, examples, &displacements);
+        progress.step("detail", 1, 1)?;
+        let edges = rig.strain_edges.len() as u32;
+        folds::vector_folds(
+            &strains,
+            (&linear_influences, edges),
+            (&left, rig.vertices()),
+            &band.example_weights,
+            fold_ridge,
+            progress,
+        )?
+    } else {
+        let add_band = |handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]| {
+            let rest = at_handles(rig, &rig.rest);
+            let u = handle_positions.iter().zip(&rest).map(|(x, r)| [0, 1, 2].map(|c| x[c] - r[c])).collect();
+            let of_frame = VectorStrains::new(&[u], &rig.strain_edges, &rest_lengths, mean).by_example();
+            add_band(&band, &linear_influences, &products(&of_frame, &example_vectors), positions);
+        };
+        let moves = |v: usize| listens[v] != Listens::Nothing;
+        detail = detail::detail(rig, topology, examples, moves, add_band, progress)?;
+        let sizes = (examples.len(), rig.vertices());
+        folds::length_folds(&pose_features, sizes.0, &influences, &detail, sizes.1, fold_ridge, progress)?
     };
-    let moves = |v: usize| listens[v] != Listens::Nothing;
-    let (pose_features, detail) =
-        detail::features_and_detail(rig, topology, examples, moves, add_band, settings.fold_axes, progress)?;
-    let folds = folds::folds(
-        &pose_features,
-        examples.len(),
-        &influences,
-        &detail,
-        rig.vertices(),
-        settings.fold_ridge,
-        progress,
-    )?;
     Ok(Steps {
         smooth_residual,
         influences,
@@ -187,7 +197,7 @@ impl Steps {
             fold_ridge: settings.fold_ridge,
             marker_noise: self.linear_settings.marker_noise,
             reach: self.linear_settings.reach,
-            fold_axes: settings.fold_axes,
+            fold_strains: settings.fold_strains,
             anchors,
             anchor_weights,
             feature_gains,

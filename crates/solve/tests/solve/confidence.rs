@@ -2,7 +2,7 @@
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use rhytid_core::{Example, Face, LearnedSettings, Method, NoProgress, Rig};
-use rhytid_kernels::linear_band::EDGES_SHARE;
+use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_solve::{Confidence, plan_scans, solve};
 use rhytid_test_support::sheet;
 

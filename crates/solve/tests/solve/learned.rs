@@ -1,6 +1,7 @@
 //! The learned method's solve against float64 values of every step by an independent implementation.
 use rhytid_core::{
-    Example, Face, Faces, FoldAxes, Handles, LearnedSettings, Mesh, NoProgress, Settings, StrainEdges, UpAxis,
+    Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, NoProgress, Settings, StrainEdges,
+    UpAxis,
 };
 use rhytid_solve::internals::learn;
 use rhytid_solve::shell;
@@ -141,7 +142,7 @@ fn every_step_is_that_of_the_golden_vectors() {
             fold_ridge: case.fold_ridge,
             // The cases go on linearly, however far their frames are from their poses, and turn their folds.
             reach: f64::INFINITY,
-            fold_axes: FoldAxes::Tangent,
+            fold_strains: FoldStrains::Lengths,
         };
         let got = learn(&mut started, &face, settings, &NoProgress).unwrap();
         let rig = started.rig;

@@ -3,15 +3,16 @@ struct Params {
     frames: u32,
     handles: u32,
     strain_edges: u32,
-    examples: u32,
+    centers: u32,
 }
 
 @group(0) @binding(0) var<storage, read> displacements: array<vec4f>;
 @group(0) @binding(1) var<storage, read> strain_edges: array<u32>;
-@group(0) @binding(2) var<storage, read> example_vectors: array<f32>;
-@group(0) @binding(3) var<storage, read> feature_bounds: array<f32>;
-@group(0) @binding(4) var<storage, read_write> strain_products: array<f32>;
-@group(0) @binding(5) var<uniform> params: Params;
+@group(0) @binding(2) var<storage, read> feature_lengths: array<f32>;
+@group(0) @binding(3) var<storage, read> example_vectors: array<f32>;
+@group(0) @binding(4) var<storage, read> feature_bounds: array<f32>;
+@group(0) @binding(5) var<storage, read_write> squared_vector_differences: array<f32>;
+@group(0) @binding(6) var<uniform> params: Params;
 
 fn displacement(i: u32) -> vec3f {
     return displacements[i].xyz;
@@ -22,7 +23,7 @@ fn bound(i: u32) -> vec3f {
 }
 
 @compute @workgroup_size(64)
-fn products(@builtin(global_invocation_id) id: vec3u) {
+fn vector_differences(@builtin(global_invocation_id) id: vec3u) {
     let i = id.x;
     let frame = id.y;
     let features = params.strain_edges + params.handles;
@@ -36,15 +37,18 @@ fn products(@builtin(global_invocation_id) id: vec3u) {
     } else {
         moved = displacement(first + i - params.strain_edges);
     }
-    moved = clamp(moved, bound(i), bound(features + i));
-    let eights = (params.examples + 7) / 8;
+    let strain = clamp(moved / feature_lengths[i], bound(i), bound(features + i));
+    let eights = (params.centers + 7) / 8;
     for (var j = 0u; j < 8 * eights; j++) {
-        var product = 0.0;
-        if j < params.examples {
-            let at = 3 * (j * features + i);
-            let vector = vec3f(example_vectors[at], example_vectors[at + 1], example_vectors[at + 2]);
-            product = moved.x * vector.x + moved.y * vector.y + moved.z * vector.z;
+        var away = vec3f(0.0);
+        if j < params.centers {
+            away = strain;
         }
-        strain_products[((frame * eights + j / 8) * features + i) * 8 + j % 8] = product;
+        if j > 0 && j < params.centers {
+            let at = 3 * ((j - 1) * features + i);
+            away -= vec3f(example_vectors[at], example_vectors[at + 1], example_vectors[at + 2]);
+        }
+        squared_vector_differences[((frame * eights + j / 8) * features + i) * 8 + j % 8] =
+            away.x * away.x + away.y * away.y + away.z * away.z;
     }
 }

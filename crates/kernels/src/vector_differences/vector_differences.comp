@@ -6,13 +6,14 @@ layout(push_constant, std430) uniform Params {
     uint frames;
     uint handles;
     uint strain_edges;
-    uint examples;
+    uint centers;
 } params;
 layout(std430, binding = 0) readonly buffer Displacements { vec4 displacements[]; };
 layout(std430, binding = 1) readonly buffer StrainEdges { uint strain_edges[]; };
-layout(std430, binding = 2) readonly buffer ExampleVectors { float example_vectors[]; };
-layout(std430, binding = 3) readonly buffer FeatureBounds { float feature_bounds[]; };
-layout(std430, binding = 4) writeonly buffer StrainProducts { float strain_products[]; };
+layout(std430, binding = 2) readonly buffer FeatureLengths { float feature_lengths[]; };
+layout(std430, binding = 3) readonly buffer ExampleVectors { float example_vectors[]; };
+layout(std430, binding = 4) readonly buffer FeatureBounds { float feature_bounds[]; };
+layout(std430, binding = 5) writeonly buffer SquaredVectorDifferences { float squared_vector_differences[]; };
 
 vec3 displacement(uint i) {
     return displacements[i].xyz;
@@ -36,15 +37,18 @@ void main() {
     } else {
         moved = displacement(first + i - params.strain_edges);
     }
-    moved = clamp(moved, bound(i), bound(features + i));
-    uint eights = (params.examples + 7) / 8;
+    vec3 strain = clamp(moved / feature_lengths[i], bound(i), bound(features + i));
+    uint eights = (params.centers + 7) / 8;
     for (uint j = 0; j < 8 * eights; j++) {
-        float product = 0.0;
-        if (j < params.examples) {
-            uint at = 3 * (j * features + i);
-            vec3 vector = vec3(example_vectors[at], example_vectors[at + 1], example_vectors[at + 2]);
-            product = moved.x * vector.x + moved.y * vector.y + moved.z * vector.z;
+        vec3 away = vec3(0.0);
+        if (j < params.centers) {
+            away = strain;
         }
-        strain_products[((frame * eights + j / 8) * features + i) * 8 + j % 8] = product;
+        if (j > 0 && j < params.centers) {
+            uint at = 3 * ((j - 1) * features + i);
+            away -= vec3(example_vectors[at], example_vectors[at + 1], example_vectors[at + 2]);
+        }
+        squared_vector_differences[((frame * eights + j / 8) * features + i) * 8 + j % 8] =
+            away.x * away.x + away.y * away.y + away.z * away.z;
     }
 }

@@ -3,19 +3,20 @@ typedef struct {
     uint frames;
     uint handles;
     uint strain_edges;
-    uint examples;
+    uint centers;
 } Params;
 
 static float3 displacement(__global const float *displacements, uint i) {
     return ((__global const float4 *)displacements)[i].xyz;
 }
 
-__kernel __attribute__((reqd_work_group_size(64, 1, 1))) void products(
+__kernel __attribute__((reqd_work_group_size(64, 1, 1))) void vector_differences(
     __global const float *restrict displacements,
     __global const uint *restrict strain_edges,
+    __global const float *restrict feature_lengths,
     __global const float *restrict example_vectors,
     __global const float *restrict feature_bounds,
-    __global float *restrict strain_products,
+    __global float *restrict squared_vector_differences,
     const Params params)
 {
     uint i = get_global_id(0);
@@ -32,14 +33,17 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void products(
     } else {
         moved = displacement(displacements, first + i - params.strain_edges);
     }
-    moved = clamp(moved, vload3(i, feature_bounds), vload3(features + i, feature_bounds));
-    uint eights = (params.examples + 7) / 8;
+    float3 strain = clamp(moved / feature_lengths[i], vload3(i, feature_bounds), vload3(features + i, feature_bounds));
+    uint eights = (params.centers + 7) / 8;
     for (uint j = 0; j < 8 * eights; j++) {
-        float product = 0.0f;
-        if (j < params.examples) {
-            float3 vector = vload3(j * features + i, example_vectors);
-            product = moved.x * vector.x + moved.y * vector.y + moved.z * vector.z;
+        float3 away = (float3)(0.0f);
+        if (j < params.centers) {
+            away = strain;
         }
-        strain_products[((frame * eights + j / 8) * features + i) * 8 + j % 8] = product;
+        if (j > 0 && j < params.centers) {
+            away -= vload3((j - 1) * features + i, example_vectors);
+        }
+        squared_vector_differences[((frame * eights + j / 8) * features + i) * 8 + j % 8] =
+            away.x * away.x + away.y * away.y + away.z * away.z;
     }
 }

@@ -1,0 +1,251 @@
+//! What was learned of the examples: the distances of a frame's vector strains from those of the centres, their squares times what
+//! the examples do, and the folds.
+use crate::lanes::{Lanes, load3, splat3, store3};
+use crate::lines::{GROUP, Line, Line3};
+use crate::tile_weights::{
+    FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
+};
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use pulp::Simd;
+use rhytid_core::{BasisStorage, Rig, Stage};
+use rhytid_kernels::bands::{EDGES_SHARE, fold_weights};
+use rhytid_kernels::table::TILE;
+use rhytid_kernels::{Number, vec3, vector_differences};
+
+/// What the kernels read of a rig that has bands.
+#[derive(Debug)]
+pub(crate) struct Bands {
+    /// N, at least 2.
+    centers: usize,
+    /// H.
+    handles: usize,
+    strain_edges: Vec<[u32; 2]>,
+    /// F + H.
+    feature_lengths: Vec<f32>,
+    /// P × (F + H).
+    example_vectors: Vec<[f32; 3]>,
+    /// 2 × (F + H).
+    feature_bounds: Vec<[f32; 3]>,
+    /// ν; the indices are those of features.
+    anchors: TileWeights,
+    /// c / 2, tiled, `[V/16][P][3][16]`.
+    example_weights: ExampleWeights,
+    /// a, and b and w where there are folds of vector strains, tiled, `[V/16][vectors][3][16]`.
+    fold_weights: Vec<Line3>,
+    folds: bool,
+}
+
+#[derive(Debug)]
+enum ExampleWeights {
+    F32(Vec<Line3>),
+    F16(Vec<[[f16; TILE]; 3]>),
+}
+
+impl Bands {
+    /// `None` where all there is is the basis.
+    pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Option<Self> {
+        let learned = rig.bands()?;
+        let (centers, folds) = (rig.centers(), rig.vector_folds());
+        let mut half = rig.half_example_weights();
+        if storage == BasisStorage::F16 {
+            half.as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
+        }
+        let example_weights = tiled3(&half, centers - 1);
+        Some(Self {
+            centers,
+            handles: rig.handles.len(),
+            strain_edges: rig.strain_edges.clone(),
+            feature_lengths: rig.feature_lengths().iter().map(|&length| length as f32).collect(),
+            example_vectors: rig.example_vectors(),
+            feature_bounds: rig.feature_bounds(),
+            anchors: TileWeights::new(
+                rig.vertices(),
+                &learned.anchors.iter().map(|h| rig.strain_edges.len() as u32 + h).collect::<Vec<_>>(),
+                &learned.anchor_weights,
+            ),
+            fold_weights: tiled3(&rig.fold_weights(&half), fold_weights(centers, folds)),
+            example_weights: match storage {
+                BasisStorage::F32 => ExampleWeights::F32(example_weights),
+                BasisStorage::F16 => {
+                    let halves = example_weights.iter().map(|rows| rows.map(|row| row.0.map(f16::from_f32)));
+                    ExampleWeights::F16(halves.collect())
+                }
+            },
+            folds,
+        })
+    }
+
+    /// F + H.
+    fn rows(&self) -> usize {
+        self.strain_edges.len() + self.handles
+    }
+
+    /// The squared differences of one frame's vector strains, `[N/8][F + H][8]`; past N, 0. `u` has H displacements.
+    pub(crate) fn frame_table(&self, u: &[[f32; 3]]) -> Vec<FrameCells> {
+        let mut table = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * self.rows()];
+        let [handles, strain_edges, centers] =
+            [self.handles, self.strain_edges.len(), self.centers].map(|n| n as u32);
+        let params = vector_differences::Params { frames: 1, handles, strain_edges, centers };
+        let buffers = vector_differences::Buffers {
+            strain_edges: &self.strain_edges,
+            feature_lengths: &self.feature_lengths,
+            example_vectors: &self.example_vectors,
+            feature_bounds: &self.feature_bounds,
+        };
+        vector_differences::vector_differences(params, u, &buffers, table.as_flattened_mut());
+        table
+    }
+
+    /// The same of frames × H displacements of at most [`GROUP`] frames, `[N/4][F + H][4][16]`; past N, 0.
+    pub(crate) fn group_table(&self, u: &[[f32; 3]]) -> Vec<GroupCells> {
+        let rows = self.rows();
+        let mut table = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * rows];
+        for (lane, u) in u.chunks_exact(self.handles).enumerate() {
+            for (i, cells) in self.frame_table(u).iter().enumerate() {
+                for (j, difference) in cells.iter().enumerate() {
+                    let center = i / rows * FRAME_COLUMNS + j;
+                    if let Some(cells) = table.get_mut(center / GROUP_COLUMNS * rows + i % rows) {
+                        cells[center % GROUP_COLUMNS].0[lane] = *difference;
+                    }
+                }
+            }
+        }
+        table
+    }
+
+    /// Scratch for a few vertices.
+    pub(crate) fn scratch(&self) -> Scratch {
+        Scratch {
+            squares: std::array::from_fn(|_| vec![Line::ZERO; self.centers]),
+            example_weights: vec![[Line::ZERO; 3]; self.centers - 1],
+        }
+    }
+
+    /// c / 2 of a tile, widened into `scratch` where it is fp16, and a, b and w.
+    #[inline(always)]
+    fn weights<'a>(&'a self, tile: usize, scratch: &'a mut [Line3]) -> [&'a [Line3]; 2] {
+        let examples = self.centers - 1;
+        let range = tile * examples..(tile + 1) * examples;
+        let example_weights = match &self.example_weights {
+            ExampleWeights::F32(weights) => &weights[range],
+            ExampleWeights::F16(weights) => {
+                let halves = weights[range].as_flattened().as_flattened();
+                halves.convert_to_f32_slice(bytemuck::cast_slice_mut(scratch));
+                scratch
+            }
+        };
+        let vectors = fold_weights(self.centers, self.folds);
+        [example_weights, &self.fold_weights[tile * vectors..][..vectors]]
+    }
+
+    /// From what the basis gives the vertices of a tile in one frame, those of them that there are, to `stage`: the large scale, or
+    /// where the folds are of vector strains the detail or the positions. `influences` are α.
+    #[inline(always)]
+    pub(crate) fn frame<S: Simd>(
+        &self,
+        simd: S,
+        (tile, stage): (usize, Stage),
+        (influences, table): (&TileWeights, &[FrameCells]),
+        scratch: &mut Scratch,
+        out: &mut [[f32; 3]],
+    ) {
+        let Scratch { squares: [squares, _], example_weights } = scratch;
+        let weights = self.weights(tile, example_weights);
+        let (mut offsets, mut details) = ([Line::ZERO; 3], [Line::ZERO; 3]);
+        for register in 0..TILE / S::F32_LANES {
+            let (at, table) = ((tile, register), (table, self.rows()));
+            influences.frame(simd, at, table, None, squares);
+            self.anchors.frame(simd, at, table, Some(EDGES_SHARE as f32), squares);
+            let vectors = weights.map(|weights| move |j: usize| load3(simd, &weights[j], register));
+            let [offset, detail] = self.sums(simd, register, squares, vectors);
+            store3(offset, &mut offsets, register);
+            store3(detail, &mut details, register);
+        }
+        for (lane, x) in out.iter_mut().enumerate() {
+            let at = |lines: &Line3| lines.each_ref().map(|line| line.0[lane]);
+            *x = finished(stage, *x, at(&offsets), at(&details));
+        }
+    }
+
+    /// The same for the vertices from `first` on, a multiple of [`TILE`], in a group of frames.
+    #[inline(always)]
+    pub(crate) fn group<S: Simd>(
+        &self,
+        simd: S,
+        (first, stage): (usize, Stage),
+        (influences, table): (&TileWeights, &[GroupCells]),
+        scratch: &mut Scratch,
+        out: &mut [Line3],
+    ) {
+        let Scratch { squares, example_weights } = scratch;
+        for (tile, out) in out.chunks_mut(TILE).enumerate() {
+            let weights = self.weights(first / TILE + tile, example_weights);
+            for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
+                let v = first + tile * TILE + i * GROUP_VERTICES;
+                for register in 0..GROUP / S::F32_LANES {
+                    let (at, table) = ((v, register), (table, self.rows()));
+                    influences.group(simd, at, table, None, squares);
+                    self.anchors.group(simd, at, table, Some(EDGES_SHARE as f32), squares);
+                    for (lane, (x, squares)) in out.iter_mut().zip(&*squares).enumerate() {
+                        let lane = v % TILE + lane;
+                        let vectors = weights.map(|weights| {
+                            move |j: usize| splat3(simd, &weights[j].each_ref().map(|row| row.0[lane]))
+                        });
+                        let [offset, detail] = self.sums(simd, register, squares, vectors);
+                        store3(finished(stage, load3(simd, x, register), offset, detail), x, register);
+                    }
+                }
+            }
+        }
+    }
+
+    /// o and d from the squared distances, given c / 2 by example, and a, b and w.
+    #[inline(always)]
+    fn sums<S: Simd, W: Fn(usize) -> [Lanes<S>; 3]>(
+        &self,
+        simd: S,
+        register: usize,
+        squares: &[Line],
+        [example_weight, fold_weight]: [W; 2],
+    ) -> [[Lanes<S>; 3]; 2] {
+        let at_rest = Lanes::load(simd, &squares[0].0, register);
+        let root = at_rest.sqrt();
+        let mut offset = fold_weight(0);
+        let mut detail = if self.folds { fold_weight(1) } else { [Lanes::splat(simd, 0.0); 3] };
+        for (p, squared) in squares[1..].iter().enumerate() {
+            let squared = Lanes::load(simd, &squared.0, register);
+            let (along, c) = (at_rest - squared, example_weight(p));
+            for axis in 0..3 {
+                offset[axis] = c[axis].mul_add(along, offset[axis]);
+            }
+            if self.folds {
+                let (farther, w) = (squared.sqrt() - root, fold_weight(p + 2));
+                for axis in 0..3 {
+                    detail[axis] = w[axis].mul_add(farther, detail[axis]);
+                }
+            }
+        }
+        [offset, detail]
+    }
+}
+
+/// What `stage` is, from what the basis gives and both bands.
+#[inline(always)]
+fn finished<T: Number>(stage: Stage, of_basis: [T; 3], offset: [T; 3], detail: [T; 3]) -> [T; 3] {
+    let smooth = vec3::add(of_basis, offset);
+    match stage {
+        Stage::Detail => detail,
+        Stage::Positions => vec3::add(smooth, detail),
+        _ => smooth,
+    }
+}
+
+/// What a thread computes on the way.
+#[derive(Debug)]
+pub(crate) struct Scratch {
+    /// The squared distances of a tile's vertices in one frame, the first; of [`GROUP_VERTICES`] vertices in a group.
+    squares: [Vec<Line>; GROUP_VERTICES],
+    /// c / 2 of a tile.
+    example_weights: Vec<Line3>,
+}

@@ -1,0 +1,139 @@
+#![doc = include_str!("README.md")]
+use crate::Real;
+use crate::differences::{table_index, table_len};
+use crate::params::parameter_block;
+
+parameter_block!(
+    /// Frames in the batch.
+    frames,
+    /// V.
+    vertices,
+    /// The first vertex of this part; 0 where the rig is in one piece.
+    first_vertex,
+    /// Vertices of this part.
+    part_vertices,
+    /// F + H.
+    features,
+    /// N, the rest pose included.
+    centers,
+    /// 1 where `example_weights` is stored as fp16, 0 where it is not. The twin has its own type for it and does not look.
+    fp16,
+    /// 1 where the folds are of vector strains too, 0 where they are not.
+    folds,
+);
+
+impl Params {
+    /// For a rig in one piece, of V vertices, F + H features and N centres.
+    pub fn whole(frames: usize, vertices: usize, features: usize, centers: usize, folds: bool) -> Self {
+        let [frames, vertices, features, centers] = [frames, vertices, features, centers].map(|n| n as u32);
+        Self {
+            frames,
+            vertices,
+            first_vertex: 0,
+            part_vertices: vertices,
+            features,
+            centers,
+            fp16: 0,
+            folds: u32::from(folds),
+        }
+    }
+
+    /// The vectors of `fold_weights` that each vertex has.
+    pub fn fold_weights(&self) -> usize {
+        fold_weights(self.centers as usize, self.folds != 0)
+    }
+}
+
+/// The vectors of `fold_weights` that each vertex has, for N centres.
+pub fn fold_weights(centers: usize, folds: bool) -> usize {
+    if folds { centers + 1 } else { 1 }
+}
+
+/// The part of what a vertex listens to that is its strain edges'; anchors have the rest.
+pub const EDGES_SHARE: f64 = 0.9;
+
+/// What the twin reads of a rig: the vertices of the part alone, and what each listens to as the rig has it.
+#[derive(Debug, Clone, Copy)]
+pub struct Buffers<'a, T> {
+    /// K.
+    pub influences: usize,
+    /// V×K indices of strain edges.
+    pub influence_edges: &'a [u32],
+    /// α, V×K.
+    pub influence_weights: &'a [T],
+    /// A.
+    pub anchors_per_vertex: usize,
+    /// V×A indices of handles.
+    pub anchors: &'a [u32],
+    /// ν, V×A.
+    pub anchor_weights: &'a [T],
+    /// c / 2, V×P.
+    pub example_weights: &'a [[T; 3]],
+    /// a, b and w, V×[`Params::fold_weights`].
+    pub fold_weights: &'a [[T; 3]],
+}
+
+/// o and d of vertex `i` of the part, given the table of one frame; `strain_edges` is F. Without folds d is 0.
+pub fn vertex_bands<T: Real>(
+    params: Params,
+    buffers: &Buffers<'_, T>,
+    strain_edges: usize,
+    table: &[T],
+    i: usize,
+) -> [[T; 3]; 2] {
+    let (k, a, centers) = (buffers.influences, buffers.anchors_per_vertex, params.centers as usize);
+    let (edges, alphas) = (&buffers.influence_edges[i * k..][..k], &buffers.influence_weights[i * k..][..k]);
+    let (anchors, nus) = (&buffers.anchors[i * a..][..a], &buffers.anchor_weights[i * a..][..a]);
+    let distance = |j: usize| {
+        let at = |feature: usize| table[table_index(params.features as usize, feature, j)];
+        let mut sum = T::ZERO;
+        for (&e, &alpha) in edges.iter().zip(alphas) {
+            sum = alpha.mul_add(at(e as usize), sum);
+        }
+        sum = T::round_from(EDGES_SHARE) * sum;
+        for (&h, &nu) in anchors.iter().zip(nus) {
+            sum = nu.mul_add(at(strain_edges + h as usize), sum);
+        }
+        sum
+    };
+    let weights = &buffers.fold_weights[i * params.fold_weights()..][..params.fold_weights()];
+    let (mut offset, mut detail) = (weights[0], weights.get(1).copied().unwrap_or_default());
+    let rest = distance(0);
+    for (p, c) in buffers.example_weights[i * (centers - 1)..][..centers - 1].iter().enumerate() {
+        let squared = distance(p + 1);
+        let along = rest - squared;
+        for axis in 0..3 {
+            offset[axis] = c[axis].mul_add(along, offset[axis]);
+        }
+        if let Some(w) = weights.get(p + 2) {
+            let farther = squared.sqrt() - rest.sqrt();
+            for axis in 0..3 {
+                detail[axis] = w[axis].mul_add(farther, detail[axis]);
+            }
+        }
+    }
+    [offset, detail]
+}
+
+/// The twin; `strain_edges` is F. `local_detail` is not written without folds.
+pub fn bands<T: Real>(
+    params: Params,
+    (squared_vector_differences, strain_edges): (&[T], u32),
+    buffers: &Buffers<'_, T>,
+    band_offsets: &mut [[T; 3]],
+    local_detail: &mut [[T; 3]],
+) {
+    let vertices = params.vertices as usize;
+    let len = table_len(params.features as usize, params.centers as usize);
+    for frame in 0..params.frames as usize {
+        let table = &squared_vector_differences[frame * len..][..len];
+        for i in 0..params.part_vertices as usize {
+            let v = frame * vertices + params.first_vertex as usize + i;
+            let [offset, detail] = vertex_bands(params, buffers, strain_edges as usize, table, i);
+            band_offsets[v] = offset;
+            if params.folds != 0 {
+                local_detail[v] = detail;
+            }
+        }
+    }
+}
