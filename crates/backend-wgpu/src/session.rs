@@ -119,7 +119,8 @@ impl WgpuSession {
     /// are arrays of f32, frames × [`Stage::values_per_frame`], and the same from batch to batch. Those of positions and
     /// normals can be bound as vertex buffers: `Float32x3`, 12 bytes apart.
     ///
-    /// What is submitted to the same queue after a batch sees its results.
+    /// What is submitted to the same queue after a batch sees its results, but for a stage that is
+    /// [on demand](Plan::is_on_demand): that is there when it has been read.
     pub fn results(&self, stage: Stage) -> impl Iterator<Item = (Range<usize>, &wgpu::Buffer)> {
         self.slices
             .iter()

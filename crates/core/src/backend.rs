@@ -12,9 +12,10 @@ pub enum Stage {
     Strain,
     /// x̃: frames × V × 3, mesh units.
     LargeScale,
-    /// Normals of x̃: frames × V × 3, of length 1, or 0 at a vertex without area.
+    /// Normals of x̃: frames × V × 3, of length 1, or 0 at a vertex without area. Computed when they are read where nothing else reads
+    /// them, see [`Plan::is_on_demand`](crate::plan::Plan::is_on_demand).
     LargeScaleNormals,
-    /// d in the tangent frames: frames × V × 3, mesh units.
+    /// d in the tangent frames, or along the mesh's axes ([`Rig::vector_folds`]): frames × V × 3, mesh units.
     Detail,
     /// x: frames × V × 3, mesh units.
     Positions,
@@ -212,7 +213,7 @@ pub trait Session: Send + 'static {
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()>;
 
     /// Waits, then says how long the device computed on each stage of the last batch, in the order of
-    /// [`Stage::ALL`]; `None` where it cannot measure.
+    /// [`Stage::ALL`], 0 where it had one in another; `None` where it cannot measure.
     ///
     /// # Errors
     /// [`crate::Error::Device`].

@@ -191,8 +191,8 @@ impl Plan {
             .max(sizes.table_len() * 4)
             .max(sizes.vector_table_len() * 4);
         let bytes_of_rows = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
-        let whole =
-            frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(sizes.centers * sizes.features() * 12);
+        let of_bands = if sizes.bands { (sizes.centers - 1).max(2) * sizes.features() * 12 } else { 0 };
+        let whole = frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(of_bands);
         if whole > limit {
             return Err(unsupported("a binding, in bytes,", whole, limit));
         }
@@ -332,8 +332,9 @@ impl Plan {
         self.sizes.handles * (12 + 16)
     }
 
-    /// What to run for a batch of `frames` frames, in this order, but for stages [on demand](Plan::is_on_demand). The dispatches of a smaller batch are the first ones
-    /// of a larger one, but for their parameters, frames at once and workgroups: kernels and buffers are the same.
+    /// What to run for a batch of `frames` frames, in this order; what is of a stage [on demand](Plan::is_on_demand), when that is
+    /// read. The dispatches of a smaller batch are the first ones of a larger one, but for their parameters, frames at once and
+    /// workgroups: kernels and buffers are the same.
     pub fn dispatches(&self, frames: usize) -> Vec<Dispatch> {
         let mut dispatches = Vec::new();
         for (slice, Slice { frames, .. }) in self.slices(frames).enumerate() {
