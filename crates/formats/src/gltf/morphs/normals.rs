@@ -10,6 +10,9 @@ use rhytid_core::Result;
 /// A base normal shorter than this is made longer only by as much, or its vertex's offsets would grow without bound.
 const SHORTEST: f64 = 0.25;
 
+/// Steps in which the part of a vertex's turning is found that small integers hold.
+const HALVINGS: usize = 20;
+
 /// Normals as combinations of the basis's columns.
 pub(super) struct Normals {
     /// Column-major n×3V.
@@ -17,31 +20,47 @@ pub(super) struct Normals {
     spans: Vec<Span>,
     /// V×3, not yet of length 1: the sums at weights 0.
     base: Vec<[f64; 3]>,
+    /// What the offsets of each vertex are multiplied with, V.
+    scales: Vec<f64>,
     /// For each target, its largest offset at the full range of its weights.
     reach: Vec<f64>,
 }
 
 impl Normals {
-    /// Fits the normals of all frames.
+    /// Fits the normals of all frames. As small integers, `quantize`, no offset is more than 1 in size: see [`turning`].
     ///
     /// # Errors
     /// [`rhytid_core::Error::Io`].
-    pub(super) fn fit(frames: &mut Frames, basis: &Basis, spans: &[Span]) -> Result<Self> {
+    pub(super) fn fit(frames: &mut Frames, basis: &Basis, spans: &[Span], quantize: bool) -> Result<Self> {
         let n = spans.len() + 1;
         let zero = vec![0.0; 3 * frames.vertices()];
         let mut t = project(frames, Attribute::Normals, &zero, &basis.q)?;
         follow(&mut t, &basis.turn, n);
-        let at_zero = |t: &[f32]| {
-            f64::from(t[0]) + t[1..].iter().zip(spans).map(|(&t, span)| f64::from(t) * span.zero).sum::<f64>()
+        let frames = basis.weights.nrows() as f64;
+        let means: Vec<f64> = (1..n).map(|k| basis.weights.col(k).iter().sum::<f64>() / frames).collect();
+        let zeros: Vec<f64> = spans.iter().map(|span| span.zero).collect();
+        // The sums of a vertex at some weights.
+        let at = |vertex: &[f32], weights: &[f64]| {
+            let mut components = vertex.chunks(n).map(|t| {
+                f64::from(t[0]) + t[1..].iter().zip(weights).map(|(&t, w)| f64::from(t) * w).sum::<f64>()
+            });
+            [0, 1, 2].map(|_| components.next().unwrap_or(0.0))
         };
-        let base = t
-            .chunks(3 * n)
-            .map(|vertex| {
-                let mut components = vertex.chunks(n).map(at_zero);
-                [0, 1, 2].map(|_| components.next().unwrap_or(0.0))
-            })
-            .collect();
-        let mut normals = Self { t, spans: spans.to_vec(), base, reach: Vec::new() };
+        let (mut base, mut scales) = (Vec::new(), Vec::new());
+        for vertex in t.chunks(3 * n) {
+            let at_zero = at(vertex, &zeros);
+            let offsets = vertex.chunks(n).flat_map(|t| t[1..].iter().zip(spans));
+            let largest = offsets.map(|(&t, span)| (f64::from(t) * span.range).abs()).fold(0.0, f64::max);
+            if quantize && largest > length(at_zero) {
+                let (part, turned) = turning(at(vertex, &means), at_zero, largest);
+                scales.push(part / length(turned).max(f64::MIN_POSITIVE));
+                base.push(turned);
+            } else {
+                scales.push(1.0 / length(at_zero).max(SHORTEST));
+                base.push(at_zero);
+            }
+        }
+        let mut normals = Self { t, spans: spans.to_vec(), base, scales, reach: Vec::new() };
         let largest = |k: usize| normals.components().map(|i| normals.offset(i, k).abs()).fold(0.0, f64::max);
         normals.reach = (0..spans.len()).map(largest).collect();
         Ok(normals)
@@ -55,8 +74,7 @@ impl Normals {
     /// leaves their direction: the base gets length 1.
     fn offset(&self, i: usize, k: usize) -> f64 {
         let n = self.spans.len() + 1;
-        let scale = 1.0 / length(self.base[i / 3]).max(SHORTEST);
-        f64::from(self.t[i * n + k + 1]) * self.spans[k].range * scale
+        f64::from(self.t[i * n + k + 1]) * self.spans[k].range * self.scales[i / 3]
     }
 
     /// The largest offset of target k at the full range of its weights.
@@ -86,6 +104,19 @@ impl Normals {
             Values::F32(unit.map(|x| x as f32).collect())
         }
     }
+}
+
+/// Where a vertex's normals nearly cancel at weights 0, its offsets are longer than its base, and no normalised integer holds
+/// them; for a handful of such vertices whole targets would be of 32 bits. So these turn less about their mean over the frames: the
+/// largest part of their turning with which the base is as long as the `largest` offset, and the base with that.
+fn turning(mean: [f64; 3], at_zero: [f64; 3], largest: f64) -> (f64, [f64; 3]) {
+    let base = |part: f64| [0, 1, 2].map(|c| (1.0 - part) * mean[c] + part * at_zero[c]);
+    let (mut enough, mut most) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let part = f64::midpoint(enough, most);
+        if part * largest <= length(base(part)) { enough = part } else { most = part }
+    }
+    (enough, base(enough))
 }
 
 fn length(n: [f64; 3]) -> f64 {

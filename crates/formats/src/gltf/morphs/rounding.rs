@@ -60,7 +60,11 @@ pub(super) fn round(
 ) -> Result<Morphs> {
     const NAME: &str = "round and measure";
     let spans = spans(basis);
-    let normals = if frames.has_normals() { Some(Normals::fit(frames, basis, &spans)?) } else { None };
+    let normals = if frames.has_normals() {
+        Some(Normals::fit(frames, basis, &spans, settings.quantize)?)
+    } else {
+        None
+    };
     let tries = if settings.quantize { STEPS } else { 1 };
     let mut size = FIRST_STEP * settings.max_error;
     let mut done = 0;

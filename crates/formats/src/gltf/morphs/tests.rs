@@ -329,6 +329,30 @@ fn normals_follow_the_weights() {
     }
 }
 
+/// One vertex's normals turn all the way round, so that they cancel on the mean and where all weights are 0; the others nod.
+#[test]
+fn normals_that_cancel_do_not_make_whole_targets_larger() {
+    let animation = made_up(60, 200, 3);
+    let mut random = Random(3);
+    let tilts: Vec<f32> = (0..200).map(|_| 0.2 * random.next() as f32).collect();
+    let normals: Vec<Vec<f32>> = (0..60)
+        .map(|f| {
+            let turn = f as f32 / 60.0 * std::f32::consts::TAU;
+            let of_vertex = |(v, tilt): (usize, &f32)| match v {
+                7 => [turn.cos(), turn.sin(), 0.0],
+                _ => unit([tilt * turn.cos(), tilt * turn.sin(), 1.0]),
+            };
+            tilts.iter().enumerate().flat_map(of_vertex).collect()
+        })
+        .collect();
+    let frames = spooled(&animation, Some(&normals));
+    let morphs = frames.compress(&settings(0.02, true), &NoProgress).unwrap();
+    assert!(!morphs.targets.is_empty());
+    for target in &morphs.targets {
+        assert!(matches!(target.normals, Some(Values::I8(_))), "{target:?}");
+    }
+}
+
 fn unit(n: [f32; 3]) -> [f32; 3] {
     let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
     n.map(|x| x / length)
