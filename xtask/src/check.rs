@@ -29,7 +29,7 @@ const LEFT_OUT: &[LeftOut] = &[
     tests(
         "rhytid-conformance",
         "conformance",
-        &["real_data::", "coverage::"],
+        &["real_data::", "coverage::", "other_data::", "other_topology::"],
         "real faces: solved many times",
     ),
     tests("rhytid-capture", "capture", &["real_take::"], "a real take, cleaned many times"),
