@@ -172,3 +172,63 @@ fn off_rigid(rest: &[[f64; 3]], moved: &[[f32; 3]], part: &[usize]) -> f64 {
     let (low, high) = from.iter().fold((from[0], from[0]), |(low, high), p| (low.min(*p), high.max(*p)));
     (off / from.len() as f64).sqrt() / low.distance(high)
 }
+
+/// Turned by up to `degrees` about an axis and moved by `millimetres`, of a mesh in cm, both by chance.
+fn misplaced(positions: &mut [[f64; 3]], degrees: f64, millimetres: f64, numbers: &mut Numbers) {
+    let mut direction = || DVec3::from_array([(); 3].map(|()| normal(numbers))).normalize();
+    let turn = DMat3::from_axis_angle(direction(), degrees.to_radians());
+    let shift = 0.1 * millimetres * direction();
+    for x in positions {
+        *x = (turn * DVec3::from_array(*x) + shift).to_array();
+    }
+}
+
+#[test]
+fn examples_in_other_places_are_put_back() {
+    let Some(shared) = shared("") else { return };
+    let head = real::face(&shared, "head", Settings::default());
+    let mut moved = head.clone();
+    let mut numbers = Numbers::new(8);
+    for (i, example) in moved.examples.iter_mut().enumerate() {
+        misplaced(&mut example.positions, (i + 1) as f64, 5.0, &mut numbers);
+    }
+    let (as_it_was, account) = solve_and_account(&head, &NoProgress).unwrap();
+    assert_eq!(account.misplaced, [], "what is in its place stays there");
+    let (put_back, account) = solve_and_account(&moved, &NoProgress).unwrap();
+    for (i, found) in account.misplaced.iter().enumerate() {
+        println!("{}: turned by {:.3}°, moved by {:.2} mm", found.example, found.degrees, 10.0 * found.moved);
+        assert!((found.degrees - (i + 1) as f64).abs() < 0.01, "{found:?}");
+    }
+    assert_eq!(account.misplaced.len(), 8);
+    // The face is the head's first part, and has a truth.
+    let (frames, truth) = real::truth(&shared);
+    let handles = real::clean_handles(&shared, &as_it_was);
+    let count = as_it_was.handles.len();
+    let chosen: Vec<[f64; 3]> =
+        frames.iter().flat_map(|&f| &handles[f * count..][..count]).copied().collect();
+    let errors = |rig: &Rig<f64>| {
+        let mut squares = 0.0;
+        play(rig, &chosen, |frame, positions| {
+            for (x, y) in positions.iter().zip(truth[frame * 9409 * 3..].as_chunks::<3>().0).take(9409) {
+                squares += length(vec3::sub(widened(*x), widened(*y))).powi(2);
+            }
+        });
+        10.0 * (squares / (frames.len() * 9409) as f64).sqrt()
+    };
+    let [before, after] = [&as_it_was, &put_back].map(errors);
+    let (mut apart, mut all) = (0.0_f64, Vec::new());
+    play(&as_it_was, &chosen, |_, positions| all.push(positions.to_vec()));
+    play(&put_back, &chosen, |i, positions| {
+        for (x, y) in positions.iter().zip(&all[i]) {
+            apart = apart.max(10.0 * length(vec3::sub(widened(*x), widened(*y))));
+        }
+    });
+    println!(
+        "error to the truth {before:.4} mm, with examples in other places {after:.4} mm; {apart:.4} mm apart at most"
+    );
+    assert!((after - before).abs() < 0.02 && apart < 0.1, "{before}, {after}, {apart}");
+    // Without alignment the same scans ruin the rig: the test would notice.
+    let kept = Settings { align: false, ..Settings::default() };
+    let ruined = errors(&solve(&rhytid_core::Face { settings: kept, ..moved }, &NoProgress).unwrap());
+    assert!(ruined > 1.5 * before, "{ruined}");
+}

@@ -1,6 +1,5 @@
 //! The clean-up: all steps in their order.
 use crate::events::{confidence, event, filled_before, runs};
-use crate::fit::Similarity;
 use crate::gaps::Filled;
 use crate::head::{Head, rigid_markers};
 use crate::labels::{Matched, match_labels};
@@ -12,6 +11,7 @@ use crate::{Event, Found, Kind, Report, gaps, head, neutral, outliers, swaps};
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, RawTake, Result, Rig, RigidMotion, Take};
+use rhytid_registration::Similarity;
 use std::cmp::Reverse;
 
 /// The handles of the rig that a take is cleaned for.

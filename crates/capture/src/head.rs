@@ -1,11 +1,11 @@
 //! Head stabilisation: the head's rigid motion, fitted to the rigid markers, or robustly to all.
-use crate::fit::{Similarity, fit_robustly};
 use crate::low_pass::low_pass;
 use crate::settings::Settings;
 use crate::tracks::{Tracks, median, median_of, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 use rhytid_core::{Error, Result};
+use rhytid_registration::{Similarity, fit_robustly};
 
 /// How a head moved. *Local space* stands still with the head: it is the file's space as the head was in the middle of its motion.
 #[derive(Debug, Clone)]

@@ -25,7 +25,6 @@ mod axes;
 mod clean;
 pub mod coverage;
 mod events;
-mod fit;
 mod gaps;
 mod head;
 mod labels;

@@ -1,8 +1,8 @@
 //! The neutral frames, found: the stillest half second that is nearest to the rest pose.
-use crate::fit::fit;
 use crate::tracks::{Tracks, median, seen};
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_registration::fit;
 use std::ops::Range;
 
 /// How long the neutral face is held, in seconds.

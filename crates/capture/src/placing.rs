@@ -1,10 +1,10 @@
 //! The actor's place: the neutral frames, the unit, the axes and the size, and how far markers are from their handles.
-use crate::fit::{Similarity, fit_robustly};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
 use glam::DVec3;
 use rhytid_core::{Error, Result};
+use rhytid_registration::{Similarity, fit_robustly};
 use std::ops::Range;
 
 /// How the file's space, with the head's motion taken out, becomes the rig's.

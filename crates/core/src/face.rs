@@ -44,6 +44,15 @@ pub enum Bind {
     Nearest,
 }
 
+/// The vertices that stay where they are, as handles that never move and that no take knows.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Pins {
+    /// Whether what no example moves is pinned, where markers that it would follow are moved by some; `None`: by the learned method.
+    pub auto: Option<bool>,
+    /// Vertices that are pinned in any case; examples are taken to be at rest there. A handle among them stays a handle.
+    pub vertices: Vec<u32>,
+}
+
 /// The strains that folds are functions of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -114,6 +123,11 @@ pub struct Settings {
     pub method: Method,
     /// Components without a handle.
     pub bind: Bind,
+    /// Whether examples that are not in the neutral's place are put there, at what does not move: what is pinned by name or, where
+    /// nothing is, what the data show.
+    pub align: bool,
+    /// What stays.
+    pub pins: Pins,
     /// The strain edges.
     pub strain_edges: StrainEdges,
     /// K: influences kept per vertex, at least 1.
@@ -126,6 +140,8 @@ impl Default for Settings {
             bending_length: None,
             method: Method::default(),
             bind: Bind::default(),
+            align: true,
+            pins: Pins::default(),
             strain_edges: StrainEdges::default(),
             max_influences: 16,
         }

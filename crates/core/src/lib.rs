@@ -46,7 +46,9 @@ pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
 pub use error::{DeviceErrorKind, Error, Result};
-pub use face::{Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Settings, StrainEdges};
+pub use face::{
+    Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
+};
 pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use progress::{NoProgress, Progress};

@@ -9,7 +9,7 @@ use rhytid_core::{Progress, Result};
 /// Right-hand sides solved for by one thread at a time: enough for dense kernels, few enough to bound the memory.
 const COLUMNS_AT_ONCE: usize = 16;
 
-/// B, V×H row-major. `driven[v]` says whether vertex v is in a component with a handle; rows of other vertices
+/// B, V×H row-major. `moves[v]` says whether vertex v is in a component with a handle and no pin; rows of other vertices
 /// are zero, rows of handles are the identity.
 ///
 /// # Errors
@@ -18,14 +18,14 @@ pub fn basis(
     rest: &[[f64; 3]],
     laplacian: Laplacian,
     handles: &[u32],
-    driven: &[bool],
+    moves: &[bool],
     bending_length: f64,
     progress: &dyn Progress,
 ) -> Result<Vec<f64>> {
-    let vertices = driven.len();
+    let vertices = moves.len();
     let count = handles.len();
     let mut basis = vec![0.0; vertices * count];
-    let mut free = driven.to_vec();
+    let mut free = moves.to_vec();
     for (h, &v) in handles.iter().enumerate() {
         free[v as usize] = false;
         basis[v as usize * count + h] = 1.0;

@@ -28,6 +28,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod align;
 mod basis;
 mod bind;
 mod cholesky;
@@ -35,11 +36,13 @@ mod detail;
 mod dissection;
 mod doctor;
 mod driven;
+mod exposure;
 pub mod geodesic;
 pub mod influences;
 pub mod laplacian;
 mod learned;
 mod mirror;
+mod pins;
 mod rbf;
 mod sparse;
 mod system;
@@ -47,6 +50,7 @@ pub mod tangent_frames;
 mod topology;
 mod triangulate;
 
+pub use align::{Misplaced, misplaced};
 pub use doctor::{Finding, Report, Severity, examine};
 pub use learned::{Candidate, Confidence, FAR, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
 pub use topology::Topology;
@@ -80,6 +84,10 @@ pub fn default_bending_length(rest_lengths: &[f64]) -> Option<f64> {
 /// What the solve says of its work besides the rig.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Account {
+    /// What was taken out of examples that were not in the neutral's place.
+    pub misplaced: Vec<Misplaced>,
+    /// How many vertices are pinned.
+    pub pins: usize,
     /// The share and ridge of the linear band that were tried, the one that was taken first; none by the chapter's method.
     pub candidates: Vec<Candidate>,
     /// What became of the parts without a handle, in the order of their lowest vertices; none by the chapter's method.
@@ -124,10 +132,16 @@ fn solve_with(
     leave_one_out: bool,
 ) -> Result<(Rig<f64>, Account, Vec<[f64; 3]>)> {
     doctor::check(face)?;
+    let (aligned, misplaced) = align::aligned(face).unzip();
+    let face = aligned.as_ref().unwrap_or(face);
     let mirrored = mirror::with_mirror_images(face)?;
     let face = mirrored.as_ref().unwrap_or(face);
+    let at_rest = pins::with_pins_at_rest(face);
+    let face = at_rest.as_ref().unwrap_or(face);
     let mut shell = shell(face, progress)?;
-    let (mut account, mut errors) = (Account::default(), Vec::new());
+    let pins = shell.pinned.iter().filter(|pinned| **pinned).count();
+    let (mut account, mut errors) =
+        (Account { misplaced: misplaced.unwrap_or_default(), pins, ..Account::default() }, Vec::new());
     match face.settings.method {
         Method::Chapter => chapter(face, &mut shell, progress)?,
         Method::Learned(settings) => {
@@ -163,6 +177,8 @@ pub struct Shell {
     pub topology: Topology,
     /// Which parts have a handle.
     pub parts: DrivenComponents,
+    /// Which vertices are pinned.
+    pub(crate) pinned: Vec<bool>,
     /// The handle nearest to each vertex.
     pub(crate) cells: Vec<geodesic::Cell>,
     /// Of the rest pose.
@@ -202,7 +218,11 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
         None => default_bending_length(&rest_lengths).unwrap_or_else(|| 0.25 * diagonal(face)),
     };
     let laplacian = laplacian::laplacian(rest, &triangles);
-    let basis = basis::basis(rest, laplacian.clone(), handles, &parts.driven, bending_length, progress)?;
+    let spacing = default_bending_length(&rest_lengths).unwrap_or(bending_length);
+    let pinned = pins::pins(face, &cells, spacing);
+    let moves: Vec<bool> =
+        parts.driven.iter().zip(&pinned).map(|(driven, pinned)| *driven && !pinned).collect();
+    let basis = basis::basis(rest, laplacian.clone(), handles, &moves, bending_length, progress)?;
     progress.step("frames", 0, 1)?;
     let tangent_neighbors = tangent_frames::tangent_neighbors(rest, &triangles, &topology);
     progress.step("frames", 1, 1)?;
@@ -234,17 +254,18 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
             .collect(),
         learned: None,
     };
-    Ok(Shell { rig, topology, parts, cells, laplacian })
+    Ok(Shell { rig, topology, parts, pinned, cells, laplacian })
 }
 
 /// Sections 4, 6 and 7: the chapter's method from the shell on.
 fn chapter(face: &Face, shell: &mut Shell, progress: &dyn Progress) -> Result<()> {
-    let Shell { rig, topology, parts, .. } = shell;
+    let Shell { rig, topology, parts, pinned, .. } = shell;
     let follows = face.settings.bind == Bind::Nearest;
     if follows {
         progress.step("bind", 0, 1)?;
         let (driven, handles) = (&parts.driven, rig.handles.len());
-        bind::bind_nearest(&rig.rest, &rig.triangles, driven, |v| !driven[v], handles, &mut rig.basis);
+        let follows = |v: usize| !driven[v] && !pinned[v];
+        bind::bind_nearest(&rig.rest, &rig.triangles, driven, follows, handles, &mut rig.basis);
         progress.step("bind", 1, 1)?;
     }
 

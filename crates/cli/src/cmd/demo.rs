@@ -6,7 +6,7 @@ use crate::progress::{Ui, timed};
 use crate::{args, output};
 use rhytid::formats::project::{
     self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection,
-    MeshSection, Method, Project, StrainSection, Units,
+    MeshSection, Method, PinsSection, Project, StrainSection, Units,
 };
 use rhytid::formats::{mesh, tables, take};
 use rhytid::human;
@@ -165,6 +165,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
     };
     Ok(Project {
         method: Method::Learned,
+        align: true,
         mesh: MeshSection {
             name: Some(face.name.clone()),
             neutral: "neutral.obj".into(),
@@ -173,6 +174,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples,
+        pins: PinsSection::default(),
         large_scale: LargeScaleSection {
             bending_length: face.settings.bending_length,
             bind: face.settings.bind,

@@ -91,6 +91,21 @@ pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
 /// What was chosen and what of, and what becomes of the parts without a handle: a line each.
 fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
     let mut lines = Vec::new();
+    for found in &account.misplaced {
+        let millimetres = found.moved * metres_per_unit * 1e3;
+        lines.push(format!(
+            "example {} was put into the neutral's place: turned back by {}°, moved by {} mm",
+            found.example,
+            human::number((found.degrees * 1e3).round() / 1e3),
+            human::number((millimetres * 1e3).round() / 1e3)
+        ));
+    }
+    if account.pins > 0 {
+        lines.push(format!(
+            "pinned, so that they stay where they are: {} vertices",
+            human::count(account.pins)
+        ));
+    }
     if let Some((chosen, others)) = account.candidates.split_first() {
         let named = |candidate: &Candidate| {
             format!("share {}, ridge {}", human::number(candidate.share), human::number(candidate.ridge))

@@ -1,5 +1,6 @@
 //! Groups of vertices, as DCC tools write them into OBJ files: `g NAME` before the faces of each.
 
+use super::like::read_mesh_like;
 use super::obj;
 use rhytid_core::{Error, Mesh, Result};
 use std::path::Path;
@@ -14,11 +15,11 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
         return Err(fault("groups are read from .obj; export the mesh with its groups in this format"));
     }
-    super::read_like(neutral, neutral_path, path)?;
+    let mesh = read_mesh_like(neutral, neutral_path, path)?;
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
     let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
     // Those that the next face is in, and its vertices. A face stands on one statement.
-    let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), neutral.faces.iter());
+    let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), mesh.faces.iter());
     for statement in obj::statements(&bytes) {
         let text = String::from_utf8_lossy(&statement);
         let mut words = text.split_whitespace();

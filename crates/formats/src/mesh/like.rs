@@ -1,41 +1,62 @@
 //! Meshes that have to be like another one.
 
 use super::read::read;
-use rhytid_core::{Error, Mesh, Result};
+use rhytid_core::{Error, Faces, Mesh, Result};
 use std::path::Path;
 
-/// Reads the positions of an example: a mesh with the same vertices and faces as `neutral`, which was read from
-/// `neutral_path`. Its texture coordinates do not matter. Gives V positions in the neutral's vertex order.
+/// Reads the positions of an example: a mesh with the same vertices as `neutral`, which was read from `neutral_path`, and the same faces,
+/// in any order and cut into triangles or not. Its texture coordinates do not matter. Gives V positions in the neutral's vertex order.
 ///
 /// # Errors
-/// As [`super::read()`], and [`Error::Input`] if the number of vertices or a face differs.
+/// As [`super::read()`], and [`Error::Input`] if the number of vertices differs or a face joins others.
 pub fn read_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<[f64; 3]>> {
+    Ok(read_mesh_like(neutral, neutral_path, path)?.positions)
+}
+
+/// The same with all that is in the file.
+pub(super) fn read_mesh_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Mesh> {
     let mesh = read(path)?;
     let (path, like) = (path.display(), neutral_path.display());
-    let cure = "an example needs the neutral's vertices and faces in the same order: export both from the same \
-                mesh, without merging, splitting or reordering";
+    let cure = "an example needs the neutral's vertices in the same order: export both from the same mesh, without \
+                merging, splitting or reordering vertices";
     let (found, expected) = (mesh.positions.len(), neutral.positions.len());
     if found != expected {
         return Err(Error::input(format!("{path}: has {found} vertices, but {like} has {expected}; {cure}")));
     }
-    if let Some((f, (a, b))) =
-        mesh.faces.iter().zip(neutral.faces.iter()).enumerate().find(|(_, (a, b))| a != b)
+    if mesh.faces == neutral.faces {
+        return Ok(mesh);
+    }
+    if let Some(f) = not_within(&mesh.faces, &neutral.faces, expected)
+        && let Some(g) = not_within(&neutral.faces, &mesh.faces, expected)
     {
+        let face = |faces: &Faces, f: usize| list(faces.iter().nth(f).unwrap_or_default());
         return Err(Error::input(format!(
-            "{path}: face {} joins the vertices {}, but in {like} it joins {} (vertices counted from 0); {cure}",
+            "{path}: face {} joins the vertices {}, which no face of {like} has together, whose face {} joins {} (vertices \
+             counted from 0); {cure}",
             f + 1,
-            list(a),
-            list(b)
+            face(&mesh.faces, f),
+            g + 1,
+            face(&neutral.faces, g)
         )));
     }
-    let (found, expected) = (mesh.faces.len(), neutral.faces.len());
-    if found != expected {
-        return Err(Error::input(format!(
-            "{path}: has {found} faces, but {like} has {expected}, the first {} being the same; {cure}",
-            found.min(expected)
-        )));
+    Ok(mesh)
+}
+
+/// The first of `faces` whose vertices are not all in one of `others`.
+fn not_within(faces: &Faces, others: &Faces, vertices: usize) -> Option<usize> {
+    let mut at: Vec<Vec<u32>> = vec![Vec::new(); vertices];
+    let mut sorted = Vec::with_capacity(others.len());
+    for (f, other) in others.iter().enumerate() {
+        let mut other = other.to_vec();
+        other.sort_unstable();
+        other.iter().for_each(|&v| at[v as usize].push(f as u32));
+        sorted.push(other);
     }
-    Ok(mesh.positions)
+    let is_within = |face: &[u32]| {
+        let others = face.first().map_or(&[][..], |&v| &at[v as usize]);
+        others.iter().any(|&f| face.iter().all(|v| sorted[f as usize].binary_search(v).is_ok()))
+    };
+    faces.iter().position(|face| !is_within(face))
 }
 
 /// A face's vertices for a message; a monstrous polygon is cut.

@@ -1,8 +1,9 @@
 //! A [`Project`] and the files it names to a [`Face`].
-use super::sections::{Edges, ExampleSection, Method, Project};
+use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
+use crate::tables::text::{did_you_mean, quoted};
 use crate::{mesh, tables};
 use rayon::prelude::*;
-use rhytid_core::{Error, Example, Face, Handles, Result, Settings, StrainEdges};
+use rhytid_core::{Error, Example, Face, Handles, Mesh, Pins, Result, Settings, StrainEdges};
 use std::path::{Path, PathBuf};
 
 /// Reads everything that `project` names. `path` is the project file: paths are relative to its folder, and it
@@ -37,6 +38,10 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
     let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();
     let examples = examples.into_iter().collect::<Result<_>>()?;
 
+    let pins = Pins {
+        auto: project.pins.auto,
+        vertices: pinned_vertices(&project.pins, path, &neutral, &neutral_path)?,
+    };
     let stem = || path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     Ok(Face {
         name: project.mesh.name.clone().unwrap_or_else(stem),
@@ -52,10 +57,58 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
                 Method::Chapter => rhytid_core::Method::Chapter,
             },
             bind: project.large_scale.bind,
+            align: project.align,
+            pins,
             strain_edges,
             max_influences: project.fine_scale.max_influences,
         },
     })
+}
+
+/// The vertices that the section names, ascending.
+fn pinned_vertices(pins: &PinsSection, path: &Path, neutral: &Mesh, neutral_path: &Path) -> Result<Vec<u32>> {
+    let mut pinned = Vec::new();
+    if let Some(file) = &pins.vertices {
+        let file = existing(path, file, "[pins] vertices")?;
+        pinned.extend(tables::read_vertices(&file, neutral.positions.len())?);
+    }
+    let refused =
+        |key: &str, what: &str| Err(Error::input(format!("{}: [pins] {key} {what}", path.display())));
+    if let Some([low, high]) = pins.bounds {
+        let is_in = |x: &[f64; 3]| (0..3).all(|c| (low[c]..=high[c]).contains(&x[c]));
+        let inside = neutral.positions.iter().zip(0..).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
+        let before = pinned.len();
+        pinned.extend(inside);
+        if pinned.len() == before {
+            let [low, high] = neutral.bounds().unwrap_or_default();
+            return refused(
+                "box",
+                &format!(
+                    "has no vertex of the neutral in it, which reaches from {low:?} to {high:?}; is it in mesh units?"
+                ),
+            );
+        }
+    }
+    if !pins.groups.is_empty() {
+        let groups = mesh::read_groups(neutral, neutral_path, neutral_path)?;
+        for name in &pins.groups {
+            let Some((_, vertices)) = groups.iter().find(|(known, _)| known == name) else {
+                return refused(
+                    "groups",
+                    &format!(
+                        "has {}{}, expected names of groups in {}",
+                        quoted(name),
+                        did_you_mean(name, groups.iter().map(|(name, _)| name.as_str())),
+                        neutral_path.display()
+                    ),
+                );
+            };
+            pinned.extend(vertices);
+        }
+    }
+    pinned.sort_unstable();
+    pinned.dedup();
+    Ok(pinned)
 }
 
 /// `file` as seen from the project file, if it is there.

@@ -1,5 +1,6 @@
 //! The project file, FACE.toml: which files make up a face, and the choices of its solve. See
 //! `docs/project-file.md`.
+mod document;
 mod load;
 mod parse;
 mod sections;
@@ -8,7 +9,7 @@ pub use load::load;
 pub use parse::parse;
 pub use sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, Project, StrainSection, Units,
+    Method, PinsSection, Project, StrainSection, Units,
 };
 
 use crate::tables::write_checked;

@@ -1,13 +1,12 @@
 //! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
+use super::document::{File, Section, found, number_of};
 use super::sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, Project, StrainSection, Units,
+    Method, PinsSection, Project, StrainSection, Units,
 };
-use crate::tables::text::{did_you_mean, line_of, quoted};
-use rhytid_core::{Bind, Error, FoldStrains, Result, UpAxis};
+use crate::tables::text::quoted;
+use rhytid_core::{Bind, FoldStrains, Result, UpAxis};
 use std::collections::HashMap;
-use std::path::PathBuf;
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Checks the text of a project file; `name` names the file in errors.
@@ -22,12 +21,25 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
         file.error(e.span().map_or(0, |span| span.start), &format!("not TOML: {reason}"))
     })?;
     let root = Section { file, title: String::new(), offset: 0, table: document.get_ref() };
-    root.allow(&["method", "mesh", "handles", "example", "large_scale", "strain", "fine_scale", "learned"])?;
+    root.allow(&[
+        "method",
+        "align",
+        "mesh",
+        "handles",
+        "example",
+        "pins",
+        "large_scale",
+        "strain",
+        "fine_scale",
+        "learned",
+    ])?;
     Ok(Project {
         method: method_of(&root)?,
+        align: root.truth("align")?.unwrap_or(true),
         mesh: mesh(&root.required_section("mesh", "neutral and units")?)?,
         handles: handles(&root.required_section("handles", "vertices")?)?,
         examples: examples(&root)?,
+        pins: root.section("pins")?.map_or_else(|| Ok(<_>::default()), |s| pins(&s))?,
         large_scale: root.section("large_scale")?.map_or_else(|| Ok(<_>::default()), |s| large_scale(&s))?,
         strain: root.section("strain")?.map_or_else(|| Ok(<_>::default()), |s| strain(&s))?,
         fine_scale: root.section("fine_scale")?.map_or_else(|| Ok(<_>::default()), |s| fine_scale(&s))?,
@@ -146,14 +158,61 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
             return Err(section.wrong("name", &quoted(name), &format!("{expected}, but see line {line}")));
         }
         let mesh = section.path("mesh", "the file of the example's mesh")?;
-        let mirror = match section.get("mirror") {
-            None => false,
-            Some(DeValue::Boolean(mirror)) => *mirror,
-            Some(other) => return Err(section.wrong("mirror", &found(other), "true or false")),
-        };
+        let mirror = section.truth("mirror")?.unwrap_or(false);
         examples.push(ExampleSection { name: name.to_owned(), mesh, mirror });
     }
     Ok(examples)
+}
+
+fn pins(section: &Section<'_>) -> Result<PinsSection> {
+    section.allow(&["auto", "vertices", "box", "groups"])?;
+    let corners = "two corners, [[x, y, z], [x, y, z]] in mesh units";
+    let bounds = match section.get("box") {
+        None => None,
+        Some(value) => {
+            let bounds = corners_of(value).ok_or_else(|| section.wrong("box", &found(value), corners))?;
+            Some([0, 1].map(|end: usize| {
+                [0, 1, 2].map(|c| {
+                    if end == 0 { bounds[0][c].min(bounds[1][c]) } else { bounds[0][c].max(bounds[1][c]) }
+                })
+            }))
+        }
+    };
+    let names = "a list of names of the neutral's groups";
+    let groups = match section.get("groups") {
+        None => Vec::new(),
+        Some(DeValue::Array(items)) => {
+            let name = |item: &toml::Spanned<DeValue<'_>>| match item.get_ref() {
+                DeValue::String(name) => Ok(name.to_string()),
+                other => Err(section.wrong("groups", &format!("a list with {}", found(other)), names)),
+            };
+            items.iter().map(name).collect::<Result<_>>()?
+        }
+        Some(other) => return Err(section.wrong("groups", &found(other), names)),
+    };
+    let vertices = match section.get("vertices") {
+        None => None,
+        Some(_) => Some(section.path("vertices", "a CSV file with the header vertex")?),
+    };
+    Ok(PinsSection { auto: section.truth("auto")?, vertices, bounds, groups })
+}
+
+/// Two corners of a box, if that is what the value is.
+fn corners_of(value: &DeValue<'_>) -> Option<[[f64; 3]; 2]> {
+    let list = |value: &DeValue<'_>, read: &dyn Fn(&DeValue<'_>) -> Option<Vec<f64>>| match value {
+        DeValue::Array(items) => items
+            .iter()
+            .map(|item| read(item.get_ref()))
+            .collect::<Option<Vec<_>>>()
+            .map(|lists| lists.concat()),
+        _ => None,
+    };
+    let numbers = list(value, &|corner| {
+        list(corner, &|number| number_of(number).map(|number| vec![number]))
+            .filter(|corner| corner.len() == 3)
+    })?;
+    let [a, b, c, d, e, f] = numbers.try_into().ok()?;
+    Some([[a, b, c], [d, e, f]])
 }
 
 fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {
@@ -196,155 +255,4 @@ fn fine_scale(section: &Section<'_>) -> Result<FineScaleSection> {
         .ok_or_else(|| section.wrong("max_influences", &found(value), "a whole number from 1"))?;
     }
     Ok(fine_scale)
-}
-
-#[derive(Clone, Copy)]
-struct File<'a> {
-    text: &'a str,
-    name: &'a str,
-}
-
-impl File<'_> {
-    fn line(&self, offset: usize) -> usize {
-        line_of(self.text.as_bytes(), offset)
-    }
-
-    fn error(&self, offset: usize, message: &str) -> Error {
-        Error::input(format!("{}, line {}: {message}", self.name, self.line(offset)))
-    }
-}
-
-/// One table of the document.
-struct Section<'a> {
-    file: File<'a>,
-    /// As users write it, `[mesh]`; empty for the document itself.
-    title: String,
-    offset: usize,
-    table: &'a DeTable<'a>,
-}
-
-impl<'a> Section<'a> {
-    /// Fails at the first key that is not among `known`.
-    fn allow(&self, known: &[&str]) -> Result<()> {
-        let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
-        let Some(key) = unknown.min_by_key(|key| key.span().start) else { return Ok(()) };
-        let place = if self.title.is_empty() { "" } else { " in " };
-        Err(self.file.error(
-            key.span().start,
-            &format!(
-                "unknown key {}{place}{}{}, expected {}",
-                quoted(key.get_ref()),
-                self.title,
-                did_you_mean(key.get_ref(), known.iter().copied()),
-                known.join(", ")
-            ),
-        ))
-    }
-
-    fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
-        self.table.get(key)
-    }
-
-    fn get(&self, key: &str) -> Option<&'a DeValue<'a>> {
-        self.entry(key).map(Spanned::get_ref)
-    }
-
-    fn required(&self, key: &str, expected: &str) -> Result<&'a DeValue<'a>> {
-        self.get(key).ok_or_else(|| self.lacks(key, expected))
-    }
-
-    fn text(&self, key: &str, expected: &str) -> Result<Option<&'a str>> {
-        match self.get(key) {
-            None => Ok(None),
-            Some(DeValue::String(text)) => Ok(Some(text)),
-            Some(other) => Err(self.wrong(key, &found(other), expected)),
-        }
-    }
-
-    fn path(&self, key: &str, expected: &str) -> Result<PathBuf> {
-        match self.text(key, expected)? {
-            None => Err(self.lacks(key, expected)),
-            Some("") => Err(self.wrong(key, "empty", expected)),
-            Some(path) => Ok(PathBuf::from(path)),
-        }
-    }
-
-    fn positive(&self, key: &str, expected: &str) -> Result<f64> {
-        let value = self.required(key, expected)?;
-        self.number(key)
-            .filter(|number| *number > 0.0)
-            .ok_or_else(|| self.wrong(key, &found(value), expected))
-    }
-
-    /// A finite number, if that is what the key has.
-    fn number(&self, key: &str) -> Option<f64> {
-        match self.get(key)? {
-            DeValue::Float(number) => number.as_str().parse().ok(),
-            DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
-            _ => None,
-        }
-        .filter(|number: &f64| number.is_finite())
-    }
-
-    fn section(&self, key: &str) -> Result<Option<Section<'a>>> {
-        let Some(entry) = self.entry(key) else { return Ok(None) };
-        match entry.get_ref() {
-            DeValue::Table(table) => Ok(Some(self.inner(format!("[{key}]"), entry, table))),
-            other => Err(self.wrong(key, &found(other), &format!("a section [{key}]"))),
-        }
-    }
-
-    fn required_section(&self, key: &str, keys: &str) -> Result<Section<'a>> {
-        self.section(key)?.ok_or_else(|| {
-            Error::input(format!("{}: has no section [{key}], expected one with {keys}", self.file.name))
-        })
-    }
-
-    fn sections(&self, key: &str) -> Result<Vec<Section<'a>>> {
-        let wrong = |entry: &Spanned<DeValue<'a>>| {
-            let expected = format!("[[{key}]] in double brackets, once for each");
-            self.file.error(
-                entry.span().start,
-                &format!("{key} is {}, expected {expected}", found(entry.get_ref())),
-            )
-        };
-        let Some(entry) = self.entry(key) else { return Ok(Vec::new()) };
-        let DeValue::Array(items) = entry.get_ref() else { return Err(wrong(entry)) };
-        let section = |item: &'a Spanned<DeValue<'a>>| match item.get_ref() {
-            DeValue::Table(table) => Ok(self.inner(format!("[[{key}]]"), item, table)),
-            _ => Err(wrong(item)),
-        };
-        items.iter().map(section).collect()
-    }
-
-    fn inner(&self, title: String, entry: &Spanned<DeValue<'_>>, table: &'a DeTable<'a>) -> Section<'a> {
-        Section { file: self.file, title, offset: entry.span().start, table }
-    }
-
-    /// The line of a key's value, or of the section where it lacks the key.
-    fn line(&self, key: &str) -> usize {
-        self.file.line(self.entry(key).map_or(self.offset, |entry| entry.span().start))
-    }
-
-    fn lacks(&self, key: &str, expected: &str) -> Error {
-        self.file.error(self.offset, &format!("{} lacks the key {key}, expected {expected}", self.title))
-    }
-
-    fn wrong(&self, key: &str, found: &str, expected: &str) -> Error {
-        let place = if self.title.is_empty() { String::new() } else { format!("{} ", self.title) };
-        let offset = self.entry(key).map_or(self.offset, |entry| entry.span().start);
-        self.file.error(offset, &format!("{place}{key} is {found}, expected {expected}"))
-    }
-}
-
-fn found(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::String(text) => quoted(text),
-        DeValue::Integer(number) => number.to_string(),
-        DeValue::Float(number) => number.to_string(),
-        DeValue::Boolean(value) => value.to_string(),
-        DeValue::Datetime(date) => format!("the date {date}"),
-        DeValue::Array(_) => "an array".to_owned(),
-        DeValue::Table(_) => "a section".to_owned(),
-    }
 }

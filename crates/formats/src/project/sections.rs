@@ -9,6 +9,9 @@ use std::path::PathBuf;
 pub struct Project {
     /// How a rig is made of the examples: `method`, above all sections.
     pub method: Method,
+    /// Whether examples that are not in the neutral's place are put there: `align`, above all sections.
+    #[serde(skip_serializing_if = "is_true")]
+    pub align: bool,
     /// `[mesh]`.
     pub mesh: MeshSection,
     /// `[handles]`.
@@ -16,6 +19,9 @@ pub struct Project {
     /// Each `[[example]]`; names are distinct.
     #[serde(rename = "example")]
     pub examples: Vec<ExampleSection>,
+    /// `[pins]`.
+    #[serde(skip_serializing_if = "PinsSection::is_default")]
+    pub pins: PinsSection,
     /// `[large_scale]`.
     pub large_scale: LargeScaleSection,
     /// `[strain]`.
@@ -57,6 +63,29 @@ pub struct ExampleSection {
     /// Whether its mirror image is an example too.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub mirror: bool,
+}
+
+/// `[pins]`: what stays where it is, in addition to each other.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct PinsSection {
+    /// Whether what no example moves is pinned; `None`: by the learned method.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub auto: Option<bool>,
+    /// CSV with the header `vertex`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertices: Option<PathBuf>,
+    /// `box`: the lowest and the highest corner of a box, in mesh units.
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[[f64; 3]; 2]>,
+    /// Names of groups of the neutral, which is an OBJ file then.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<String>,
+}
+
+impl PinsSection {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// `[large_scale]`.
@@ -204,4 +233,8 @@ fn serialize_bind<S: Serializer>(bind: &Bind, serializer: S) -> Result<S::Ok, S:
         Bind::Rigid => "rigid",
         Bind::Nearest => "nearest",
     })
+}
+
+fn is_true(truth: &bool) -> bool {
+    *truth
 }

@@ -68,12 +68,17 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
 /// # Errors
 /// [`Error::Input`]: no such column, a frame that is not a whole number or not below `frames`, no rows. [`Error::Io`].
 pub fn read_frames(path: &Path, frames: usize) -> Result<Vec<usize>> {
+    read_indices(path, "frame", frames, "the last frame of the take")
+}
+
+/// Whole numbers below `count` from the column `name_of`; `last` says what the last of them is.
+fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<Vec<usize>> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
     let name = path.display().to_string();
     let mut rows = Rows::open(&bytes, &name)?;
-    let Some(column) = rows.header().iter().position(|cell| cell == "frame") else {
+    let Some(column) = rows.header().iter().position(|cell| cell == name_of) else {
         return Err(rows.error(&format!(
-            "the header is {}, expected a column “frame”",
+            "the header is {}, expected a column “{name_of}”",
             quoted(&rows.header().join(","))
         )));
     };
@@ -81,20 +86,28 @@ pub fn read_frames(path: &Path, frames: usize) -> Result<Vec<usize>> {
     while rows.next()? {
         let text = rows.text(column)?;
         match text.parse() {
-            Ok(frame) if frame < frames => found.push(frame),
+            Ok(index) if index < count => found.push(index),
             _ => {
                 return Err(rows.error(&format!(
-                    "the frame is {}, expected a whole number from 0 to {}, the last frame of the take",
+                    "the {name_of} is {}, expected a whole number from 0 to {}, {last}",
                     quoted(text),
-                    frames.saturating_sub(1)
+                    count.saturating_sub(1)
                 )));
             }
         }
     }
     if found.is_empty() {
-        return Err(Error::input(format!("{name}: has no frame, expected one in each row")));
+        return Err(Error::input(format!("{name}: has no {name_of}, expected one in each row")));
     }
     Ok(found)
+}
+
+/// Reads vertices from a CSV file with a column `vertex`, counted from 0; other columns do not matter.
+///
+/// # Errors
+/// [`Error::Input`]: no such column, a vertex that is not a whole number or not below `count`, no rows. [`Error::Io`].
+pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<u32>> {
+    Ok(read_indices(path, "vertex", count, "the mesh's last vertex")?.into_iter().map(|v| v as u32).collect())
 }
 
 /// Writes handles so that [`read_handles`] gives them back.

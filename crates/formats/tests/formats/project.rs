@@ -3,13 +3,14 @@ use proptest::prelude::*;
 use rhytid_core::{Bind, Error, FoldStrains, UpAxis};
 use rhytid_formats::project::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, Project, StrainSection, Units, parse, write,
+    Method, PinsSection, Project, StrainSection, Units, parse, write,
 };
 use std::path::PathBuf;
 
 /// Every key, each with a value that is not its default where there is another.
 const FULL: &str = r#"
 method = "chapter"
+align = false
 [mesh]
 name = "Ada"
 neutral = "neutral.obj"        # paths are relative to this file
@@ -24,6 +25,11 @@ mesh = "poses/frown.obj"
 name = "smile"
 mesh = "poses/smile.ply"
 mirror = true
+[pins]
+auto = false
+vertices = "skull.csv"
+box = [[9, 20, -2], [-9.0, 5.5, -12]]
+groups = ["skull", "ears"]
 [large_scale]
 bending_length = 3.0
 bind = "nearest"
@@ -50,6 +56,7 @@ fn full() -> Project {
     };
     Project {
         method: Method::Chapter,
+        align: false,
         mesh: MeshSection {
             name: Some("Ada".into()),
             neutral: "neutral.obj".into(),
@@ -58,6 +65,12 @@ fn full() -> Project {
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples: vec![example("frown", "poses/frown.obj"), example("smile", "poses/smile.ply")],
+        pins: PinsSection {
+            auto: Some(false),
+            vertices: Some("skull.csv".into()),
+            bounds: Some([[-9.0, 5.5, -12.0], [9.0, 20.0, -2.0]]),
+            groups: vec!["skull".into(), "ears".into()],
+        },
         large_scale: LargeScaleSection { bending_length: Some(3.0), bind: Bind::Nearest },
         strain: StrainSection { edges: Edges::File("edges.csv".into()) },
         fine_scale: FineScaleSection { max_influences: 8 },
@@ -109,9 +122,11 @@ fn what_is_left_out_has_its_default() {
         project,
         Project {
             method: Method::Learned,
+            align: true,
             mesh: MeshSection { name: None, neutral: "n.obj".into(), units: Units::Metres, up: UpAxis::Y },
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
+            pins: PinsSection::default(),
             large_scale: LargeScaleSection { bending_length: None, bind: Bind::Auto },
             strain: StrainSection { edges: Edges::Auto },
             fine_scale: FineScaleSection { max_influences: 16 },
@@ -193,6 +208,7 @@ fn any_project() -> impl Strategy<Value = Project> {
         (proptest::option::of(1e-9..1e9), any::<bool>(), proptest::option::of(path()), 1..1000_usize);
     (mesh, path(), examples, choices).prop_map(|(mesh, vertices, examples, choices)| Project {
         method: if choices.1 { Method::Learned } else { Method::Chapter },
+        align: choices.1,
         mesh: MeshSection {
             name: mesh.0,
             neutral: mesh.1,
@@ -204,6 +220,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             .into_iter()
             .map(|(name, mesh)| ExampleSection { mirror: name.len() > 4, name, mesh })
             .collect(),
+        pins: PinsSection { auto: choices.0.map(|x| x > 1.0), ..PinsSection::default() },
         large_scale: LargeScaleSection {
             bending_length: choices.0,
             bind: if choices.1 { Bind::Nearest } else { Bind::Rigid },

@@ -96,6 +96,9 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     }
 
     let settings = &face.settings;
+    if let Some(v) = settings.pins.vertices.iter().find(|v| **v as usize >= vertices) {
+        error("pins", format!("vertex {v} is pinned, expected 0 to {}; vertices count from 0", vertices - 1));
+    }
     let positive = |x: f64| x.is_finite() && x > 0.0;
     if let Some(length) = settings.bending_length.filter(|l| !positive(*l)) {
         error("settings", format!("bending_length is {length}, expected a length above 0 in mesh units"));

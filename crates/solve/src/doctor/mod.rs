@@ -1,8 +1,10 @@
 //! The mesh doctor: what would hurt a solve, said before it starts.
-mod capture;
+mod examples;
 mod finding;
+mod handles;
 mod impossible;
 mod surface;
+mod unit;
 mod words;
 
 pub use finding::{Finding, Report, Severity};
@@ -23,7 +25,9 @@ pub fn examine(face: &Face) -> Report {
     }
     if !report.has_errors() {
         surface::examine(face, &mut report);
-        capture::examine(face, &mut report);
+        let diagonal = unit::examine(face, &mut report);
+        handles::examine(face, &mut report);
+        examples::examine(face, diagonal, &mut report);
     }
     report.findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     report

@@ -74,7 +74,7 @@ pub fn learn(
     settings: LearnedSettings,
     progress: &dyn Progress,
 ) -> Result<Steps> {
-    let Shell { rig, topology, parts, cells, laplacian } = shell;
+    let Shell { rig, topology, parts, pinned, cells, laplacian } = shell;
     let (topology, parts) = (&*topology, &*parts);
     let examples = &face.examples;
     let rest_lengths = rig.rest_lengths();
@@ -83,7 +83,7 @@ pub fn learn(
     let displacements = displacements(rig, examples);
 
     let (listens, free_parts) = parts::listens(&rig.rest, parts, examples, face.settings.bind);
-    let follows = |v: usize| matches!(listens[v], Listens::As(_));
+    let follows = |v: usize| matches!(listens[v], Listens::As(_)) && !pinned[v];
     bind_nearest(&rig.rest, &rig.triangles, &parts.driven, follows, rig.handles.len(), &mut rig.basis);
     progress.step("residual", 0, 1)?;
     let mut smooth_residual = residual(rig, examples, &displacements);
@@ -94,7 +94,9 @@ pub fn learn(
     rig.handles.iter().for_each(|&v| area[v as usize] = 0.0);
     progress.step("smooth", 0, 1)?;
     if !examples.is_empty() {
-        Smoothing::of(&rig.rest, laplacian.clone(), &rig.handles, &parts.driven, mean, progress)?
+        let smoothed: Vec<bool> =
+            parts.driven.iter().zip(&*pinned).map(|(driven, pinned)| *driven && !pinned).collect();
+        Smoothing::of(&rig.rest, laplacian.clone(), &rig.handles, &smoothed, mean, progress)?
             .apply(&mut smooth_residual, progress)?;
     }
 

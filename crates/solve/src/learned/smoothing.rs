@@ -38,7 +38,7 @@ impl Smoothing {
         Self::of(&rig.rest, laplacian, &rig.handles, &driven, mean, progress)
     }
 
-    /// `driven[v]` says whether vertex v is in a part with a handle; `mean` is that of the rest lengths.
+    /// `driven[v]` says whether vertex v is in a part with a handle and is to be smoothed; `mean` is that of the rest lengths.
     ///
     /// # Errors
     /// As [`Smoothing::new`].

@@ -506,3 +506,125 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn vertices_in_another_order() {
+    let mut mesh = Mesh::default();
+    add_sheet(&mut mesh, 15, 15, [0.0; 3]);
+    // The same surface, its vertices in the order of another export.
+    let shuffled = (0..225).map(|v| mesh.positions[(67 * v) % 225]).collect();
+    let examples = vec![Example { name: "smile".into(), positions: shuffled, mirror: false }];
+    let face = Face { neutral: mesh, examples, ..face() };
+    let report = examine(&face);
+    let found =
+        report.findings.iter().find(|f| f.code == "vertices-in-another-order").expect("most edges are torn");
+    says(&found.message, &["example smile tears", "not in the neutral's order"]);
+}
+
+#[test]
+fn an_example_that_is_the_neutral() {
+    let face = with(|f| f.examples[0].positions = f.neutral.positions.clone());
+    finds(&face, Severity::Warning, "example-is-neutral", &["example smile is the neutral"]);
+}
+
+#[test]
+fn a_face_that_looks_up() {
+    let face = with(|f| {
+        for x in f.neutral.positions.iter_mut().chain(&mut f.examples[0].positions) {
+            *x = [x[0], x[2], -x[1]];
+        }
+    });
+    finds(&face, Severity::Warning, "up", &["up = \"y\", but the face looks along that axis", "up = \"z\""]);
+    assert_eq!(examine(&Face { up_axis: UpAxis::Z, ..face }).findings, []);
+}
+
+#[test]
+fn a_handle_that_nobody_sees() {
+    // A sheet bent around to a pipe with a lid at its far end, and a handle in it.
+    let mut mesh = Mesh::default();
+    let sides = 12;
+    for ring in 0..6 {
+        for side in 0..sides {
+            let (sin, cos) = (f64::from(side) / f64::from(sides) * std::f64::consts::TAU).sin_cos();
+            // Two skins: outside down, inside up again, joined at the mouth.
+            let radius = if ring < 3 { 6.0 } else { 2.0 };
+            let depth = [-45.0, -20.0, 0.0, 0.0, -20.0, -40.0][ring as usize];
+            mesh.positions.push([radius * cos, radius * sin, depth]);
+        }
+    }
+    for ring in 0..5 {
+        for side in 0..sides {
+            let next = (side + 1) % sides;
+            mesh.faces.push(&[
+                ring * sides + side,
+                ring * sides + next,
+                (ring + 1) * sides + next,
+                (ring + 1) * sides + side,
+            ]);
+        }
+    }
+    let lid = |ring: u32| (0..sides).map(|side| ring * sides + side).collect::<Vec<u32>>();
+    mesh.faces.push(&lid(5));
+    mesh.faces.push(&lid(0).into_iter().rev().collect::<Vec<u32>>());
+    let face = Face {
+        neutral: mesh,
+        handles: Handles {
+            labels: ["a", "b", "c", "inside"].map(String::from).to_vec(),
+            vertices: vec![12, 16, 20, 61],
+        },
+        examples: Vec::new(),
+        ..face()
+    };
+    let report = examine(&face);
+    let found = report.findings.iter().find(|f| f.code == "handle-inside");
+    says(
+        &found.expect("a handle at the bottom of a pipe").message,
+        &["1 handle is not seen from outside", "inside (vertex 61)"],
+    );
+}
+
+#[test]
+fn a_strain_edge_across_an_opening() {
+    // A strip bent to a ring that is not closed: its ends are near, the way along it is long.
+    let face = with(|f| {
+        for positions in [&mut f.neutral.positions, &mut f.examples[0].positions] {
+            for x in positions.iter_mut() {
+                let (sin, cos) = (x[0] / 16.0 * 5.8).sin_cos();
+                *x = [(2.6 + 0.1 * x[2]) * sin, x[1], (2.6 + 0.1 * x[2]) * cos];
+            }
+        }
+        f.settings.strain_edges = StrainEdges::Given(vec![[0, 1], [0, 2]]);
+    });
+    let report = examine(&face);
+    let found = report.findings.iter().find(|f| f.code == "strain-edge-around").expect("the ends of a ring");
+    says(&found.message, &["1 strain edge joins", "more than 3 times as far along the skin", ": a–b;"]);
+    assert_eq!(found.severity, Severity::Warning);
+}
+
+#[test]
+fn a_scan_in_another_place_and_what_is_pinned_and_moves() {
+    let turned = with(|f| {
+        let (sin, cos) = 4.0_f64.to_radians().sin_cos();
+        for [x, y, z] in &mut f.examples[0].positions {
+            [*x, *y, *z] = [cos * *x - sin * *y + 0.3, sin * *x + cos * *y, *z];
+        }
+    });
+    let words = ["example smile is turned by 4°", "the solve takes that out (align = false would keep it)"];
+    finds(&turned, Severity::Warning, "example-in-another-place", &words);
+    let kept = Face { settings: Settings { align: false, ..turned.settings.clone() }, ..turned };
+    finds(
+        &kept,
+        Severity::Warning,
+        "example-in-another-place",
+        &["without align = false the solve would take that out"],
+    );
+    let pinned = with(|f| f.settings.pins.vertices = vec![11, 13]);
+    finds(
+        &pinned,
+        Severity::Warning,
+        "pinned-moves",
+        &["example smile moves vertex 13, which is pinned, by 0.4 mesh units"],
+    );
+    let face = with(|f| f.settings.pins.vertices = vec![25]);
+    assert_eq!(examine(&face).findings[0].code, "pins");
+}

@@ -3,3 +3,4 @@ mod confidence;
 mod doctor;
 mod large_scale;
 mod learned;
+mod pins;

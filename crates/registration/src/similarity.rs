@@ -2,13 +2,13 @@
 //!
 //! The rotation is Horn's (1987): the unit quaternion that maximises the weighted correlation is the largest eigenvector of a
 //! symmetric 4×4 matrix, so that reflections cannot come out.
-use crate::tracks::{median_of, seen};
+use crate::{median_of, seen};
 use faer::{Mat, Side};
 use glam::{DMat3, DQuat, DVec3};
 
 /// `x ↦ scale · rotation · x + translation`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Similarity {
+pub struct Similarity {
     /// Above 0; 1 for a rigid motion.
     pub scale: f64,
     /// A unit quaternion.
@@ -19,23 +19,22 @@ pub(crate) struct Similarity {
 
 impl Similarity {
     /// What changes nothing.
-    pub(crate) const IDENTITY: Self =
-        Self { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
+    pub const IDENTITY: Self = Self { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
 
     /// Where it takes a point.
-    pub(crate) fn apply(&self, point: DVec3) -> DVec3 {
+    pub fn apply(&self, point: DVec3) -> DVec3 {
         self.rotation * (self.scale * point) + self.translation
     }
 
     /// Its inverse.
-    pub(crate) fn inverse(&self) -> Self {
+    pub fn inverse(&self) -> Self {
         let rotation = self.rotation.conjugate();
         let scale = 1.0 / self.scale;
         Self { scale, rotation, translation: -(rotation * (scale * self.translation)) }
     }
 
     /// First `first`, then this one.
-    pub(crate) fn after(&self, first: &Self) -> Self {
+    pub fn after(&self, first: &Self) -> Self {
         Self {
             scale: self.scale * first.scale,
             rotation: (self.rotation * first.rotation).normalize(),
@@ -46,7 +45,7 @@ impl Similarity {
 
 /// The similarity (or, without `with_scale`, the rigid motion) that takes `from` to `to` with the least weighted sum of squared distances.
 /// Pairs of which one is NaN do not count. `None` where fewer than three points with a weight are left, or they lie on a line.
-pub(crate) fn fit(from: &[DVec3], to: &[DVec3], weights: &[f64], with_scale: bool) -> Option<Similarity> {
+pub fn fit(from: &[DVec3], to: &[DVec3], weights: &[f64], with_scale: bool) -> Option<Similarity> {
     let pairs = || {
         let all = from.iter().zip(to).zip(weights).map(|((a, b), w)| (*a, *b, *w));
         all.filter(|(a, b, w)| seen(*a) && seen(*b) && *w > 0.0)
@@ -97,7 +96,7 @@ pub(crate) fn fit(from: &[DVec3], to: &[DVec3], weights: &[f64], with_scale: boo
 /// motion keeps, so that a few bad points cannot mislead the first fit.
 ///
 /// Also returns the RMS residual of what kept at least half of its weight.
-pub(crate) fn fit_robustly(
+pub fn fit_robustly(
     from: &[DVec3],
     to: &[DVec3],
     with_scale: bool,

@@ -1,0 +1,176 @@
+//! The document of a project file: its tables, values by their keys, and complaints that name the line.
+use crate::tables::text::{did_you_mean, line_of, quoted};
+use rhytid_core::{Error, Result};
+use std::path::PathBuf;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+#[derive(Clone, Copy)]
+pub(super) struct File<'a> {
+    pub(super) text: &'a str,
+    pub(super) name: &'a str,
+}
+
+impl File<'_> {
+    pub(super) fn line(&self, offset: usize) -> usize {
+        line_of(self.text.as_bytes(), offset)
+    }
+
+    pub(super) fn error(&self, offset: usize, message: &str) -> Error {
+        Error::input(format!("{}, line {}: {message}", self.name, self.line(offset)))
+    }
+}
+
+/// One table of the document.
+pub(super) struct Section<'a> {
+    pub(super) file: File<'a>,
+    /// As users write it, `[mesh]`; empty for the document itself.
+    pub(super) title: String,
+    pub(super) offset: usize,
+    pub(super) table: &'a DeTable<'a>,
+}
+
+impl<'a> Section<'a> {
+    /// Fails at the first key that is not among `known`.
+    pub(super) fn allow(&self, known: &[&str]) -> Result<()> {
+        let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        let Some(key) = unknown.min_by_key(|key| key.span().start) else { return Ok(()) };
+        let place = if self.title.is_empty() { "" } else { " in " };
+        Err(self.file.error(
+            key.span().start,
+            &format!(
+                "unknown key {}{place}{}{}, expected {}",
+                quoted(key.get_ref()),
+                self.title,
+                did_you_mean(key.get_ref(), known.iter().copied()),
+                known.join(", ")
+            ),
+        ))
+    }
+
+    pub(super) fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        self.table.get(key)
+    }
+
+    pub(super) fn get(&self, key: &str) -> Option<&'a DeValue<'a>> {
+        self.entry(key).map(Spanned::get_ref)
+    }
+
+    pub(super) fn required(&self, key: &str, expected: &str) -> Result<&'a DeValue<'a>> {
+        self.get(key).ok_or_else(|| self.lacks(key, expected))
+    }
+
+    pub(super) fn text(&self, key: &str, expected: &str) -> Result<Option<&'a str>> {
+        match self.get(key) {
+            None => Ok(None),
+            Some(DeValue::String(text)) => Ok(Some(text)),
+            Some(other) => Err(self.wrong(key, &found(other), expected)),
+        }
+    }
+
+    pub(super) fn path(&self, key: &str, expected: &str) -> Result<PathBuf> {
+        match self.text(key, expected)? {
+            None => Err(self.lacks(key, expected)),
+            Some("") => Err(self.wrong(key, "empty", expected)),
+            Some(path) => Ok(PathBuf::from(path)),
+        }
+    }
+
+    pub(super) fn positive(&self, key: &str, expected: &str) -> Result<f64> {
+        let value = self.required(key, expected)?;
+        self.number(key)
+            .filter(|number| *number > 0.0)
+            .ok_or_else(|| self.wrong(key, &found(value), expected))
+    }
+
+    /// A finite number, if that is what the key has.
+    pub(super) fn number(&self, key: &str) -> Option<f64> {
+        number_of(self.get(key)?)
+    }
+
+    /// True or false, if the key is there.
+    pub(super) fn truth(&self, key: &str) -> Result<Option<bool>> {
+        match self.get(key) {
+            None => Ok(None),
+            Some(DeValue::Boolean(truth)) => Ok(Some(*truth)),
+            Some(other) => Err(self.wrong(key, &found(other), "true or false")),
+        }
+    }
+
+    pub(super) fn section(&self, key: &str) -> Result<Option<Section<'a>>> {
+        let Some(entry) = self.entry(key) else { return Ok(None) };
+        match entry.get_ref() {
+            DeValue::Table(table) => Ok(Some(self.inner(format!("[{key}]"), entry, table))),
+            other => Err(self.wrong(key, &found(other), &format!("a section [{key}]"))),
+        }
+    }
+
+    pub(super) fn required_section(&self, key: &str, keys: &str) -> Result<Section<'a>> {
+        self.section(key)?.ok_or_else(|| {
+            Error::input(format!("{}: has no section [{key}], expected one with {keys}", self.file.name))
+        })
+    }
+
+    pub(super) fn sections(&self, key: &str) -> Result<Vec<Section<'a>>> {
+        let wrong = |entry: &Spanned<DeValue<'a>>| {
+            let expected = format!("[[{key}]] in double brackets, once for each");
+            self.file.error(
+                entry.span().start,
+                &format!("{key} is {}, expected {expected}", found(entry.get_ref())),
+            )
+        };
+        let Some(entry) = self.entry(key) else { return Ok(Vec::new()) };
+        let DeValue::Array(items) = entry.get_ref() else { return Err(wrong(entry)) };
+        let section = |item: &'a Spanned<DeValue<'a>>| match item.get_ref() {
+            DeValue::Table(table) => Ok(self.inner(format!("[[{key}]]"), item, table)),
+            _ => Err(wrong(item)),
+        };
+        items.iter().map(section).collect()
+    }
+
+    pub(super) fn inner(
+        &self,
+        title: String,
+        entry: &Spanned<DeValue<'_>>,
+        table: &'a DeTable<'a>,
+    ) -> Section<'a> {
+        Section { file: self.file, title, offset: entry.span().start, table }
+    }
+
+    /// The line of a key's value, or of the section where it lacks the key.
+    pub(super) fn line(&self, key: &str) -> usize {
+        self.file.line(self.entry(key).map_or(self.offset, |entry| entry.span().start))
+    }
+
+    pub(super) fn lacks(&self, key: &str, expected: &str) -> Error {
+        self.file.error(self.offset, &format!("{} lacks the key {key}, expected {expected}", self.title))
+    }
+
+    pub(super) fn wrong(&self, key: &str, found: &str, expected: &str) -> Error {
+        let place = if self.title.is_empty() { String::new() } else { format!("{} ", self.title) };
+        let offset = self.entry(key).map_or(self.offset, |entry| entry.span().start);
+        self.file.error(offset, &format!("{place}{key} is {found}, expected {expected}"))
+    }
+}
+
+/// A finite number, if the value is one.
+pub(super) fn number_of(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Float(number) => number.as_str().parse().ok(),
+        DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
+        _ => None,
+    }
+    .filter(|number: &f64| number.is_finite())
+}
+
+pub(super) fn found(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => quoted(text),
+        DeValue::Integer(number) => number.to_string(),
+        DeValue::Float(number) => number.to_string(),
+        DeValue::Boolean(value) => value.to_string(),
+        DeValue::Datetime(date) => format!("the date {date}"),
+        DeValue::Array(_) => "an array".to_owned(),
+        DeValue::Table(_) => "a section".to_owned(),
+    }
+}

@@ -1,0 +1,93 @@
+//! Examples put into the neutral's place: what the scanned head moved by between two scans is no expression.
+use crate::laplacian::laplacian;
+use crate::triangulate::triangulate;
+use glam::DVec3;
+use rayon::prelude::*;
+use rhytid_core::{Example, Face};
+use rhytid_registration::{Similarity, what_stays};
+
+/// Vertices that are compared, at most.
+const COMPARED: usize = 20_000;
+
+/// What comes within this of the neutral does not move, in metres; and what is worth the name where scans are rough.
+const NEAR: [f64; 2] = [2e-4, 1e-3];
+
+/// The part of the surface that must stay, at least.
+const STAYS: f64 = 0.08;
+
+/// An example that moves by less as a whole, in metres, is in the neutral's place.
+const NOTHING: f64 = 2e-4;
+
+/// So many times as much must stay with the motion taken out as without: a jaw that opens is no other place of the head.
+const MORE: f64 = 4.0;
+
+/// What an example was moved by as a whole, which [`crate::solve`] takes out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Misplaced {
+    /// The example's name.
+    pub example: String,
+    /// How far it is turned.
+    pub degrees: f64,
+    /// How far its centroid is moved by it, in mesh units.
+    pub moved: f64,
+    /// Takes the example to the neutral's place.
+    pub(crate) back: Similarity,
+}
+
+/// The examples that are not in the neutral's place, in their order: by the vertices that are pinned by name or, where none is, by the
+/// largest part of the surface that is the same but for a rigid motion, where much less of it is the same without. Empty for a
+/// face that is not whole.
+pub fn misplaced(face: &Face) -> Vec<Misplaced> {
+    let rest = &face.neutral.positions;
+    let whole = |example: &&Example| example.positions.len() == rest.len();
+    let mask = &face.settings.pins.vertices;
+    let area = laplacian(rest, &triangulate(&face.neutral)).mass;
+    let compared: Vec<usize> = match mask.len() {
+        0..3 => (0..rest.len()).step_by(rest.len().div_ceil(COMPARED).max(1)).collect(),
+        _ => mask.iter().map(|&v| v as usize).collect(),
+    };
+    let weights: Vec<f64> = compared.iter().map(|&v| area[v]).collect();
+    let at = |positions: &[[f64; 3]]| {
+        compared.iter().map(|&v| DVec3::from_array(positions[v])).collect::<Vec<_>>()
+    };
+    let neutral = at(rest);
+    let total: f64 = weights.iter().sum();
+    let of_example = |example: &Example| {
+        let here = at(&example.positions);
+        let still = what_stays(&here, &neutral, &weights)?;
+        let squares = here.iter().zip(&weights).map(|(x, w)| w * still.motion.apply(*x).distance_squared(*x));
+        let moved = (squares.sum::<f64>() / total).sqrt() * face.metres_per_unit;
+        let near = (2.0 * still.tolerance).max(NEAR[0] / face.metres_per_unit);
+        let stays = |motion: &Similarity| {
+            let pairs = here.iter().zip(&neutral).zip(&weights);
+            let near = pairs.filter(|((a, b), _)| motion.apply(**a).distance(**b) <= near);
+            near.map(|(_, w)| w).sum::<f64>()
+        };
+        let stay = stays(&still.motion);
+        let is_clear = stay >= (STAYS * total).max(MORE * stays(&Similarity::IDENTITY))
+            && near * face.metres_per_unit <= NEAR[1];
+        let is_clear = is_clear || mask.len() >= 3;
+        let centroid = here.iter().zip(&weights).map(|(x, w)| *x * (w / total)).sum::<DVec3>();
+        (is_clear && moved >= NOTHING).then(|| Misplaced {
+            example: example.name.clone(),
+            degrees: still.motion.rotation.to_axis_angle().1.to_degrees(),
+            moved: still.motion.apply(centroid).distance(centroid),
+            back: still.motion,
+        })
+    };
+    face.examples.par_iter().filter(whole).filter_map(of_example).collect()
+}
+
+/// The face with its examples in the neutral's place; `None` where the face does not ask for it or they are.
+pub(crate) fn aligned(face: &Face) -> Option<(Face, Vec<Misplaced>)> {
+    let misplaced = if face.settings.align { misplaced(face) } else { Vec::new() };
+    if misplaced.is_empty() {
+        return None;
+    }
+    let mut aligned = face.clone();
+    for found in &misplaced {
+        let example = aligned.examples.iter_mut().find(|example| example.name == found.example)?;
+        example.positions.iter_mut().for_each(|x| *x = found.back.apply(DVec3::from_array(*x)).to_array());
+    }
+    Some((aligned, misplaced))
+}

@@ -1,0 +1,186 @@
+//! Findings of the handles: where they are on the mesh, and what lies between two.
+use super::finding::{Report, Severity};
+use super::words::{count, first_few, length};
+use crate::driven::DrivenComponents;
+use crate::exposure::exposure;
+use crate::geodesic::{EdgeGraph, nearest_handles};
+use crate::triangulate::triangulate;
+use crate::{Topology, geodesic};
+use glam::DVec3;
+use rhytid_core::{Face, StrainEdges, UpAxis};
+use rhytid_kernels::normals;
+
+/// Nearest handles that a handle is compared with.
+const NEIGHBORS: usize = 4;
+
+/// A way along the skin that is so many times as long as the straight one goes around something.
+const AROUND: f64 = 3.0;
+
+/// And by at least this, in metres: a lip is no detour.
+const AROUND_BY: f64 = 0.01;
+
+/// A handle of which less is seen from outside is in a hole.
+const HIDDEN: f64 = 0.05;
+
+/// The mean direction that the handles face is along the up axis where its cosine is beyond this.
+const UPWARDS: f64 = 0.8;
+
+pub(super) fn examine(face: &Face, report: &mut Report) {
+    let mesh = &face.neutral;
+    let triangles = triangulate(mesh);
+    let topology = Topology::new(mesh.positions.len(), &triangles);
+    stray(face, &triangles, report);
+    hidden(face, &triangles, &topology, report);
+    detours(face, &topology, report);
+    up(face, &triangles, &topology, report);
+}
+
+fn named(face: &Face, h: usize) -> String {
+    format!("{} (vertex {})", face.handles.labels[h], face.handles.vertices[h])
+}
+
+/// Handles whose nearest neighbours all sit on other components: often a marker snapped to an eyeball or a lash.
+fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
+    let vertices = &face.handles.vertices;
+    let components = DrivenComponents::new(&face.neutral.positions, triangles, vertices);
+    let component = |h: usize| components.component[vertices[h] as usize];
+    let position = |h: usize| DVec3::from_array(face.neutral.positions[vertices[h] as usize]);
+    let mut stray = Vec::new();
+    for h in 0..vertices.len() {
+        let mut others: Vec<usize> = (0..vertices.len()).filter(|&o| o != h).collect();
+        others.sort_by(|&a, &b| {
+            position(a).distance(position(h)).total_cmp(&position(b).distance(position(h)))
+        });
+        others.truncate(NEIGHBORS);
+        if others.len() >= 2 && others.iter().all(|&o| component(o) != component(h)) {
+            stray.push(named(face, h));
+        }
+    }
+    if !stray.is_empty() {
+        report.add(
+            Severity::Warning,
+            "handle-on-another-component",
+            format!(
+                "{} another connected component than all of the nearest handles: {}; check the vertex in the table \
+                 of handles",
+                count(stray.len(), "handle is on", "handles are each on"),
+                first_few(&stray)
+            ),
+        );
+    }
+}
+
+/// Handles that cannot be seen from outside: in the mouth, behind the lids.
+fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Report) {
+    let seen = exposure(&face.neutral.positions, triangles, topology);
+    let hidden: Vec<String> = (0..face.handles.vertices.len())
+        .filter(|&h| {
+            let v = face.handles.vertices[h] as usize;
+            seen[v] < HIDDEN && !topology.neighbors(v).is_empty()
+        })
+        .map(|h| named(face, h))
+        .collect();
+    if !hidden.is_empty() {
+        report.add(
+            Severity::Warning,
+            "handle-inside",
+            format!(
+                "{} not seen from outside, in the mouth, a nostril or behind a lid perhaps: {}; take the vertex of the skin above",
+                count(hidden.len(), "handle is", "handles are"),
+                first_few(&hidden)
+            ),
+        );
+    }
+}
+
+/// Strain edges that are much shorter than the way along the skin.
+fn detours(face: &Face, topology: &Topology, report: &mut Report) {
+    let rest = &face.neutral.positions;
+    let vertices = &face.handles.vertices;
+    let graph = EdgeGraph::new(rest, topology);
+    let at = |h: u32| DVec3::from_array(rest[vertices[h as usize] as usize]);
+    let is_detour = |straight: f64, along: f64| {
+        along > AROUND * straight && (along - straight) * face.metres_per_unit > AROUND_BY
+    };
+    let mut detours = Vec::new();
+    match &face.settings.strain_edges {
+        StrainEdges::Given(edges) => {
+            let mut along = vec![0.0; rest.len()];
+            for &[a, b] in edges {
+                let straight = at(a).distance(at(b));
+                let limit = (AROUND * straight).max(straight + AROUND_BY / face.metres_per_unit);
+                graph.distances(vertices[a as usize], |_| limit, &mut along);
+                if is_detour(straight, along[vertices[b as usize] as usize]) {
+                    detours.push([a, b]);
+                }
+            }
+        }
+        StrainEdges::Auto => {
+            // The way over the place where the two cells touch is as long as any.
+            let cells = nearest_handles(&graph, vertices);
+            let of: Vec<Option<u32>> = cells.iter().map(|cell| cell.map(|(_, handle)| handle)).collect();
+            let edges = geodesic::touching_cells(topology, &of);
+            let mut along = vec![f64::INFINITY; edges.len()];
+            for (v, cell) in cells.iter().enumerate() {
+                for (w, between) in graph.edges(v as u32) {
+                    if let (Some((from_a, a)), Some((from_b, b))) = (*cell, cells[w as usize])
+                        && let Ok(edge) = edges.binary_search(&[a.min(b), a.max(b)])
+                    {
+                        along[edge] = along[edge].min(from_a + between + from_b);
+                    }
+                }
+            }
+            let far = edges
+                .iter()
+                .zip(&along)
+                .filter(|([a, b], along)| is_detour(at(*a).distance(at(*b)), **along));
+            detours.extend(far.map(|(edge, _)| *edge));
+        }
+    }
+    if !detours.is_empty() {
+        let labels = &face.handles.labels;
+        let named: Vec<String> =
+            detours.iter().map(|[a, b]| format!("{}–{}", labels[*a as usize], labels[*b as usize])).collect();
+        // Those that the solve makes itself are there because cells touch somewhere: a corner of the mouth without a marker.
+        let severity = match face.settings.strain_edges {
+            StrainEdges::Auto => Severity::Note,
+            StrainEdges::Given(_) => Severity::Warning,
+        };
+        report.add(
+            severity,
+            "strain-edge-around",
+            format!(
+                "{} handles that are near in space and more than {} times as far along the skin, across an opening or \
+                 through the head: {}; check their vertices, or give strain edges without these pairs",
+                count(detours.len(), "strain edge joins", "strain edges join"),
+                length(AROUND),
+                first_few(&named)
+            ),
+        );
+    }
+}
+
+/// An up axis along which the face looks.
+fn up(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Report) {
+    let normal = |v: u32| {
+        let triangles_at = topology.vertex_triangles.at(v as usize);
+        DVec3::from_array(normals::vertex_normal(&face.neutral.positions, triangles, triangles_at))
+    };
+    let sum: DVec3 = face.handles.vertices.iter().map(|&v| normal(v)).sum();
+    let (axis, said, other) = match face.up_axis {
+        UpAxis::Y => (DVec3::Y, "y", "z"),
+        UpAxis::Z => (DVec3::Z, "z", "y"),
+    };
+    let count = face.handles.vertices.len() as f64;
+    // A face looks ahead with most of its handles; what goes all around does not say.
+    if count >= 4.0 && sum.length() > 0.5 * count && sum.normalize().dot(axis).abs() > UPWARDS {
+        report.add(
+            Severity::Warning,
+            "up",
+            format!(
+                "up = \"{said}\", but the face looks along that axis: its handles do; up = \"{other}\" would let it \
+                 look ahead"
+            ),
+        );
+    }
+}

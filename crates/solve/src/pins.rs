@@ -1,0 +1,49 @@
+//! Pins: vertices that stay where they are (section 2). A head whose back has no marker would swing with the face.
+use crate::geodesic::Cell;
+use glam::DVec3;
+use rhytid_core::{Face, Method};
+
+/// What an example moves by less stays, in metres: rounding of files and of scans that were put into the neutral's place.
+const STAYS: f64 = 2e-5;
+
+/// A handle that an example moves by more is one that the examples show, in metres.
+const MOVES: f64 = 1e-3;
+
+/// Which vertices are pinned: those that the face names, and where it asks for it what no example moves.
+///
+/// That is where the handle nearest along the mesh is moved by some example, so that the examples show what it does to its surroundings,
+/// and is farther than `spacing`, the mean rest length of the strain edges: what is between markers is for them to say. A handle is
+/// no pin.
+pub(crate) fn pins(face: &Face, cells: &[Cell], spacing: f64) -> Vec<bool> {
+    let mut pinned = vec![false; cells.len()];
+    let auto = face.settings.pins.auto.unwrap_or(matches!(face.settings.method, Method::Learned(_)));
+    if auto && !face.examples.is_empty() {
+        let moves = |v: usize, most: f64| {
+            let rest = DVec3::from_array(face.neutral.positions[v]);
+            let squared = (most / face.metres_per_unit).powi(2);
+            face.examples.iter().any(|e| DVec3::from_array(e.positions[v]).distance_squared(rest) > squared)
+        };
+        let shown: Vec<bool> = face.handles.vertices.iter().map(|&v| moves(v as usize, MOVES)).collect();
+        for (v, (pinned, cell)) in pinned.iter_mut().zip(cells).enumerate() {
+            *pinned = cell.is_some_and(|(far, h)| far > spacing && shown[h as usize]) && !moves(v, STAYS);
+        }
+    }
+    face.settings.pins.vertices.iter().for_each(|&v| pinned[v as usize] = true);
+    face.handles.vertices.iter().for_each(|&v| pinned[v as usize] = false);
+    pinned
+}
+
+/// The face with its examples at rest where it names pins; `None` where it names none.
+pub(crate) fn with_pins_at_rest(face: &Face) -> Option<Face> {
+    if face.settings.pins.vertices.is_empty() {
+        return None;
+    }
+    let mut pinned = face.clone();
+    let handles: std::collections::BTreeSet<u32> = face.handles.vertices.iter().copied().collect();
+    for example in &mut pinned.examples {
+        for v in face.settings.pins.vertices.iter().filter(|v| !handles.contains(v)) {
+            example.positions[*v as usize] = face.neutral.positions[*v as usize];
+        }
+    }
+    Some(pinned)
+}

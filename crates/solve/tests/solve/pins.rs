@@ -1,0 +1,77 @@
+//! Pins stay, whatever the handles do, and what no example moves is pinned where the examples show it.
+use rhytid_core::{Example, Face, Method, NoProgress, Pins, Rig, Settings};
+use rhytid_solve::{Account, solve_and_account};
+use rhytid_test_support::sheet::{add_sheet, face};
+
+/// A sheet of 24 × 6 vertices with handles at its left, which an example moves; the rest stays.
+fn wide() -> Face {
+    let mut face = Face { neutral: <_>::default(), ..face() };
+    add_sheet(&mut face.neutral, 24, 6, [0.0; 3]);
+    face.handles.vertices = vec![0, 3, 49, 120, 123];
+    let mut lifted = face.neutral.positions.clone();
+    for (v, x) in lifted.iter_mut().enumerate() {
+        x[2] += 2.0 * (1.0 - (v % 24) as f64 / 5.0).max(0.0);
+    }
+    face.examples = vec![Example { name: "lift".into(), positions: lifted, mirror: false }];
+    face
+}
+
+fn solved(face: &Face) -> (Rig<f64>, Account) {
+    solve_and_account(face, &NoProgress).unwrap()
+}
+
+/// Which vertices no handle moves.
+fn still(rig: &Rig<f64>) -> Vec<usize> {
+    let row = |v: usize| &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
+    (0..rig.vertices()).filter(|&v| row(v).iter().all(|b| *b == 0.0)).collect()
+}
+
+#[test]
+fn what_no_example_moves_is_pinned_away_from_the_handles() {
+    let face = wide();
+    let (rig, account) = solved(&face);
+    let still_now = still(&rig);
+    assert_eq!(account.pins, still_now.len());
+    // From the sixth column on nothing moves; what is within a strain edge's length of a handle is left to the handles.
+    assert!(still_now.len() > 60 && still_now.iter().all(|v| v % 24 >= 5), "{still_now:?}");
+    assert!((0..6).all(|row| still_now.contains(&(24 * row + 23))), "{still_now:?}");
+    // Without pins the far edge swings with the handles.
+    let free = Face {
+        settings: Settings { pins: Pins { auto: Some(false), ..<_>::default() }, ..<_>::default() },
+        ..face.clone()
+    };
+    assert!(still(&solved(&free).0).is_empty());
+    let chapter = Face { settings: Settings { method: Method::Chapter, ..<_>::default() }, ..face.clone() };
+    assert_eq!(
+        solved(&chapter).1.pins,
+        0,
+        "by the chapter's method nothing is pinned unless it is asked for"
+    );
+    // An example in which a handle does not move says nothing of what is around it.
+    let mut other = face;
+    other.examples[0].positions = other.neutral.positions.clone();
+    other.examples[0].positions[3][2] += 3.0;
+    let around = still(&solved(&other).0);
+    let upper = around.iter().all(|v| v / 24 < 4);
+    assert!(!around.is_empty() && upper, "only the cell of the handle that moves: {around:?}");
+}
+
+#[test]
+fn named_pins_stay_in_examples_too_and_handles_go_on() {
+    let mut face = wide();
+    face.settings.pins = Pins { auto: Some(false), vertices: vec![3, 40, 41, 42] };
+    for method in [face.settings.method, Method::Chapter] {
+        face.settings.method = method;
+        let (rig, account) = solved(&face);
+        assert_eq!((account.pins, still(&rig)), (3, vec![40, 41, 42]), "vertex 3 is a handle");
+        // Nothing is learned there either.
+        for v in [40, 41, 42] {
+            let folds = &rig.rbf_weights[v * rig.centers()..][..rig.centers()];
+            let band = rig.learned.iter().flat_map(|learned| &learned.example_weights[v..][..1]);
+            let most = folds.iter().chain(band).flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
+            assert!(most < 1e-12, "{method:?}: vertex {v} learns {most}");
+        }
+        let learns = rig.rbf_weights.iter().flatten().any(|x| x.abs() > 1e-6);
+        assert!(learns, "what is beside the pins does");
+    }
+}
