@@ -32,7 +32,7 @@ const LEFT_OUT: &[LeftOut] = &[
         &["real_data::", "coverage::", "other_data::", "other_topology::"],
         "real faces: solved many times",
     ),
-    tests("rhytid-capture", "capture", &["real_take::"], "a real take, cleaned many times"),
+    tests("rhytid-capture", "capture", &["real_take::", "handles::"], "a real take, cleaned many times"),
     tests(
         "rhytid-formats",
         "formats",

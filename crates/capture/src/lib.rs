@@ -26,6 +26,7 @@ mod clean;
 pub mod coverage;
 mod events;
 mod gaps;
+mod handles;
 mod head;
 mod labels;
 mod low_pass;
@@ -38,8 +39,10 @@ mod report;
 mod settings;
 mod swaps;
 mod tracks;
+mod typical;
 
 pub use axes::Axes;
 pub use clean::{Cleaned, Target, clean};
+pub use handles::{HandleSettings, PlacedHandles, place_handles};
 pub use report::{Event, Found, Kind, Report};
 pub use settings::{Settings, Step};

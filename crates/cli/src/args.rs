@@ -1,16 +1,18 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from these files.
 
 mod judge;
+mod placing;
 mod setup;
 mod values;
 
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
+pub(crate) use placing::Handles;
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
-pub(crate) use values::{HeadChoice, MissingChoice, StageChoice};
+pub(crate) use values::{HeadChoice, MissingChoice, StageChoice, UnitChoice};
 use values::{parse_millimetres, parse_rate};
 
 const GLOBAL: &str = "Options of every command";
@@ -115,6 +117,17 @@ Examples:
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --setup anna.toml
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --map chin=M12 --map brow=M7 --skip low-pass")]
     Prepare(Prepare),
+
+    /// Place the handles: the markers of a take on the mesh, or so many spread over it.
+    ///
+    /// Of a take, one frame near the neutral face is laid over the mesh, whatever its unit and axes; markers of a cap or head band are left out. It
+    /// writes the table that the project file names, with the distance of each vertex from its marker, and a picture to look at.
+    #[command(after_help = "\
+Examples:
+  rhytid handles FACE.toml session.c3d
+  rhytid handles FACE.toml session.c3d --frame 30 --at chin=1042 --at nose=377
+  rhytid handles FACE.toml --count 90 -o markers.csv")]
+    Handles(Handles),
 
     /// Find out how good a face's rig is, and where it is not.
     ///

@@ -1,4 +1,5 @@
-//! Point sets laid over each other: the rigid motion or similarity between points that belong together, robustly.
+//! Point sets laid over each other: the rigid motion or similarity between points that belong together, robustly; and points that belong to
+//! a surface, nobody knows where.
 //!
 //! ```
 //! use glam::{DQuat, DVec3};
@@ -13,11 +14,15 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod onto_surface;
 mod similarity;
 mod still;
+mod surface;
 
+pub use onto_surface::{OntoSurface, Start, onto_surface};
 pub use similarity::{Similarity, fit, fit_robustly};
 pub use still::{Still, what_stays};
+pub use surface::{Closest, Surface};
 
 use glam::DVec3;
 

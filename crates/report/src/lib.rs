@@ -24,6 +24,7 @@ mod curve;
 mod document;
 mod evaluation;
 mod events;
+mod handles;
 mod map;
 mod page;
 mod picture;
@@ -40,6 +41,7 @@ mod timeline;
 mod written;
 
 pub use evaluation::write_evaluation;
+pub use handles::write_handles;
 pub use plan::write_plan;
 use rhytid_capture::Report;
 use rhytid_core::{Error, Result, Rig, Take};

@@ -60,6 +60,33 @@ impl Raster {
         toward + slack >= f64::from(depth)
     }
 
+    /// Draws a dot over the picture, of `radius` pixels.
+    pub(crate) fn dot(&mut self, [x, y, _]: [f64; 3], radius: f64, colour: [u8; 3]) {
+        let [width, height] = self.size;
+        for row in 0..height {
+            for column in 0..width {
+                let off = (column as f64 + 0.5 - x).hypot(row as f64 + 0.5 - y);
+                if off <= radius {
+                    // A dark rim tells dots on light and on dark skin.
+                    let shade = if off > radius - 1.2 { 3 } else { 1 };
+                    self.pixels[row * width + column] =
+                        [colour[0] / shade, colour[1] / shade, colour[2] / shade, 255];
+                }
+            }
+        }
+    }
+
+    /// Pictures of one height beside each other.
+    pub(crate) fn side_by_side(rasters: &[Self]) -> Self {
+        let height = rasters.first().map_or(0, |raster| raster.size[1]);
+        let rows = (0..height).flat_map(|row| {
+            rasters.iter().flat_map(move |raster| &raster.pixels[row * raster.size[0]..][..raster.size[0]])
+        });
+        let pixels = rows.copied().collect();
+        let width = rasters.iter().map(|raster| raster.size[0]).sum();
+        Self { size: [width, height], pixels, depth: Vec::new() }
+    }
+
     /// The picture as a PNG file.
     ///
     /// # Errors

@@ -43,6 +43,7 @@ pub mod laplacian;
 mod learned;
 mod mirror;
 mod pins;
+mod placement;
 mod rbf;
 mod sparse;
 mod system;
@@ -53,6 +54,8 @@ mod triangulate;
 pub use align::{Misplaced, misplaced};
 pub use doctor::{Finding, Report, Severity, examine};
 pub use learned::{Candidate, Confidence, FAR, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
+pub use placement::{Placed, Skin};
+pub use rhytid_registration::OntoSurface;
 pub use topology::Topology;
 pub use triangulate::triangulate;
 

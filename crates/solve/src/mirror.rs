@@ -47,7 +47,7 @@ pub(crate) fn with_mirror_images(face: &Face) -> Result<Option<Face>> {
 
 /// The mirror image of each vertex: by where the vertices are, or, where that leaves any without, by how the faces lie beside each
 /// other, from a face on that has one by place. The error is the second half of a sentence.
-fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Result<Vec<u32>, String> {
+pub(crate) fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Result<Vec<u32>, String> {
     let reach = reach(rest, faces);
     let mut images = by_place(rest, &reach);
     if images.contains(&None) {

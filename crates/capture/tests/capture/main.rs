@@ -1,5 +1,6 @@
 //! The clean-up of raw takes and the coverage of clean ones.
 
 mod coverage;
+mod handles;
 mod real_take;
 mod steps;

@@ -149,7 +149,7 @@ fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String>
         examples.push(ExampleSection { name: example.name.clone(), mesh: file, mirror: example.mirror });
         report(i as u64 + 2)?;
     }
-    tables::write_handles(&dir.join("markers.csv"), &face.handles)?;
+    tables::write_handles(&dir.join("markers.csv"), &face.handles, None)?;
     take::write(&dir.join("performance.csv"), take)?;
     project::write(&dir.join("face.toml"), &project_of(face, examples)?)?;
     Ok(format!("face.toml, neutral.obj, {} in poses/, markers.csv, performance.csv", meshes - 1))

@@ -10,6 +10,7 @@ mod devices;
 mod doctor;
 mod evaluate;
 mod export_shapes;
+mod handles;
 mod info;
 mod man;
 mod prepare;
@@ -33,6 +34,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),
+        Command::Handles(args) => handles::run(args, ui)?,
         Command::Prepare(args) => prepare::run(args, ui)?,
         Command::Evaluate(args) => evaluate::run(args, ui)?,
         Command::Coverage(args) => coverage::run(args, ui)?,

@@ -14,19 +14,25 @@ use std::path::{Path, PathBuf};
 /// wrong, an example that does not match the neutral, a handle past the neutral's last vertex. [`Error::Io`].
 pub fn load(project: &Project, path: &Path) -> Result<Face> {
     let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral")?;
-    let neutral = mesh::read(&neutral_path)?;
-
     let handles_path = existing(path, &project.handles.vertices, "[handles] vertices")?;
-    let handles = tables::read_handles(&handles_path)?;
-    check_vertices(&handles, &handles_path, neutral.positions.len(), &neutral_path)?;
+    let mut face = load_without_handles(project, path)?;
+    face.handles = tables::read_handles(&handles_path)?;
+    check_vertices(&face.handles, &handles_path, face.neutral.positions.len(), &neutral_path)?;
+    if let Edges::File(edges) = &project.strain.edges {
+        let edges_path = existing(path, edges, "[strain] edges")?;
+        face.settings.strain_edges =
+            StrainEdges::Given(tables::read_strain_edges(&edges_path, &face.handles.labels)?);
+    }
+    Ok(face)
+}
 
-    let strain_edges = match &project.strain.edges {
-        Edges::Auto => StrainEdges::Auto,
-        Edges::File(edges) => {
-            let edges_path = existing(path, edges, "[strain] edges")?;
-            StrainEdges::Given(tables::read_strain_edges(&edges_path, &handles.labels)?)
-        }
-    };
+/// The same without the handles and strain edges, whose files need not be there yet.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_without_handles(project: &Project, path: &Path) -> Result<Face> {
+    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral")?;
+    let neutral = mesh::read(&neutral_path)?;
 
     let read_example = |example: &ExampleSection| {
         let key = format!("[[example]] {:?}: mesh", example.name);
@@ -48,7 +54,7 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
         neutral,
         metres_per_unit: project.mesh.units.metres_per_unit(),
         up_axis: project.mesh.up,
-        handles,
+        handles: Handles::default(),
         examples,
         settings: Settings {
             bending_length: project.large_scale.bending_length,
@@ -59,7 +65,7 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
             bind: project.large_scale.bind,
             align: project.align,
             pins,
-            strain_edges,
+            strain_edges: StrainEdges::Auto,
             max_influences: project.fine_scale.max_influences,
         },
     })

@@ -5,7 +5,7 @@ mod load;
 mod parse;
 mod sections;
 
-pub use load::load;
+pub use load::{load, load_without_handles};
 pub use parse::parse;
 pub use sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
@@ -21,13 +21,21 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Input`] as of [`parse()`] and [`load()`]; [`Error::Io`].
 pub fn read(path: &Path) -> Result<Face> {
+    load(&read_project(path)?, path)
+}
+
+/// Reads a project file alone, not what it names.
+///
+/// # Errors
+/// [`Error::Input`] as of [`parse()`]; [`Error::Io`].
+pub fn read_project(path: &Path) -> Result<Project> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
     let name = path.display().to_string();
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let line = crate::tables::text::line_of(&bytes, e.valid_up_to());
         Error::input(format!("{name}, line {line}: not UTF-8 text, expected a project file in TOML"))
     })?;
-    load(&parse(text, &name)?, path)
+    parse(text, &name)
 }
 
 /// Writes a project file so that [`parse()`] gives it back.

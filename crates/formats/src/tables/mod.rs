@@ -9,7 +9,11 @@ use std::io::Write;
 use std::path::Path;
 use text::{did_you_mean, quoted};
 
-/// Reads the handles from a CSV file with the header `label,vertex` (in either order); `vertex` counts from 0.
+/// The column of how far each handle is from its marker.
+const DISTANCE: &str = "distance_mm";
+
+/// Reads the handles from a CSV file with the header `label,vertex` (in either order); `vertex` counts from 0. A column `distance_mm`, which
+/// says how far each was from its marker when it was placed, may be there.
 /// Blanks around cells, blank lines and a byte order mark do not count.
 ///
 /// A vertex that occurs twice is left to `rhytid_solve::examine`.
@@ -28,7 +32,10 @@ pub fn read_handles(path: &Path) -> Result<Handles> {
 /// [`Error::Input`].
 pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
     let mut rows = Rows::open(bytes, name)?;
-    let [label_column, vertex_column] = rows.columns(["label", "vertex"])?;
+    let [label_column, vertex_column] = match rows.header().iter().any(|cell| cell == DISTANCE) {
+        true => rows.columns(["label", "vertex", DISTANCE]).map(|[label, vertex, _]| [label, vertex])?,
+        false => rows.columns(["label", "vertex"])?,
+    };
     let mut handles = Handles::default();
     let mut seen = HashMap::new();
     while rows.next()? {
@@ -110,17 +117,24 @@ pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<u32>> {
     Ok(read_indices(path, "vertex", count, "the mesh's last vertex")?.into_iter().map(|v| v as u32).collect())
 }
 
-/// Writes handles so that [`read_handles`] gives them back.
+/// Writes handles so that [`read_handles`] gives them back, with the distance of each from its marker in millimetres where there are as many.
 ///
 /// # Errors
 /// [`Error::Input`] if it would not: labels that are empty, that begin or end with a blank or occur twice, or
 /// no handles at all. [`Error::Io`].
-pub fn write_handles(path: &Path, handles: &Handles) -> Result<()> {
+pub fn write_handles(path: &Path, handles: &Handles, distances: Option<&[f64]>) -> Result<()> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     let mut encode = || -> csv::Result<()> {
-        csv.write_record(["label", "vertex"])?;
-        for (label, vertex) in handles.labels.iter().zip(&handles.vertices) {
-            csv.write_record([label, &vertex.to_string()])?;
+        match distances {
+            None => csv.write_record(["label", "vertex"])?,
+            Some(_) => csv.write_record(["label", "vertex", DISTANCE])?,
+        }
+        for (i, (label, vertex)) in handles.labels.iter().zip(&handles.vertices).enumerate() {
+            let vertex = vertex.to_string();
+            match distances.and_then(|distances| distances.get(i)) {
+                None => csv.write_record([label, &vertex])?,
+                Some(distance) => csv.write_record([label, &vertex, &format!("{distance:.2}")])?,
+            }
         }
         Ok(())
     };

@@ -130,7 +130,7 @@ fn written_handles_read_back() {
     let path = folder.path().join("handles.csv");
     let mut all = abc();
     all.labels[1] = "with, comma and \"quotes\"".into();
-    write_handles(&path, &all).unwrap();
+    write_handles(&path, &all, None).unwrap();
     assert_eq!(read_handles(&path).unwrap(), all);
 }
 
@@ -146,7 +146,7 @@ fn handles_that_would_not_read_back_are_not_written() {
         (vec!["a", "b"], vec![1]),
     ] {
         let bad = Handles { labels: labels.into_iter().map(str::to_owned).collect(), vertices };
-        let found = sentence(write_handles(&path, &bad));
+        let found = sentence(write_handles(&path, &bad, None));
         assert!(found.contains("could not be read back"), "{found}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
@@ -254,7 +254,7 @@ proptest! {
         let handles = Handles { labels, vertices };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("h.csv");
-        write_handles(&path, &handles).unwrap();
+        write_handles(&path, &handles, None).unwrap();
         prop_assert_eq!(read_handles(&path).unwrap(), handles);
     }
 }

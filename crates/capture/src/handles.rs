@@ -1,0 +1,236 @@
+//! The handles of a face from one frame of a take: which vertex each marker is at.
+use crate::tracks::seen;
+use crate::typical::{rigid_set, typical_frame};
+use glam::DVec3;
+use rhytid_core::{Error, Face, Handles, RawTake, Result};
+use rhytid_solve::{OntoSurface, Placed, Skin};
+use std::collections::BTreeSet;
+
+/// A marker that keeps its distance from others and is this far off the skin, in metres, is on no skin: on a head band.
+const OFF_SKIN: f64 = 0.005;
+
+/// Times that markers are told from those of a head band.
+const PASSES: usize = 3;
+
+/// A marker that was laid farther from its vertex, in metres, is worth a look.
+const FAR: f64 = 0.008;
+
+/// Fits with a greater cost are worth none.
+const POOR: f64 = 0.75;
+
+/// A fit that is turned otherwise and costs less than so many times as much might be the right one.
+const AMBIGUOUS: f64 = 1.15;
+
+/// What is known of the frame; what is not is found.
+#[derive(Debug, Clone, Default)]
+pub struct HandleSettings {
+    /// The frame to take, counted from 0; else the most typical one.
+    pub frame: Option<usize>,
+    /// Metres in one unit of the file; else what the file says, or what fits the mesh's size.
+    pub metres_per_unit: Option<f64>,
+    /// Markers that are not on skin; else found.
+    pub rigid: Option<Vec<String>>,
+    /// Vertices of markers that are known.
+    pub known: Vec<(String, u32)>,
+}
+
+/// Where a frame's markers are on a mesh.
+#[derive(Debug, Clone)]
+pub struct PlacedHandles {
+    /// A handle for each marker on skin, in the file's order.
+    pub handles: Handles,
+    /// How far each vertex is from where its marker was laid, in mesh units.
+    pub distances: Vec<f64>,
+    /// Where each marker was laid.
+    pub markers: Vec<DVec3>,
+    /// Markers that were left out: on a cap or a head band.
+    pub rigid: Vec<String>,
+    /// Markers that the frame does not show.
+    pub unseen: Vec<String>,
+    /// The frame.
+    pub frame: usize,
+    /// Where the markers came from, and how well they fit.
+    pub laid: OntoSurface,
+    /// What is to be looked at: a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Places a handle for each marker of one frame of `raw` that is on skin. The handles of `face` do not matter.
+///
+/// # Errors
+/// [`Error::Input`]: a frame or a label that the take does not have, fewer than four markers, a mesh that is not whole or looks elsewhere.
+pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> Result<PlacedHandles> {
+    let take = &raw.tracks;
+    let (labels, count) = (&take.labels, take.labels.len());
+    let index = |label: &String| {
+        labels.iter().position(|known| known == label).ok_or_else(|| {
+            Error::input(format!("no marker of the take is called “{label}”; it has {}", labels.join(", ")))
+        })
+    };
+    let frame = settings.frame.unwrap_or_else(|| typical_frame(take));
+    if frame >= take.frames() {
+        return Err(Error::input(format!(
+            "the frame {frame} is not in the take, expected 0 to {}",
+            take.frames().saturating_sub(1)
+        )));
+    }
+    let at = |m: usize| DVec3::from_array(take.positions[frame * count + m]);
+    let skin = Skin::of(face)?;
+    let mut known = vec![None; count];
+    for (label, vertex) in &settings.known {
+        if *vertex as usize >= face.neutral.positions.len() {
+            return Err(Error::input(format!(
+                "the marker “{label}” is said to be at vertex {vertex}, expected 0 to {}",
+                face.neutral.positions.len().saturating_sub(1)
+            )));
+        }
+        known[index(label)?] = Some(*vertex);
+    }
+    let metres = settings.metres_per_unit.or(raw.metres_per_unit);
+    let metres = metres.or(raw.in_head_space.then_some(face.metres_per_unit));
+    let lay = |markers: &[usize]| {
+        let positions: Vec<DVec3> = markers.iter().map(|&m| at(m)).collect();
+        skin.place(&positions, metres, &markers.iter().map(|&m| known[m]).collect::<Vec<_>>())
+    };
+    let shown: Vec<usize> = (0..count).filter(|&m| seen(at(m))).collect();
+    let rigid: BTreeSet<usize> = match &settings.rigid {
+        Some(rigid) => rigid.iter().map(index).collect::<Result<_>>()?,
+        None => {
+            // A fit with them says roughly who is off the skin, one without them says who really is.
+            let mut rigid = BTreeSet::new();
+            for _ in 0..PASSES {
+                let others: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
+                let (laid, _) = lay(&others)?;
+                let distance = |m: usize| skin.distance(laid.motion.apply(at(m))) * face.metres_per_unit;
+                // Those whose labels say it come first, then the farthest.
+                let rank = |&m: &usize| (says_head(&labels[m]), distance(m), m);
+                let mut off: Vec<(bool, f64, usize)> = shown.iter().map(rank).collect();
+                off.retain(|(says, distance, m)| known[*m].is_none() && (*says || *distance > OFF_SKIN));
+                off.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
+                let off: Vec<usize> = off.into_iter().map(|(_, _, m)| m).collect();
+                rigid = rigid_set(take, &off).into_iter().collect();
+                if shown.len() < rigid.len() + 4 {
+                    rigid.clear();
+                }
+            }
+            rigid
+        }
+    };
+    let on_skin: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
+    let (laid, placed) = lay(&on_skin)?;
+    let handles = Handles {
+        labels: on_skin.iter().map(|&m| labels[m].clone()).collect(),
+        vertices: placed.iter().map(|placed| placed.vertex).collect(),
+    };
+    let warnings = warnings(face, &handles, &placed, &laid);
+    Ok(PlacedHandles {
+        distances: placed.iter().map(|placed| placed.distance).collect(),
+        markers: laid.points.clone(),
+        rigid: rigid.iter().map(|&m| labels[m].clone()).collect(),
+        unseen: (0..count).filter(|&m| !seen(at(m))).map(|m| labels[m].clone()).collect(),
+        handles,
+        frame,
+        laid,
+        warnings,
+    })
+}
+
+fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &OntoSurface) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let named = |chosen: &dyn Fn(usize) -> bool| {
+        let all: Vec<&str> =
+            (0..placed.len()).filter(|&i| chosen(i)).map(|i| handles.labels[i].as_str()).collect();
+        (!all.is_empty()).then(|| all.join(", "))
+    };
+    if laid.cost > POOR {
+        warnings.push(
+            "the markers fit the mesh badly: look at the picture; another frame, or the vertices of three or four markers given by hand, \
+             help"
+                .to_owned(),
+        );
+    } else if laid.runner_up < AMBIGUOUS * laid.cost {
+        warnings.push(
+            "turned otherwise, the markers fit the mesh nearly as well: look at the picture; the vertices of three or four markers given by \
+             hand decide it"
+                .to_owned(),
+        );
+    }
+    if let Some(far) = named(&|i| placed[i].distance * face.metres_per_unit > FAR) {
+        warnings.push(format!("farther than {} mm from the mesh: {far}", FAR * 1e3));
+    }
+    if let Some(aside) = named(&|i| placed[i].aside) {
+        warnings.push(format!("nearest to a vertex that another marker has, and put beside it: {aside}"));
+    }
+    let side = |i: usize| side(&handles.labels[i]).map(|left| left == (laid.points[i].x > middle(face)));
+    let sides: Vec<bool> = (0..placed.len()).filter_map(side).collect();
+    let right = sides.iter().filter(|right| **right).count();
+    if sides.len() >= 4 && 2 * right < sides.len() {
+        warnings.push(
+            "markers whose labels say left come out on the face's right, and the other way round: the take, the mesh or the labels are a mirror \
+             image"
+                .to_owned(),
+        );
+    }
+    warnings
+}
+
+/// Between the face's left and its right.
+fn middle(face: &Face) -> f64 {
+    face.neutral.bounds().map_or(0.0, |[low, high]| 0.5 * (low[0] + high[0]))
+}
+
+/// Whether a label says that its marker is on a cap or a head band.
+fn says_head(label: &str) -> bool {
+    let lower = label.to_lowercase();
+    let words = ["head", "cap", "helmet", "band", "hat"];
+    !lower.contains("forehead") && words.iter().any(|word| lower.starts_with(word) || lower.ends_with(word))
+}
+
+/// Whether a label says left or right: `brow_l`, `LeftBrow`, `R_Cheek`, `lip.R`.
+fn side(label: &str) -> Option<bool> {
+    let lower = label.to_lowercase();
+    for (word, left) in [("left", true), ("right", false)] {
+        if lower.contains(word) {
+            return Some(left);
+        }
+    }
+    let parts: Vec<&str> = label.split(['_', '.', '-', ' ', ':']).collect();
+    if parts.len() > 1 {
+        for part in [parts[0], parts[parts.len() - 1]] {
+            match part {
+                "l" | "L" => return Some(true),
+                "r" | "R" => return Some(false),
+                _ => {}
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{says_head, side};
+
+    #[test]
+    fn labels_say_their_side() {
+        for (label, expected) in [
+            ("brow_l", Some(true)),
+            ("R_Cheek", Some(false)),
+            ("LeftBrow3", Some(true)),
+            ("lip.R", Some(false)),
+            ("actor:jaw-right", Some(false)),
+            ("mp30", None),
+            ("lip", None),
+            ("l", None),
+        ] {
+            assert_eq!(side(label), expected, "{label}");
+        }
+    }
+
+    #[test]
+    fn labels_say_what_is_on_the_head() {
+        let says = ["head0", "Head_L", "HAT", "anna:cap", "headband2"].map(says_head);
+        assert_eq!(says, [true; 5]);
+        assert_eq!(["forehead_l", "brow", "LeftCheek"].map(says_head), [false; 3]);
+    }
+}

@@ -1,0 +1,128 @@
+//! What a take shows before anything is known of it: a frame like most of the others, and which markers keep their distances.
+use crate::tracks::median_of;
+use glam::DVec3;
+use rhytid_core::Take;
+
+/// Frames that are looked at.
+const SAMPLED: usize = 400;
+
+/// Two markers keep their distance if it is within this part of the markers' extent of its median in nine frames of ten: skin does not.
+const KEEPS: f64 = 0.0012;
+
+/// Frames that show this part of what the best one shows are as good.
+const SHOWS: f64 = 0.98;
+
+/// Distances between the markers of some frames.
+struct Distances {
+    frames: Vec<usize>,
+    pairs: Vec<[usize; 2]>,
+    /// For each pair its distance in each frame, NaN where one of both was not seen.
+    of_pair: Vec<Vec<f64>>,
+    medians: Vec<f64>,
+}
+
+impl Distances {
+    fn of(take: &Take) -> Self {
+        let markers = take.labels.len();
+        let step = take.frames().div_ceil(SAMPLED).max(1);
+        let frames: Vec<usize> = (0..take.frames()).step_by(step).collect();
+        let at = |f: usize, m: usize| DVec3::from_array(take.positions[f * markers + m]);
+        let pairs: Vec<[usize; 2]> =
+            (0..markers).flat_map(|a| (a + 1..markers).map(move |b| [a, b])).collect();
+        let of_pair: Vec<Vec<f64>> = pairs
+            .iter()
+            .map(|[a, b]| frames.iter().map(|&f| at(f, *a).distance(at(f, *b))).collect())
+            .collect();
+        let median = |distances: &Vec<f64>| {
+            median_of(&mut distances.iter().copied().filter(|d| !d.is_nan()).collect::<Vec<_>>())
+        };
+        let medians = of_pair.iter().map(median).collect();
+        Self { frames, pairs, of_pair, medians }
+    }
+}
+
+/// The frame in which the markers are as far from each other as they usually are, and nearly all are seen: of most takes a neutral one, as a face
+/// is at rest between expressions. 0 for a take without frames.
+pub(crate) fn typical_frame(take: &Take) -> usize {
+    let markers = take.labels.len();
+    let distances = Distances::of(take);
+    let seen = |f: usize| take.positions[f * markers..][..markers].iter().filter(|p| !p[0].is_nan()).count();
+    let most = distances.frames.iter().map(|&f| seen(f)).max().unwrap_or(0);
+    let unlike = |i: usize| {
+        let off = distances.of_pair.iter().zip(&distances.medians).map(|(of, median)| (of[i] - median).abs());
+        median_of(&mut off.filter(|off| !off.is_nan()).collect::<Vec<_>>())
+    };
+    let good =
+        (0..distances.frames.len()).filter(|&i| seen(distances.frames[i]) as f64 >= SHOWS * most as f64);
+    let best = good.map(|i| (unlike(i), i)).min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or(0, |(_, i)| distances.frames[i])
+}
+
+/// Of the markers `candidates` a set that keep their distances from each other, as those of a cap or a head band do: the first that has three or
+/// more, its members in the candidates' order. Empty where there is none.
+pub(crate) fn rigid_set(take: &Take, candidates: &[usize]) -> Vec<usize> {
+    let markers = take.labels.len();
+    let distances = Distances::of(take);
+    let extent = distances.medians.iter().copied().fold(0.0, f64::max);
+    let mut keeps = vec![false; markers * markers];
+    for ((pair, of), median) in distances.pairs.iter().zip(&distances.of_pair).zip(&distances.medians) {
+        let mut off: Vec<f64> = of.iter().filter(|d| !d.is_nan()).map(|d| (d - median).abs()).collect();
+        if off.len() < 2 {
+            continue;
+        }
+        off.sort_by(f64::total_cmp);
+        let both = off[(off.len() * 9).div_ceil(10) - 1] < KEEPS * extent;
+        keeps[pair[0] * markers + pair[1]] = both;
+        keeps[pair[1] * markers + pair[0]] = both;
+    }
+    let sets = candidates.iter().map(|&first| {
+        let mut set = vec![first];
+        for &next in candidates {
+            if next != first && set.iter().all(|&other| keeps[other * markers + next]) {
+                set.push(next);
+            }
+        }
+        set
+    });
+    sets.into_iter().find(|set| set.len() >= 3).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten markers that move in frames 0..60 and rest from 60 to 100, and three of a band; all turn.
+    fn take() -> Take {
+        let positions = (0..100).flat_map(|f| {
+            (0..13).map(move |m| {
+                let p = DVec3::new(f64::from(m % 4), f64::from(m / 4), f64::from(m * m % 5)) * 30.0;
+                let wave = |i: i32| f64::from(f * (m + 1) + i * (f + 2 * m)).sin();
+                let moves =
+                    if m < 10 && f < 60 { 6.0 * DVec3::new(wave(0), wave(1), wave(2)) } else { DVec3::ZERO };
+                let turned = glam::DQuat::from_rotation_y(0.005 * f64::from(f)) * (p + moves);
+                turned.to_array()
+            })
+        });
+        Take {
+            labels: (0..13).map(|m| format!("m{m}")).collect(),
+            times: (0..100).map(|f| f64::from(f) / 50.0).collect(),
+            positions: positions.collect(),
+            ..Take::default()
+        }
+    }
+
+    #[test]
+    fn a_band_and_a_frame_at_rest_are_found() {
+        let mut take = take();
+        let all: Vec<usize> = (0..13).collect();
+        assert_eq!(rigid_set(&take, &all), [10, 11, 12]);
+        assert!(rigid_set(&take, &all[..12]).is_empty());
+        assert!(typical_frame(&take) >= 60);
+        // A frame that shows little is not typical.
+        for f in 60..90 {
+            take.positions[f * 13..][..4].fill([f64::NAN; 3]);
+        }
+        assert!(typical_frame(&take) >= 90);
+        assert!(rigid_set(&take.slice(0..1), &all).is_empty());
+    }
+}

@@ -1,0 +1,80 @@
+//! Flags of what makes a project of other people's files.
+
+use super::values::UnitChoice;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// `rhytid handles`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Handles {
+    /// The project file; its table of handles need not be there yet.
+    pub project: PathBuf,
+
+    /// The take whose markers are to be found on the mesh.
+    #[arg(required_unless_present = "count", conflicts_with = "count")]
+    pub take: Option<PathBuf>,
+
+    /// The take's frame near the neutral face, counted from 0, or auto: the one that is most like the others.
+    #[arg(long, value_name = "N", default_value = "auto", conflicts_with = "count")]
+    pub frame: FrameChoice,
+
+    /// Without a take: so many handles, spread over the front of the face.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=4096))]
+    pub count: Option<u32>,
+
+    /// A marker or handle whose vertex is known, and kept; can be given many times.
+    #[arg(long, value_name = "LABEL=VERTEX")]
+    pub at: Vec<LabelAt>,
+
+    /// Markers that are on no skin [default: those that keep their distances and are off the mesh].
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',', conflicts_with = "count")]
+    pub rigid: Option<Vec<String>>,
+
+    /// The take's unit [default: what the file says, or what fits the mesh's size].
+    #[arg(long, value_enum, conflicts_with = "count")]
+    pub unit: Option<UnitChoice>,
+
+    /// The table to write [default: the one that the project file names, if it is not there yet].
+    #[arg(short, long, value_name = "markers.csv")]
+    pub output: Option<PathBuf>,
+
+    /// The picture to write [default: beside the table, under its name with .png].
+    #[arg(long, value_name = "PICTURE.png")]
+    pub picture: Option<PathBuf>,
+}
+
+/// A frame, or whichever suits best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct FrameChoice(pub Option<usize>);
+
+impl FromStr for FrameChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self(None)),
+            _ => text
+                .parse()
+                .map(|frame| Self(Some(frame)))
+                .map_err(|_| "expected a frame, counted from 0, or auto".into()),
+        }
+    }
+}
+
+/// A label and a vertex.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct LabelAt {
+    pub label: String,
+    pub vertex: u32,
+}
+
+impl FromStr for LabelAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (label, vertex) = text.split_once('=').filter(|(label, _)| !label.is_empty()).unwrap_or_default();
+        let vertex =
+            vertex.parse().map_err(|_| "expected LABEL=VERTEX, the vertex counted from 0".to_owned())?;
+        Ok(Self { label: label.to_owned(), vertex })
+    }
+}

@@ -1,0 +1,134 @@
+//! `rhytid handles`
+
+use crate::args::UnitChoice;
+use crate::progress::Ui;
+use crate::{args, output};
+use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
+use rhytid::formats::{project, raw_take, tables};
+use rhytid::human;
+use rhytid::solve::Skin;
+use rhytid::{AtomicFile, Error, Face, Handles, Result};
+use std::path::{Path, PathBuf};
+
+/// A marker that was laid farther from its vertex, in millimetres, is red in the picture.
+const FAR: f64 = 8.0;
+
+/// Handles that are named in the summary, the farthest first.
+const NAMED: usize = 5;
+
+/// Places handles, writes their table and a picture, and says how far each had to be moved.
+///
+/// # Errors
+/// As reading, placing and writing; [`Error::Input`] if the table is there already.
+pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
+    let project = project::read_project(&args.project)?;
+    let table = table(args, &project)?;
+    let picture = args.picture.clone().unwrap_or_else(|| table.with_extension("png"));
+    drop(AtomicFile::create(&table)?);
+    drop(AtomicFile::create(&picture)?);
+    let mut face = ui.timed("read", || project::load_without_handles(&project, &args.project)).0?;
+    let millimetres = face.metres_per_unit * 1e3;
+    let lines = match &args.take {
+        Some(take) => {
+            let found = ui.timed("place", || from_take(args, take, &face)).0?;
+            let distances: Vec<f64> = found.distances.iter().map(|d| d * millimetres).collect();
+            face.handles = found.handles.clone();
+            tables::write_handles(&table, &face.handles, Some(&distances))?;
+            let doubtful: Vec<bool> = distances.iter().map(|distance| *distance > FAR).collect();
+            let markers: Vec<[f64; 3]> = found.markers.iter().map(|x| x.to_array()).collect();
+            rhytid::report::write_handles(&picture, &face, &doubtful, &markers)?;
+            ui.clear();
+            found
+                .warnings
+                .iter()
+                .for_each(|warning| ui.line(&format!("warning: {}: {warning}", take.display())));
+            said(&found, &distances)
+        }
+        None => {
+            face.handles = ui.timed("place", || spread(args, &face)).0?;
+            tables::write_handles(&table, &face.handles, None)?;
+            rhytid::report::write_handles(&picture, &face, &[], &[])?;
+            ui.clear();
+            format!("{} spread over the face", human::counted(face.handles.labels.len(), "handle"))
+        }
+    };
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    output::say(&format!("{}: {lines}\n{}: look at it before you go on", table.display(), picture.display()))
+}
+
+/// The table to write: what the project names, unless it is there.
+fn table(args: &args::Handles, project: &project::Project) -> Result<PathBuf> {
+    if let Some(output) = &args.output {
+        return Ok(output.clone());
+    }
+    let table = args.project.parent().unwrap_or(Path::new("")).join(&project.handles.vertices);
+    match table.exists() {
+        false => Ok(table),
+        true => Err(Error::input(format!(
+            "{}: is there already; name another table with -o, or remove it first",
+            table.display()
+        ))),
+    }
+}
+
+fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHandles> {
+    let raw = raw_take::read(take, None)?;
+    let settings = HandleSettings {
+        frame: args.frame.0,
+        metres_per_unit: args.unit.map(UnitChoice::metres),
+        rigid: args.rigid.clone(),
+        known: args.at.iter().map(|at| (at.label.clone(), at.vertex)).collect(),
+    };
+    place_handles(face, &raw, &settings).map_err(|error| match error {
+        Error::Input(message) => Error::Input(format!("{}: {message}", take.display())),
+        other => other,
+    })
+}
+
+fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
+    let vertices = face.neutral.positions.len();
+    if let Some(at) = args.at.iter().find(|at| at.vertex as usize >= vertices) {
+        return Err(Error::input(format!(
+            "--at {}={}: the mesh has {vertices} vertices, expected 0 to {}",
+            at.label,
+            at.vertex,
+            vertices.saturating_sub(1)
+        )));
+    }
+    let skin = Skin::of(face)?;
+    let kept: Vec<u32> = args.at.iter().map(|at| at.vertex).collect();
+    let vertices = skin.spread(args.count.unwrap_or_default() as usize, &kept);
+    let mut labels = skin.labels(&vertices);
+    labels.iter_mut().zip(&args.at).for_each(|(label, at)| label.clone_from(&at.label));
+    Ok(Handles { labels, vertices })
+}
+
+/// What was found, for a person to check.
+fn said(found: &PlacedHandles, distances: &[f64]) -> String {
+    let number = |x: f64| human::number((x * 10.0).round() / 10.0);
+    let mut sorted: Vec<(f64, &str)> =
+        distances.iter().copied().zip(found.handles.labels.iter().map(String::as_str)).collect();
+    sorted.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let median = sorted.get(sorted.len() / 2).map_or(0.0, |(distance, _)| *distance);
+    let farthest: Vec<String> =
+        sorted.iter().take(NAMED).map(|(distance, label)| format!("{label} {}", number(*distance))).collect();
+    let mut rows = vec![
+        ["frame".to_owned(), found.frame.to_string()],
+        [
+            "from its marker".to_owned(),
+            format!("{} mm (median); the farthest: {} mm", number(median), farthest.join(", ")),
+        ],
+    ];
+    if !found.rigid.is_empty() {
+        rows.push([
+            "left out".to_owned(),
+            format!("{}: off the skin, they keep their distances", found.rigid.join(", ")),
+        ]);
+    }
+    if !found.unseen.is_empty() {
+        rows.push(["not seen".to_owned(), format!("{}: no handle for them", found.unseen.join(", "))]);
+    }
+    format!("{}\n{}", human::counted(found.handles.labels.len(), "handle"), output::table(&rows))
+}

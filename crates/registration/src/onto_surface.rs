@@ -1,0 +1,306 @@
+//! Points laid over a surface that they are of, without knowing which point belongs where: markers on a face.
+use crate::similarity::{Similarity, fit};
+use crate::surface::Surface;
+use glam::{DMat3, DQuat, DVec3};
+use rayon::prelude::*;
+
+/// Starting points: so many turns in the plane of the points, each with these tilts, in degrees.
+const TURNS: usize = 18;
+const TILTS: [f64; 3] = [-25.0, 0.0, 25.0];
+
+/// Tolerances of the first search and of the last, in parts of the surface's extent: each is gone through with so many fits.
+const FIRST: ([f64; 4], usize) = ([0.1, 0.05, 0.03, 0.02], 6);
+const LAST: ([f64; 5], usize) = ([0.05, 0.03, 0.02, 0.015, 0.01], 40);
+
+/// Of the first search's ends, the best are searched on from.
+const KEPT: usize = 4;
+
+/// What is counted for a point that is far away grows to 1 from this part of the extent on.
+const FAR: f64 = 0.01;
+
+/// Two ends that are turned by more against each other, in radians, are different ones.
+const DIFFERENT: f64 = 0.26;
+
+/// How much a point that is known counts, beside one that looks for its place.
+const KNOWN: f64 = 20.0;
+
+/// Actors' proportions differ: each axis is stretched by up to this, and by less where few points ask for it.
+const STRETCH: f64 = 1.2;
+const STIFFNESS: f64 = 0.25;
+
+/// What is known before the search.
+#[derive(Debug, Clone)]
+pub struct Start {
+    /// The axes of the surface's space: to its right, up, and where it looks; lengths 1, at right angles.
+    pub axes: DMat3,
+    /// About where the points' middle belongs.
+    pub middle: DVec3,
+    /// The extent of the part of the surface that they are on.
+    pub extent: f64,
+    /// The least and the greatest scale.
+    pub scales: [f64; 2],
+    /// For each point where it belongs, if that is known.
+    pub known: Vec<Option<DVec3>>,
+}
+
+/// Points on a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OntoSurface {
+    /// From the points' space to the surface's.
+    pub motion: Similarity,
+    /// Each axis of [`Start::axes`] stretched by this about the points' middle, after the motion.
+    pub stretch: DVec3,
+    /// Where each point comes to, before it is put on the surface.
+    pub points: Vec<DVec3>,
+    /// How badly they fit, from 0 to 1.
+    pub cost: f64,
+    /// The same of the best fit that is turned otherwise, by 15° or more; infinite where there is none.
+    pub runner_up: f64,
+}
+
+/// Lays `points` over `surface` by a similarity: from many starting points, iterated closest points (Besl and McKay 1992), reweighted by Geman
+/// and McClure's function with a tolerance that shrinks; then each axis may stretch a little. `None` for fewer than four points or without a surface.
+///
+/// What is convex tells front from back: a face's points bulge towards where it looks. A surface that is the same on both sides does not
+/// tell left from right of points that are mirrored; labels have to.
+pub fn onto_surface(points: &[DVec3], surface: &Surface, start: &Start) -> Option<OntoSurface> {
+    if points.len() < 4 {
+        return None;
+    }
+    let search = Search { points, surface, start };
+    let mut found: Vec<(f64, Similarity)> = search
+        .starts()?
+        .into_par_iter()
+        .map(|motion| search.refine(motion, &FIRST.0, FIRST.1))
+        .collect::<Option<_>>()?;
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let turned = |a: &Similarity, b: &Similarity| a.rotation.angle_between(b.rotation) > DIFFERENT;
+    let mut kept: Vec<(f64, Similarity)> = Vec::new();
+    for (cost, motion) in found {
+        if kept.len() < KEPT && kept.iter().all(|(_, other)| turned(&motion, other)) {
+            kept.push((cost, motion));
+        }
+    }
+    let mut last: Vec<(f64, Similarity)> = kept
+        .into_par_iter()
+        .map(|(_, motion)| search.refine(motion, &LAST.0, LAST.1))
+        .collect::<Option<_>>()?;
+    last.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (cost, motion) = *last.first()?;
+    let other = last.iter().find(|(_, other)| turned(&motion, other));
+    let runner_up = other.map_or(f64::INFINITY, |(cost, _)| *cost);
+    let (stretch, points) = search.stretch(&motion)?;
+    Some(OntoSurface { motion, stretch, points, cost, runner_up })
+}
+
+struct Search<'a> {
+    points: &'a [DVec3],
+    surface: &'a Surface,
+    start: &'a Start,
+}
+
+impl Search<'_> {
+    /// The points' middle in the surface's, the points' front forwards, turned in all ways.
+    fn starts(&self) -> Option<Vec<Similarity>> {
+        let count = self.points.len() as f64;
+        let middle = self.points.iter().sum::<DVec3>() / count;
+        // The direction in which they spread least is across the face.
+        let mut covariance = DMat3::ZERO;
+        for p in self.points {
+            let d = *p - middle;
+            covariance += DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+        }
+        let across = least(covariance);
+        // Its outside is where the ones in the middle are.
+        let (mut heights, mut radii) = (0.0, 0.0);
+        let of = |p: &DVec3| {
+            let d = *p - middle;
+            (d.dot(across), d.reject_from(across).length_squared())
+        };
+        self.points.iter().map(of).for_each(|(height, radius)| {
+            heights += height / count;
+            radii += radius / count;
+        });
+        let bulge: f64 = self.points.iter().map(of).map(|(h, r)| (h - heights) * (r - radii)).sum();
+        let front = if bulge > 0.0 { -across } else { across };
+        let (right, up) = front.any_orthonormal_pair();
+        let from = DMat3::from_cols(right, up, front).transpose();
+        let scale = (self.start.scales[0] * self.start.scales[1]).sqrt();
+        let turn = |i: usize| {
+            let angle = i as f64 / TURNS as f64 * std::f64::consts::TAU;
+            TILTS.map(|tilt| {
+                let turned = DMat3::from_rotation_x(tilt.to_radians()) * DMat3::from_rotation_z(angle) * from;
+                let rotation = DQuat::from_mat3(&(self.start.axes * turned)).normalize();
+                Similarity { scale, rotation, translation: self.start.middle - rotation * (scale * middle) }
+            })
+        };
+        scale.is_finite().then(|| (0..TURNS).flat_map(turn).collect())
+    }
+
+    /// Where each point, brought to the surface, should be, and how much it counts.
+    fn targets(&self, placed: &[DVec3], tolerance: f64) -> Option<(Vec<DVec3>, Vec<f64>)> {
+        let target = |(p, known): (&DVec3, &Option<DVec3>)| match known {
+            Some(place) => Some((*place, KNOWN)),
+            None => {
+                let closest = self.surface.closest(*p)?.point;
+                Some((closest, (1.0 + (closest.distance(*p) / tolerance).powi(2)).powi(-2)))
+            }
+        };
+        let pairs: Option<Vec<(DVec3, f64)>> = placed.iter().zip(&self.start.known).map(target).collect();
+        Some(pairs?.into_iter().unzip())
+    }
+
+    /// Fits with each of some tolerances, in parts of the extent.
+    fn refine(&self, mut motion: Similarity, tolerances: &[f64], fits: usize) -> Option<(f64, Similarity)> {
+        for tolerance in tolerances.iter().map(|part| part * self.start.extent) {
+            for _ in 0..fits {
+                let placed: Vec<DVec3> = self.points.iter().map(|p| motion.apply(*p)).collect();
+                let (targets, weights) = self.targets(&placed, tolerance)?;
+                let before = motion;
+                motion = self.bounded(fit(self.points, &targets, &weights, true)?, &targets, &weights);
+                let moved = placed.iter().zip(self.points).map(|(x, p)| x.distance(motion.apply(*p)));
+                if before.scale == motion.scale || moved.fold(0.0, f64::max) < 1e-5 * self.start.extent {
+                    break;
+                }
+            }
+        }
+        Some((self.cost(&motion)?, motion))
+    }
+
+    /// The same with a scale that may be.
+    fn bounded(&self, fitted: Similarity, targets: &[DVec3], weights: &[f64]) -> Similarity {
+        let scale = fitted.scale.clamp(self.start.scales[0], self.start.scales[1]);
+        let total: f64 = weights.iter().sum();
+        let mean =
+            |points: &[DVec3]| points.iter().zip(weights).map(|(p, w)| *p * (w / total)).sum::<DVec3>();
+        let translation = mean(targets) - fitted.rotation * (scale * mean(self.points));
+        Similarity { scale, translation, ..fitted }
+    }
+
+    fn cost(&self, motion: &Similarity) -> Option<f64> {
+        let far = FAR * self.start.extent;
+        let of = |(p, known): (&DVec3, &Option<DVec3>)| {
+            let p = motion.apply(*p);
+            let squared = known.or(self.surface.closest(p).map(|closest| closest.point))?.distance_squared(p);
+            Some(squared / (far * far + squared))
+        };
+        let all: Option<Vec<f64>> = self.points.iter().zip(&self.start.known).map(of).collect();
+        Some(all?.iter().sum::<f64>() / self.points.len() as f64)
+    }
+
+    /// The axes' stretches about the points' middle that bring them nearer still, and where they are then.
+    fn stretch(&self, motion: &Similarity) -> Option<(DVec3, Vec<DVec3>)> {
+        let to_axes = self.start.axes.transpose();
+        let placed: Vec<DVec3> = self.points.iter().map(|p| motion.apply(*p)).collect();
+        let (mut stretch, mut now) = (DVec3::ONE, placed.clone());
+        for _ in 0..LAST.1 {
+            let (targets, weights) = self.targets(&now, LAST.0[1] * self.start.extent)?;
+            let total: f64 = weights.iter().sum();
+            let mean =
+                |points: &[DVec3]| points.iter().zip(&weights).map(|(p, w)| *p * (w / total)).sum::<DVec3>();
+            let (from, to) = (mean(&placed), mean(&targets));
+            let (mut both, mut own) = (DVec3::ZERO, DVec3::ZERO);
+            for ((p, q), w) in placed.iter().zip(&targets).zip(&weights) {
+                let (p, q) = (to_axes * (*p - from), to_axes * (*q - to));
+                both += *w * p * q;
+                own += *w * p * p;
+            }
+            // Ridge regression towards what the similarity has.
+            stretch = (both + STIFFNESS * own) / (own * (1.0 + STIFFNESS));
+            stretch = stretch.clamp(DVec3::splat(1.0 / STRETCH), DVec3::splat(STRETCH));
+            let next: Vec<DVec3> =
+                placed.iter().map(|p| to + self.start.axes * (stretch * (to_axes * (*p - from)))).collect();
+            let moved = next.iter().zip(&now).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            now = next;
+            if moved < 1e-5 * self.start.extent {
+                break;
+            }
+        }
+        Some((stretch, now))
+    }
+}
+
+/// The eigenvector of the least eigenvalue of a symmetric matrix that is not negative, by iterating with what is left of its trace.
+fn least(matrix: DMat3) -> DVec3 {
+    let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
+    let turned = DMat3::from_diagonal(DVec3::splat(trace)) - matrix;
+    let mut power = turned * (1.0 / trace.max(f64::MIN_POSITIVE));
+    for _ in 0..24 {
+        power *= power;
+        let largest = power.to_cols_array().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        power *= 1.0 / largest.max(f64::MIN_POSITIVE);
+    }
+    let columns = [power.x_axis, power.y_axis, power.z_axis];
+    let longest = columns.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    longest.unwrap_or(DVec3::Z).normalize_or(DVec3::Z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A face of sorts: an ellipsoid's front with a nose, a chin and a brow, faces along +Z.
+    fn face(u: f64, v: f64) -> DVec3 {
+        let bump = |x: f64, y: f64, wide: f64, high: f64| {
+            high * (-((u - x).powi(2) + (v - y).powi(2)) / (wide * wide)).exp()
+        };
+        let z = 60.0 * (1.0 - (u / 90.0).powi(2) - (v / 120.0).powi(2));
+        DVec3::new(
+            u,
+            v,
+            z + bump(0.0, -5.0, 14.0, 26.0) + bump(0.0, -70.0, 20.0, 12.0) + bump(0.0, 45.0, 40.0, 6.0),
+        )
+    }
+
+    fn surface() -> Surface {
+        let n = 40;
+        let at = |i: usize, j: usize| {
+            face(-75.0 + 150.0 * i as f64 / n as f64, -95.0 + 190.0 * j as f64 / n as f64)
+        };
+        let quads = (0..n).flat_map(move |i| (0..n).map(move |j| (i, j)));
+        let corners = quads.flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        Surface::new(corners.enumerate())
+    }
+
+    #[test]
+    fn markers_find_their_face_whichever_way_they_are_turned() {
+        let places: Vec<DVec3> = (0..40)
+            .map(|i| {
+                let (r, angle) = (((f64::from(i) + 0.5) / 40.0).sqrt(), 2.4 * f64::from(i));
+                face(60.0 * r * angle.cos(), 80.0 * r * angle.sin())
+            })
+            .collect();
+        let surface = surface();
+        let start = Start {
+            axes: DMat3::IDENTITY,
+            middle: DVec3::new(0.0, 0.0, 35.0),
+            extent: 240.0,
+            scales: [0.8, 1.25],
+            known: vec![None; 41],
+        };
+        for (axis, angle) in [(DVec3::X, 1.6), (DVec3::new(1.0, 1.0, 0.3), 3.0), (DVec3::Y, -2.2)] {
+            let back = Similarity {
+                scale: 0.93,
+                rotation: DQuat::from_axis_angle(axis.normalize(), angle),
+                translation: DVec3::new(-400.0, 1500.0, 90.0),
+            };
+            // One of them is no marker of the face.
+            let mut markers: Vec<DVec3> = places.iter().map(|p| back.apply(*p)).collect();
+            markers.push(back.apply(DVec3::new(0.0, 130.0, 60.0)));
+            let found = onto_surface(&markers, &surface, &start).unwrap();
+            let off = found.points.iter().zip(&places).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(off < 3.0, "turned by {angle} about {axis}: {off} mm off, {found:?}");
+            assert!(found.runner_up > 2.0 * found.cost, "{} {}", found.cost, found.runner_up);
+        }
+    }
+
+    #[test]
+    fn the_direction_of_least_spread() {
+        let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(-0.4);
+        let matrix = turn * DMat3::from_diagonal(DVec3::new(5.0, 0.3, 2.0)) * turn.transpose();
+        assert!(least(matrix).dot(turn.y_axis).abs() > 1.0 - 1e-9);
+    }
+}

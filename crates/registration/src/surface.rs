@@ -1,0 +1,99 @@
+//! A surface of triangles: the point of it that is closest to another.
+use glam::DVec3;
+use rstar::{AABB, PointDistance, RTree, RTreeObject};
+
+/// Triangles in a tree.
+pub struct Surface {
+    tree: RTree<Triangle>,
+}
+
+/// The point of a surface that is closest to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closest {
+    /// Where it is.
+    pub point: DVec3,
+    /// In which triangle, as they were given.
+    pub triangle: usize,
+    /// Its barycentric coordinates there.
+    pub weights: [f64; 3],
+}
+
+impl Surface {
+    /// Of `corners` of triangles that each have an area.
+    pub fn new(corners: impl Iterator<Item = (usize, [DVec3; 3])>) -> Self {
+        let triangles = corners.map(|(index, corners)| Triangle { index, corners }).collect();
+        Self { tree: RTree::bulk_load(triangles) }
+    }
+
+    /// The closest point; of triangles that are equally close, the first's. `None` without a triangle.
+    pub fn closest(&self, p: DVec3) -> Option<Closest> {
+        let found = self.tree.nearest_neighbors(&p.to_array()).into_iter().min_by_key(|t| t.index)?;
+        let (point, weights) = found.closest_point(p);
+        Some(Closest { point, triangle: found.index, weights })
+    }
+}
+
+/// A triangle, which one it is of all, and its corners.
+struct Triangle {
+    index: usize,
+    corners: [DVec3; 3],
+}
+
+impl Triangle {
+    /// The point of the triangle that is closest to `p`, and its barycentric coordinates. Signs of products
+    /// tell whether it is a corner, on an edge or inside (Ericson, *Real-Time Collision Detection*, 5.1.5).
+    fn closest_point(&self, p: DVec3) -> (DVec3, [f64; 3]) {
+        let [a, b, c] = self.corners;
+        let (ab, ac, bc) = (b - a, c - a, c - b);
+        let (ap, bp, cp) = (p - a, p - b, p - c);
+        let (ab_ap, ac_ap) = (ab.dot(ap), ac.dot(ap));
+        if ab_ap <= 0.0 && ac_ap <= 0.0 {
+            return (a, [1.0, 0.0, 0.0]);
+        }
+        let (ab_bp, ac_bp) = (ab.dot(bp), ac.dot(bp));
+        if ab_bp >= 0.0 && ac_bp <= ab_bp {
+            return (b, [0.0, 1.0, 0.0]);
+        }
+        let (ab_cp, ac_cp) = (ab.dot(cp), ac.dot(cp));
+        if ac_cp >= 0.0 && ab_cp <= ac_cp {
+            return (c, [0.0, 0.0, 1.0]);
+        }
+        // Twice the areas of what `p` makes with each edge, times that of the triangle. Ericson's differences
+        // of the products above are the same but cancel.
+        let normal = ab.cross(ac);
+        let w = normal.dot(ab.cross(ap));
+        if w < 0.0 && ab_ap >= 0.0 && ab_bp <= 0.0 {
+            let along = ab_ap / ab.length_squared();
+            return (a + ab * along, [1.0 - along, along, 0.0]);
+        }
+        let v = -normal.dot(ac.cross(cp));
+        if v < 0.0 && ac_ap >= 0.0 && ac_cp <= 0.0 {
+            let along = ac_ap / ac.length_squared();
+            return (a + ac * along, [1.0 - along, 0.0, along]);
+        }
+        let u = normal.dot(bc.cross(bp));
+        if u < 0.0 && ac_bp - ab_bp >= 0.0 && ab_cp - ac_cp >= 0.0 {
+            let along = bc.dot(bp) / bc.length_squared();
+            return (b + bc * along, [0.0, 1.0 - along, along]);
+        }
+        // Not zero: a degenerate triangle is not part of the surface.
+        let all = u + v + w;
+        let (v, w) = (v / all, w / all);
+        (a + ab * v + ac * w, [1.0 - v - w, v, w])
+    }
+}
+
+impl RTreeObject for Triangle {
+    type Envelope = AABB<[f64; 3]>;
+
+    fn envelope(&self) -> Self::Envelope {
+        AABB::from_points(&self.corners.map(|corner| corner.to_array()))
+    }
+}
+
+impl PointDistance for Triangle {
+    fn distance_2(&self, point: &[f64; 3]) -> f64 {
+        let p = DVec3::from_array(*point);
+        self.closest_point(p).0.distance_squared(p)
+    }
+}

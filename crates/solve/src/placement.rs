@@ -1,0 +1,269 @@
+//! Handles placed on a mesh: spread over its front, or where a frame's markers are.
+use crate::align::aligned;
+use crate::exposure::exposure;
+use crate::geodesic::EdgeGraph;
+use crate::mirror::mirror_images;
+use crate::topology::components;
+use crate::triangulate::{is_degenerate, triangulate};
+use crate::{Topology, laplacian};
+use glam::{DMat3, DVec3};
+use rhytid_core::{Error, Face, Result, UpAxis};
+use rhytid_kernels::normals;
+use rhytid_registration::{OntoSurface, Start, Surface, onto_surface};
+
+/// A vertex that less of the directions it faces see is in a hole.
+const SEEN: f64 = 0.3;
+
+/// The face looks ahead: where the cosine between is below this, it is the back of the head.
+const AHEAD: f64 = -0.1;
+
+/// What no example moves by more, in metres, is not the face; nor by more than this part of what moves farthest: the neck, the ears.
+const MOVES: (f64, f64) = (1e-3, 0.08);
+
+/// Actors are of other sizes than the mesh, up to this factor.
+const SIZES: f64 = 1.25;
+
+/// The part of a mesh that a marker can be glued to.
+pub struct Skin {
+    rest: Vec<DVec3>,
+    topology: Topology,
+    /// Which vertices a handle may be.
+    open: Vec<bool>,
+    /// Which of these some example moves; all, without examples.
+    moves: Vec<bool>,
+    /// The triangles at these.
+    surface: Surface,
+    /// The mirror image of each vertex, where the mesh is the same on both sides.
+    images: Option<Vec<u32>>,
+    /// Right, up and where the face looks.
+    axes: DMat3,
+    metres_per_unit: f64,
+}
+
+/// A marker on the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    /// Its vertex.
+    pub vertex: u32,
+    /// How far the vertex is from where the marker was laid, in mesh units.
+    pub distance: f64,
+    /// Whether another marker has the vertex that is nearest.
+    pub aside: bool,
+}
+
+impl Skin {
+    /// Of a face whose handles do not matter: the outside of its largest part, without the back, and without what lies in mouth, nostrils and
+    /// behind lids.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if nothing is left: no faces, or a mesh that looks another way than along +Z (up Y) or −Y (up Z).
+    pub fn of(face: &Face) -> Result<Self> {
+        let in_place = aligned(face);
+        let face = in_place.as_ref().map_or(face, |(face, _)| face);
+        let positions = &face.neutral.positions;
+        if face.neutral.faces.fault(positions.len()).is_some() || face.neutral.faces.is_empty() {
+            return Err(Error::input(
+                "the neutral mesh is not whole; `rhytid doctor` says what is wrong with it",
+            ));
+        }
+        let triangles = triangulate(&face.neutral);
+        let topology = Topology::new(positions.len(), &triangles);
+        let rest: Vec<DVec3> = positions.iter().copied().map(DVec3::from_array).collect();
+        let axes = match face.up_axis {
+            UpAxis::Y => DMat3::IDENTITY,
+            UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y),
+        };
+        let seen = exposure(positions, &triangles, &topology);
+        let area = laplacian::laplacian(positions, &triangles).mass;
+        let ahead = |v: usize| {
+            let normal = normals::vertex_normal(positions, &triangles, topology.vertex_triangles.at(v));
+            DVec3::from_array(normal).dot(axes.z_axis) > AHEAD
+        };
+        let mut open: Vec<bool> =
+            (0..rest.len()).map(|v| area[v] > 0.0 && seen[v] >= SEEN && ahead(v)).collect();
+        // Eyes, teeth and lashes are parts of their own.
+        let with_area = triangles.iter().filter(|t| !is_degenerate(t.map(|v| rest[v as usize])));
+        let (component, count) = components(rest.len(), with_area);
+        let mut sizes = vec![0.0; count];
+        for v in (0..rest.len()).filter(|&v| open[v]) {
+            sizes[component[v] as usize] += area[v];
+        }
+        let largest = (0..count).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(0);
+        let moved = |v: usize| {
+            let of_example = face.examples.iter().filter_map(|example| example.positions.get(v));
+            of_example.map(|x| DVec3::from_array(*x).distance(rest[v])).fold(0.0, f64::max)
+        };
+        let moved: Vec<f64> = (0..rest.len()).map(moved).collect();
+        let farthest = (0..rest.len()).filter(|&v| open[v]).map(|v| moved[v]).fold(0.0, f64::max);
+        let least = (MOVES.0 / face.metres_per_unit).max(MOVES.1 * farthest);
+        for (v, open) in open.iter_mut().enumerate() {
+            *open &= component[v] as usize == largest;
+        }
+        let moves: Vec<bool> =
+            (0..rest.len()).map(|v| open[v] && (face.examples.is_empty() || moved[v] > least)).collect();
+        if moves.iter().filter(|open| **open).count() < 4 {
+            return Err(Error::input(
+                "the mesh has no place for handles: expected a face that looks along +Z where up = \"y\", or along −Y where up = \"z\", \
+                 and examples that move it",
+            ));
+        }
+        let images = mirror_images(positions, &face.neutral.faces).ok();
+        let is_open = |t: &&[u32; 3]| t.iter().any(|&v| open[v as usize]);
+        let corners = triangles.iter().filter(is_open).map(|t| t.map(|v| rest[v as usize]));
+        let surface = Surface::new(corners.filter(|t| !is_degenerate(*t)).enumerate());
+        Ok(Self { rest, topology, open, moves, surface, images, axes, metres_per_unit: face.metres_per_unit })
+    }
+
+    /// Vertices for `count` handles on what the examples move, `kept` before them: each next one is as far along the mesh from those before it as any. Where the mesh is
+    /// the same on both sides, so are the handles, and there may be one more or less.
+    pub fn spread(&self, count: usize, kept: &[u32]) -> Vec<u32> {
+        let graph =
+            EdgeGraph::new(&self.rest.iter().map(DVec3::to_array).collect::<Vec<_>>(), &self.topology);
+        let mut nearest = vec![f64::INFINITY; self.rest.len()];
+        let mut chosen: Vec<u32> = Vec::new();
+        let add = |v: u32, nearest: &mut Vec<f64>, chosen: &mut Vec<u32>| {
+            chosen.push(v);
+            let mut distances = vec![0.0; nearest.len()];
+            let before = nearest.clone();
+            graph.distances(v, |w| before[w as usize], &mut distances);
+            for (near, distance) in nearest.iter_mut().zip(distances) {
+                *near = near.min(distance);
+            }
+        };
+        kept.iter().for_each(|&v| add(v, &mut nearest, &mut chosen));
+        if chosen.is_empty() {
+            // The tip of the nose, or what else is foremost.
+            let forward = |v: &usize| self.rest[*v].dot(self.axes.z_axis);
+            let first = self.moving().max_by(|a, b| forward(a).total_cmp(&forward(b)));
+            first.into_iter().for_each(|v| add(v as u32, &mut nearest, &mut chosen));
+        }
+        while chosen.len() < count {
+            let farthest = self.moving().filter(|&v| !chosen.contains(&(v as u32)));
+            let Some(v) = farthest.max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a))) else {
+                break;
+            };
+            let image = self.images.as_ref().map_or(v as u32, |images| images[v]);
+            let apart = self.rest[v].distance(self.rest[image as usize]);
+            let alone = nearest[v];
+            add(v as u32, &mut nearest, &mut chosen);
+            // Near the middle one is enough for both sides.
+            if apart > 0.5 * alone && self.moves[image as usize] && !chosen.contains(&image) {
+                add(image, &mut nearest, &mut chosen);
+            }
+        }
+        chosen
+    }
+
+    /// Labels for spread handles: `m01`, `m02` and so on, and with `_l` and `_r` where two are mirror images: left is the face's own, +x.
+    pub fn labels(&self, vertices: &[u32]) -> Vec<String> {
+        let mut labels = vec![String::new(); vertices.len()];
+        let mut number = 0;
+        for i in 0..vertices.len() {
+            if !labels[i].is_empty() {
+                continue;
+            }
+            number += 1;
+            let image = self.images.as_ref().map(|images| images[vertices[i] as usize]);
+            let other = image.filter(|image| *image != vertices[i]);
+            match other.and_then(|image| vertices.iter().position(|v| *v == image)) {
+                Some(j) => {
+                    let is_left = self.rest[vertices[i] as usize].x > self.rest[vertices[j] as usize].x;
+                    let sides = if is_left { ["l", "r"] } else { ["r", "l"] };
+                    labels[i] = format!("m{number:02}_{}", sides[0]);
+                    labels[j] = format!("m{number:02}_{}", sides[1]);
+                }
+                None => labels[i] = format!("m{number:02}"),
+            }
+        }
+        labels
+    }
+
+    /// Lays markers over the skin: their positions in some unit and axes, with the metres in one unit if that is known, and the vertices of
+    /// those that are known. Each gets a vertex of its own.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for fewer than four markers.
+    pub fn place(
+        &self,
+        markers: &[DVec3],
+        metres_per_unit: Option<f64>,
+        known: &[Option<u32>],
+    ) -> Result<(OntoSurface, Vec<Placed>)> {
+        let surface = &self.surface;
+        let mut middle = DVec3::ZERO;
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for v in self.moving() {
+            middle += self.rest[v];
+            (low, high) = (low.min(self.rest[v]), high.max(self.rest[v]));
+        }
+        middle /= self.moving().count() as f64;
+        let extent = low.distance(high);
+        let scale = metres_per_unit.map(|metres| metres / self.metres_per_unit);
+        let scale = scale.unwrap_or_else(|| self.likely_scale(markers, extent));
+        let start = Start {
+            axes: self.axes,
+            middle,
+            extent,
+            scales: [scale / SIZES, scale * SIZES],
+            known: known.iter().map(|v| v.map(|v| self.rest[v as usize])).collect(),
+        };
+        let laid = onto_surface(markers, surface, &start).ok_or_else(|| {
+            Error::input("fewer than four markers are seen in that frame; take another one")
+        })?;
+        let mut placed: Vec<Option<Placed>> = vec![None; markers.len()];
+        let mut taken = vec![false; self.rest.len()];
+        for (placed, v) in placed.iter_mut().zip(known).filter_map(|(placed, v)| Some((placed, (*v)?))) {
+            *placed = Some(Placed { vertex: v, distance: 0.0, aside: false });
+            taken[v as usize] = true;
+        }
+        // Who is nearest chooses first.
+        let mut wishes: Vec<(f64, usize)> = (0..markers.len())
+            .filter(|&i| placed[i].is_none())
+            .map(|i| {
+                (
+                    surface
+                        .closest(laid.points[i])
+                        .map_or(f64::INFINITY, |c| c.point.distance(laid.points[i])),
+                    i,
+                )
+            })
+            .collect();
+        wishes.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (_, i) in wishes {
+            let on = surface.closest(laid.points[i]).map_or(laid.points[i], |closest| closest.point);
+            let nearest = |among: &dyn Fn(usize) -> bool| {
+                let near = |v: &usize| self.rest[*v].distance_squared(on);
+                (0..self.rest.len())
+                    .filter(|&v| self.open[v] && among(v))
+                    .min_by(|a, b| near(a).total_cmp(&near(b)))
+            };
+            let v = nearest(&|v| !taken[v])
+                .ok_or_else(|| Error::input("there are more markers than vertices for them"))?;
+            let aside = nearest(&|_| true) != Some(v);
+            taken[v] = true;
+            placed[i] =
+                Some(Placed { vertex: v as u32, distance: self.rest[v].distance(laid.points[i]), aside });
+        }
+        Ok((laid, placed.into_iter().flatten().collect()))
+    }
+
+    /// How far a point is from the skin, in mesh units.
+    pub fn distance(&self, point: DVec3) -> f64 {
+        self.surface.closest(point).map_or(f64::INFINITY, |closest| closest.point.distance(point))
+    }
+
+    /// The vertices that move.
+    fn moving(&self) -> impl Iterator<Item = usize> {
+        (0..self.rest.len()).filter(|&v| self.moves[v])
+    }
+
+    /// Of metres, centimetres, millimetres and inches the unit in which the markers are about as far apart as the face is large.
+    fn likely_scale(&self, markers: &[DVec3], extent: f64) -> f64 {
+        let bounds =
+            markers.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        let spread = bounds.0.distance(bounds.1);
+        let units = [1.0, 0.01, 0.001, 0.0254].map(|metres| metres / self.metres_per_unit);
+        let off = |scale: f64| (scale * spread / (0.9 * extent)).ln().abs();
+        units.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(1.0)
+    }
+}
