@@ -41,16 +41,16 @@ pub struct PlacedHandles {
     pub handles: Handles,
     /// How far each vertex is from where its marker was laid, in mesh units.
     pub distances: Vec<f64>,
-    /// Where each marker was laid.
-    pub markers: Vec<DVec3>,
+    /// Where each marker was laid, in mesh units.
+    pub markers: Vec<[f64; 3]>,
     /// Markers that were left out: on a cap or a head band.
     pub rigid: Vec<String>,
     /// Markers that the frame does not show.
     pub unseen: Vec<String>,
     /// The frame.
     pub frame: usize,
-    /// Where the markers came from, and how well they fit.
-    pub laid: OntoSurface,
+    /// How badly they fit, from 0 to 1.
+    pub cost: f64,
     /// What is to be looked at: a sentence each.
     pub warnings: Vec<String>,
 }
@@ -125,12 +125,12 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let warnings = warnings(face, &handles, &placed, &laid);
     Ok(PlacedHandles {
         distances: placed.iter().map(|placed| placed.distance).collect(),
-        markers: laid.points.clone(),
+        markers: laid.points.iter().map(DVec3::to_array).collect(),
         rigid: rigid.iter().map(|&m| labels[m].clone()).collect(),
         unseen: (0..count).filter(|&m| !seen(at(m))).map(|m| labels[m].clone()).collect(),
         handles,
         frame,
-        laid,
+        cost: laid.cost,
         warnings,
     })
 }

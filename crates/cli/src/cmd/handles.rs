@@ -35,8 +35,7 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
             face.handles = found.handles.clone();
             tables::write_handles(&table, &face.handles, Some(&distances))?;
             let doubtful: Vec<bool> = distances.iter().map(|distance| *distance > FAR).collect();
-            let markers: Vec<[f64; 3]> = found.markers.iter().map(|x| x.to_array()).collect();
-            rhytid::report::write_handles(&picture, &face, &doubtful, &markers)?;
+            rhytid::report::write_handles(&picture, &face, &doubtful, &found.markers)?;
             ui.clear();
             found
                 .warnings
