@@ -3,7 +3,7 @@ use glam::{DMat3, DQuat, DVec3};
 use std::fmt;
 use std::str::FromStr;
 
-/// Which axes of a file the mesh's x, y and z are: one of the 24 turns that take axes to axes.
+/// Which axes of a file the mesh's x, y and z are: one of the 24 turns that take axes to axes or, of takes alone, of the mirror images too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Axes([(usize, bool); 3]);
 
@@ -13,11 +13,25 @@ impl Axes {
 
     /// The 24 of them.
     pub fn all() -> impl Iterator<Item = Self> {
+        Self::with_mirror_images().filter(|axes| !axes.is_mirror_image())
+    }
+
+    /// These and their mirror images, which no turn makes of each other: 48.
+    pub fn with_mirror_images() -> impl Iterator<Item = Self> {
         let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
-        let signed = orders.into_iter().flat_map(|order| {
+        orders.into_iter().flat_map(|order| {
             (0..8).map(move |signs| Self(std::array::from_fn(|i| (order[i], signs >> i & 1 == 1))))
-        });
-        signed.filter(|axes| axes.matrix().determinant() > 0.0)
+        })
+    }
+
+    /// Whether left and right change sides.
+    pub fn is_mirror_image(&self) -> bool {
+        self.matrix().determinant() < 0.0
+    }
+
+    /// Where a point of the file is in the mesh's axes.
+    pub fn apply(&self, point: [f64; 3]) -> [f64; 3] {
+        self.0.map(|(axis, negative)| if negative { -point[axis] } else { point[axis] })
     }
 
     /// The one that is nearest to a rotation from the file's axes to the mesh's.
@@ -35,7 +49,8 @@ impl Axes {
         DQuat::from_mat3(&self.matrix())
     }
 
-    fn matrix(&self) -> DMat3 {
+    /// As a matrix from the file's axes to the mesh's.
+    pub(crate) fn matrix(&self) -> DMat3 {
         let row = |(axis, negative): (usize, bool)| {
             let mut row = DVec3::ZERO;
             row[axis] = if negative { -1.0 } else { 1.0 };
@@ -57,7 +72,7 @@ impl FromStr for Axes {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::all().find(|axes| axes.to_string() == text).ok_or_else(|| {
+        Self::with_mirror_images().find(|axes| axes.to_string() == text).ok_or_else(|| {
             format!("“{text}” is no way to turn axes, expected the file's axes that the mesh's x, y and z are, such as +x+z-y for a file with Z up")
         })
     }
@@ -76,7 +91,9 @@ mod tests {
             let slightly = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.5);
             assert_eq!(Axes::nearest(slightly * axes.rotation()), axes);
         }
-        for wrong in ["", "xyz", "+x+y-z", "+x+x+y"] {
+        assert!("-x+y+z".parse::<Axes>().unwrap().is_mirror_image());
+        assert_eq!(Axes::with_mirror_images().count(), 48);
+        for wrong in ["", "xyz", "+x+x+y"] {
             assert!(wrong.parse::<Axes>().is_err(), "{wrong}");
         }
     }
@@ -86,5 +103,6 @@ mod tests {
         let axes: Axes = "+x+z-y".parse().unwrap();
         let turned = axes.rotation() * DVec3::new(1.0, 2.0, 3.0);
         assert!(turned.distance(DVec3::new(1.0, 3.0, -2.0)) < 1e-12, "{turned}");
+        assert_eq!(axes.apply([1.0, 2.0, 3.0]), [1.0, 3.0, -2.0]);
     }
 }

@@ -7,7 +7,7 @@ use crate::low_pass::low_pass;
 use crate::placing::{Place, offsets};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
-use crate::{Event, Found, Kind, Report, gaps, head, neutral, outliers, swaps};
+use crate::{Axes, Event, Found, Kind, Report, gaps, head, neutral, outliers, swaps};
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, RawTake, Result, Rig, RigidMotion, Take};
@@ -62,7 +62,18 @@ const LOW_PASS: f64 = 20.0;
 /// # Errors
 /// [`Error::Input`] if fewer than four handles have a marker, a setting names what is not there, or no frames are like the neutral face;
 /// [`Error::Cancelled`].
-pub fn clean(raw: RawTake, target: &Target, settings: &Settings, progress: &dyn Progress) -> Result<Cleaned> {
+pub fn clean(
+    mut raw: RawTake,
+    target: &Target,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Cleaned> {
+    // A mirror image is undone first: what is left is a turn.
+    if let Some(axes) = settings.axes.filter(Axes::is_mirror_image) {
+        raw.tracks.positions.iter_mut().for_each(|x| *x = axes.apply(*x));
+        let settings = Settings { axes: Some(Axes::SAME), ..settings.clone() };
+        return clean(raw, target, &settings, progress);
+    }
     const STEPS: u64 = 6;
     let step = |done: u64| {
         progress.report("clean", done, STEPS);

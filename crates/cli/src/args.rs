@@ -8,7 +8,7 @@ mod values;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
-pub(crate) use placing::Handles;
+pub(crate) use placing::{Handles, TakeSpace};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
@@ -320,6 +320,9 @@ pub(crate) struct Animate {
     /// glTF: also more than 256 morph targets or 1 GiB.
     #[arg(long)]
     pub force: bool,
+
+    #[command(flatten)]
+    pub space: TakeSpace,
 }
 
 /// `rhytid stitch`
@@ -388,6 +391,9 @@ pub(crate) struct Verify {
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]
     pub json: bool,
+
+    #[command(flatten)]
+    pub space: TakeSpace,
 }
 
 /// `rhytid prepare`
@@ -415,6 +421,10 @@ pub(crate) struct Prepare {
     /// Resample to N frames per second [default: the take's own rate].
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub fps: Option<f64>,
+
+    /// The raw take is a take's CSV in the world's space, not the head's: the head's motion is taken out of it.
+    #[arg(long)]
+    pub world: bool,
 
     #[command(flatten, next_help_heading = "Setup, also as keys of TAKE.toml")]
     pub known: Setup,

@@ -1,11 +1,15 @@
 //! Inputs of several commands: a device, and a take with its setup.
 
-use crate::args::{MissingChoice, Setup};
+use crate::args::{MissingChoice, Setup, TakeSpace, UnitChoice};
 use crate::progress::Ui;
+use rhytid::capture::{self, Axes, Misfit, Target};
 use rhytid::formats::raw_take;
 use rhytid::playback::{self, choose_devices, find_device};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take};
 use std::path::Path;
+
+/// Fewer steps between frames do not say what times are.
+const FEW_STEPS: usize = 10;
 
 /// The device that `--device` names; `None` for `auto`. Asked before the long work, so that a wrong id is told at once.
 ///
@@ -39,27 +43,96 @@ pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceIn
     Ok(chosen.devices)
 }
 
-/// The take in a file, with all of the rig's handles in every frame. `setup` is for raw takes, which are cleaned, and `missing` for
+/// The take in a file, with all of the rig's handles in every frame. `setup` is for raw takes, which are cleaned; `missing` and `space` are for
 /// the take's CSV.
 ///
 /// # Errors
-/// As [`playback::read_take`]; [`Error::Input`] if there is a setup for what is no raw take.
+/// As [`playback::read_take`]; [`Error::Input`] if there is a setup for what is no raw take, or a space for one, or if the take is in another
+/// space, as far as that can be told.
 pub(crate) fn take(
     path: &Path,
     rig: &Rig,
     missing: MissingChoice,
     setup: Option<&Path>,
+    space: &TakeSpace,
     ui: &Ui,
 ) -> Result<Take> {
-    if let Some(setup) = setup.filter(|_| raw_take::is_take_csv(path)) {
-        return Err(Error::input(format!(
-            "{}: is a clean take, so that --setup {} changes nothing; leave it out, or give the raw take",
-            path.display(),
+    let is_clean = raw_take::is_take_csv(path);
+    let refused = |what: &str| Err(Error::input(format!("{}: {what}", path.display())));
+    if let Some(setup) = setup.filter(|_| is_clean) {
+        return refused(&format!(
+            "is a clean take, so that --setup {} changes nothing; leave it out, or give the raw take",
             setup.display()
-        )));
+        ));
+    }
+    let is_known = space.take_unit.is_some() || space.take_axes.is_some();
+    if !is_clean && (is_known || space.take_rate.is_some()) {
+        return refused("is a raw take, which is cleaned: say its unit, axes and rate in --setup TAKE.toml");
     }
     let clean_up = self::setup(setup)?.clean_up()?;
-    playback::read_take(path, rig, missing.into(), &clean_up, ui)
+    let mut take = playback::read_take(path, rig, missing.into(), &clean_up, ui)?;
+    if !is_clean {
+        return Ok(take);
+    }
+    times(&mut take, space.take_rate, path, ui);
+    if is_known {
+        let metres_per_unit = space.take_unit.map_or(rig.metres_per_unit, UnitChoice::metres);
+        let axes = space.take_axes.unwrap_or(Axes::SAME);
+        capture::TakeSpace { metres_per_unit, axes }.bring(&mut take, rig.metres_per_unit);
+    }
+    let misfit = capture::misfit(&take, &Target::of(rig));
+    let remedy = match misfit {
+        None => return Ok(take),
+        Some(Misfit::Space(space)) => {
+            let unit = space.unit().filter(|_| space.metres_per_unit != rig.metres_per_unit);
+            let unit = unit.map_or(String::new(), |unit| format!(" --take-unit {unit}"));
+            let axes = match space.axes {
+                Axes::SAME => String::new(),
+                axes => format!(" --take-axes {axes}"),
+            };
+            // Said in so many words, it is meant.
+            if !is_known {
+                return refused(&format!("{}; give{unit}{axes}", Misfit::Space(space)));
+            }
+            format!("give{unit}{axes}")
+        }
+        Some(Misfit::HeadMotion(_)) => format!(
+            "`rhytid prepare {} --rig RIG --world -o clean.csv` takes the head's motion out",
+            path.display()
+        ),
+        Some(Misfit::NoFrameNearRest) => {
+            "check that rig and take belong together, and that labels name the same places".to_owned()
+        }
+    };
+    if let Some(misfit) = misfit {
+        ui.line(&format!("warning: {}: {misfit}; {remedy}", path.display()));
+    }
+    Ok(take)
+}
+
+/// Puts the times at a rate that is given; else says so where they look like numbers of frames, or milliseconds.
+fn times(take: &mut Take, rate: Option<f64>, path: &Path, ui: &Ui) {
+    if let Some(rate) = rate {
+        take.times = (0..take.frames()).map(|frame| frame as f64 / rate).collect();
+        return;
+    }
+    let steps: Vec<f64> = take.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.len() < FEW_STEPS {
+        return;
+    }
+    let whole = take.times.iter().all(|time| time.fract() == 0.0);
+    let between = |range: std::ops::Range<f64>| {
+        steps.iter().filter(|step| range.contains(step)).count() * 10 > steps.len() * 9
+    };
+    let what = match () {
+        () if whole && between(0.999..1.001) => "numbers of frames",
+        () if between(3.9..101.0) => "milliseconds",
+        () => return,
+    };
+    ui.line(&format!(
+        "warning: {}: a frame a second or less: its times look like {what}; give --take-rate 30, or what the rate was",
+        path.display()
+    ));
 }
 
 /// What TAKE.toml says, if there is one.

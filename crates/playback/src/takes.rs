@@ -11,6 +11,8 @@ use std::path::Path;
 pub struct CleanUp {
     /// Frames per second, in place of what the file says.
     pub rate: Option<f64>,
+    /// Whether a take's CSV is in the world's space all the same, so that the head's motion is to be taken out.
+    pub world: bool,
     /// The steps, and what is known of the actor and the session.
     pub settings: Settings,
 }
@@ -46,7 +48,11 @@ pub fn read_take(
 /// # Errors
 /// As reading, and as [`clean`].
 pub fn read_raw_take(path: &Path, rig: &Rig, clean_up: &CleanUp, progress: &dyn Progress) -> Result<Cleaned> {
-    let raw = reading(progress, || raw_take::read(path, clean_up.rate))?;
+    let mut raw = reading(progress, || raw_take::read(path, clean_up.rate))?;
+    if clean_up.world && raw.in_head_space {
+        raw.in_head_space = false;
+        raw.metres_per_unit = raw.metres_per_unit.or(Some(rig.metres_per_unit));
+    }
     let cleaned =
         clean(raw, &Target::of(rig), &clean_up.settings, progress).map_err(|error| match error {
             Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),

@@ -1,5 +1,6 @@
 //! The arguments of the commands that say how good something is: a rig, a take on it, devices.
 
+use super::TakeSpace;
 use super::values::{MethodChoice, MissingChoice, StorageChoice};
 use std::path::PathBuf;
 
@@ -93,6 +94,9 @@ pub(crate) struct Coverage {
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]
     pub json: bool,
+
+    #[command(flatten)]
+    pub space: TakeSpace,
 }
 
 /// `rhytid conform`

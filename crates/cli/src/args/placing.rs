@@ -1,6 +1,7 @@
 //! Flags of what makes a project of other people's files.
 
-use super::values::UnitChoice;
+use super::values::{UnitChoice, parse_rate};
+use rhytid::capture::Axes;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -41,6 +42,23 @@ pub(crate) struct Handles {
     /// The picture to write [default: beside the table, under its name with .png].
     #[arg(long, value_name = "PICTURE.png")]
     pub picture: Option<PathBuf>,
+}
+
+/// Of a take's CSV that is not in the rig's space; each is exact.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "A take's CSV in another space")]
+pub(crate) struct TakeSpace {
+    /// Its unit [default: the mesh's].
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub take_unit: Option<UnitChoice>,
+
+    /// Its axes that the mesh's x, y and z are, such as +x+z-y, or -x+y+z for a mirror image [default: the mesh's].
+    #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
+    pub take_axes: Option<Axes>,
+
+    /// Its frames per second, where its times are no seconds.
+    #[arg(long, value_name = "N", value_parser = parse_rate)]
+    pub take_rate: Option<f64>,
 }
 
 /// A frame, or whichever suits best.

@@ -126,7 +126,7 @@ impl Setup {
             head_low_pass: self.head_low_pass.unwrap_or(defaults.head_low_pass),
             fps: None,
         };
-        Ok(CleanUp { rate: self.rate, settings })
+        Ok(CleanUp { rate: self.rate, world: false, settings })
     }
 }
 

@@ -85,7 +85,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         rig = rig.shell();
     }
     let hash = rig_file::hash(&args.rig)?;
-    let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
+    let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), &args.space, ui)?;
     let range = args.frames.within(take.frames())?;
     let is_far = warn_far(&rig, &take, &range, ui)?;
     say_what_changes_nothing(args, &take, is_far);

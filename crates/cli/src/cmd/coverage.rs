@@ -21,7 +21,7 @@ const NAMED: usize = 3;
 /// As reading the rig and the take, and as [`coverage::coverage`].
 pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), ui)?;
+    let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), &args.space, ui)?;
     let take_name = args.take.display().to_string();
     let top = args.top as usize;
     let plans = args.plan.is_some()

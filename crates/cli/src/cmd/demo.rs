@@ -95,6 +95,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     for (file, range, compressed) in ranges {
         let whole = range == FrameRange::default();
         let job = args::Animate {
+            space: args::TakeSpace::default(),
             setup: None,
             rig: rig.clone(),
             take: dir.join("performance.csv"),

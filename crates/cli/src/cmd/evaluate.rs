@@ -1,5 +1,6 @@
 //! `rhytid evaluate`
 
+use crate::args::TakeSpace;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Regions, Truth};
@@ -33,7 +34,8 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
         };
         let truth = match (meshes, &args.take) {
             (Some(meshes), Some(take)) => {
-                let take = inputs::take(take, rig, args.missing, args.setup.as_deref(), ui)?;
+                let take =
+                    inputs::take(take, rig, args.missing, args.setup.as_deref(), &TakeSpace::default(), ui)?;
                 let frames = args.truth_frames.as_ref().map(|path| tables::read_frames(path, take.frames()));
                 Some(Truth::new(meshes, frames.transpose()?, take)?)
             }

@@ -18,6 +18,7 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);
     let mut clean_up = setup.clean_up()?;
     clean_up.settings.fps = args.fps;
+    clean_up.world = args.world;
     let Cleaned { take, report } = read_raw_take(&args.raw, &rig, &clean_up, ui)?;
     ui.timed("write the take", || take::write(&args.output, &take)).0?;
     if let Some(dir) = &args.report {

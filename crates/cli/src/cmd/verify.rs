@@ -40,7 +40,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             args.rig.display()
         ));
     }
-    let take = inputs::take(&args.take, &rig, request.missing, args.setup.as_deref(), ui)?;
+    let take = inputs::take(&args.take, &rig, request.missing, args.setup.as_deref(), &args.space, ui)?;
     let summary = reader.summary().clone();
     let range = request.frames.within(take.frames())?;
     let selection = Selection::new(take, range, request.fps, summary.velocities)?;

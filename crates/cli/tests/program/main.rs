@@ -16,5 +16,6 @@ mod output;
 mod placing;
 mod prepare;
 mod raw_torture;
+mod space;
 mod stitch;
 mod usd;
