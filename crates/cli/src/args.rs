@@ -155,7 +155,7 @@ Examples:
   rhytid coverage FACE.safetensors TAKE.csv --plan 6 --take-examples dense.usd -o scans")]
     Coverage(Coverage),
 
-    /// Say what is in a mesh, rig, take, handle table or project file.
+    /// Say what is in a mesh, animation, rig, take, handle table or project file.
     #[command(after_help = "\
 Examples:
   rhytid info neutral.obj

@@ -3,7 +3,7 @@
 use crate::args::{MissingChoice, Setup, TakeSpace, UnitChoice};
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, Misfit, Target};
-use rhytid::formats::raw_take;
+use rhytid::formats::{FileKind, raw_take};
 use rhytid::playback::{self, choose_devices, find_device};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take};
 use std::path::Path;
@@ -41,6 +41,38 @@ pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceIn
         ui.line(&format!("auto takes {reason}"));
     }
     Ok(chosen.devices)
+}
+
+/// Refuses a file that is plainly of another kind than one of `expected`; `usage` says what the command takes.
+///
+/// # Errors
+/// [`Error::Input`].
+pub(crate) fn expect(path: &Path, expected: &[FileKind], usage: &str) -> Result<()> {
+    match FileKind::of(path) {
+        Some(found) if !expected.contains(&found) => Err(Error::input(format!(
+            "{}: is {found}, expected {}; the command is {usage}",
+            path.display(),
+            expected.first().map_or_else(String::new, ToString::to_string)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// A rig and a take, each in its place.
+///
+/// # Errors
+/// As [`expect`].
+pub(crate) fn rig_and_take(rig: &Path, take: &Path, usage: &str) -> Result<()> {
+    expect(rig, &[FileKind::Rig], usage)?;
+    expect(take, &[FileKind::Take, FileKind::RawTake], usage)
+}
+
+/// A project file.
+///
+/// # Errors
+/// As [`expect`].
+pub(crate) fn project(path: &Path, usage: &str) -> Result<()> {
+    expect(path, &[FileKind::Project], usage)
 }
 
 /// The take in a file, with all of the rig's handles in every frame. `setup` is for raw takes, which are cleaned; `missing` and `space` are for

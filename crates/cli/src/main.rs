@@ -9,12 +9,14 @@ mod interrupt;
 mod memory;
 mod output;
 mod progress;
+mod quiet_drivers;
 
 use clap::Parser;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 fn main() -> ExitCode {
+    quiet_drivers::restart_if_needed();
     exit::install_panic_hook();
     let args = args::Args::parse();
     let ui = Arc::new(progress::Ui::new(args.quiet));

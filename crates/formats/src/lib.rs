@@ -55,6 +55,7 @@
 pub mod animation;
 pub mod animation_reader;
 pub mod export;
+mod file_kind;
 mod gltf;
 pub mod mesh;
 mod npy;
@@ -64,3 +65,5 @@ pub mod sequence;
 pub mod tables;
 pub mod take;
 pub mod usd;
+
+pub use file_kind::FileKind;

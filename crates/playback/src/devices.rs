@@ -24,11 +24,13 @@ fn present() -> Vec<DeviceInfo> {
     devices
 }
 
-/// The device with this id.
+/// The device with this id, or the first of a backend that is named alone.
 ///
 /// # Errors
 /// [`Error::Device`] lists those present: a device asked for and absent is never replaced by another.
 pub fn find_device(id: &str) -> Result<DeviceInfo> {
+    let first = format!("{id}:0");
+    let id = if id.contains(':') { id } else { &first };
     if let Some(device) = rhytid_backends::find(id) {
         return Ok(device);
     }

@@ -28,6 +28,7 @@
 
 mod bake;
 mod batch;
+mod comes_back;
 mod devices;
 mod evaluator;
 mod export;
@@ -41,6 +42,7 @@ mod uncertainty;
 mod velocities;
 
 pub use batch::{batch_frames, frame_bytes, rig_bytes};
+pub use comes_back::{ComesBack, comes_back};
 pub use devices::{Choice, choose_devices, find_device};
 pub use evaluator::{Evaluator, Open};
 pub use playback::{Playback, PlaybackOptions};

@@ -31,7 +31,14 @@ pub struct Misplaced {
     /// How far its centroid is moved by it, in mesh units.
     pub moved: f64,
     /// Takes the example to the neutral's place.
-    pub(crate) back: Similarity,
+    back: Similarity,
+}
+
+impl Misplaced {
+    /// Brings the example's positions to the neutral's place.
+    pub fn undo(&self, positions: &mut [[f64; 3]]) {
+        positions.iter_mut().for_each(|x| *x = self.back.apply(DVec3::from_array(*x)).to_array());
+    }
 }
 
 /// The examples that are not in the neutral's place, in their order: by the vertices that are pinned by name or, where none is, by the
@@ -87,7 +94,7 @@ pub(crate) fn aligned(face: &Face) -> Option<(Face, Vec<Misplaced>)> {
     let mut aligned = face.clone();
     for found in &misplaced {
         let example = aligned.examples.iter_mut().find(|example| example.name == found.example)?;
-        example.positions.iter_mut().for_each(|x| *x = found.back.apply(DVec3::from_array(*x)).to_array());
+        found.undo(&mut example.positions);
     }
     Some((aligned, misplaced))
 }

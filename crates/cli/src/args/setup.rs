@@ -106,7 +106,14 @@ impl Setup {
     /// [`Error::Input`] if a handle is given two markers.
     pub(crate) fn clean_up(&self) -> Result<CleanUp> {
         let mut markers = BTreeMap::new();
-        for (handle, label) in &self.map {
+        for (i, (handle, label)) in self.map.iter().enumerate() {
+            if let Some((first, _)) =
+                self.map[..i].iter().find(|(other, known)| known == label && other != handle)
+            {
+                return Err(Error::input(format!(
+                    "--map: the label “{label}” is given to two handles, “{first}” and “{handle}”; give it to one"
+                )));
+            }
             if markers.insert(handle.clone(), label.clone()).is_some() {
                 return Err(Error::input(format!(
                     "--map: the handle “{handle}” is given two markers; give one"

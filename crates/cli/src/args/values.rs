@@ -170,9 +170,13 @@ pub(super) fn rate(number: f64) -> Result<f64, String> {
     if is_sound { Ok(number) } else { Err("expected a number per second, from 0.01 to 10000".to_owned()) }
 }
 
-/// For `--fps`, `--rate` and cut-offs.
+/// For `--fps`, `--rate` and cut-offs: a number, or one by another, as in 30000/1001.
 pub(super) fn parse_rate(text: &str) -> Result<f64, String> {
-    rate(text.parse().unwrap_or(f64::NAN))
+    let number = |text: &str| text.trim().parse::<f64>().unwrap_or(f64::NAN);
+    rate(match text.split_once('/') {
+        Some((frames, seconds)) => number(frames) / number(seconds),
+        None => number(text),
+    })
 }
 
 /// A time that may be 0.

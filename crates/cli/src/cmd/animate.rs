@@ -78,6 +78,7 @@ fn morphs(written: &Written, metres_per_unit: f64) -> String {
 pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
     check_options(args, Format::of(&args.output)?)?;
+    inputs::rig_and_take(&args.rig, &args.take, "rhytid animate RIG TAKE -o OUT.usd")?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;

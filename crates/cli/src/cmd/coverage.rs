@@ -20,6 +20,7 @@ const NAMED: usize = 3;
 /// # Errors
 /// As reading the rig and the take, and as [`coverage::coverage`].
 pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
+    inputs::rig_and_take(&args.rig, &args.take, "rhytid coverage RIG TAKE")?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), &args.space, ui)?;
     let take_name = args.take.display().to_string();

@@ -1,7 +1,7 @@
 //! `rhytid doctor`
 
 use crate::progress::Ui;
-use crate::{args, exit, output};
+use crate::{args, exit, inputs, output};
 use rhytid::Result;
 use rhytid::human;
 use rhytid::solve::{Finding, Report, Severity};
@@ -23,6 +23,7 @@ struct Examination<'a> {
 /// # Errors
 /// As [`rhytid::formats::project::read`]: what cannot be read cannot be examined.
 pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
+    inputs::project(&args.project, "rhytid doctor FACE.toml")?;
     let face = rhytid::formats::project::read(&args.project)?;
     let report = rhytid::solve::examine(&face);
     let count = |severity| report.findings.iter().filter(|f| f.severity == severity).count();

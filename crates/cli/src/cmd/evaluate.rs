@@ -16,6 +16,7 @@ const NAMED: usize = 4;
 /// # Errors
 /// As reading, solving and playing.
 pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
+    inputs::project(&args.project, "rhytid evaluate FACE.toml")?;
     let device = inputs::named_device(&args.device)?;
     let face = ui.timed("read", || project::read(&args.project)).0?;
     // Before the solve, so that a mistake is told at once.

@@ -2,6 +2,7 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::formats::FileKind;
 use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::{self, OutputStage, Shapes};
 use rhytid::human;
@@ -14,6 +15,7 @@ use rhytid::{AtomicFile, Result, rig_file};
 /// [`rhytid::Error::Input`] and [`rhytid::Error::Io`] from reading and writing;
 /// [`rhytid::Error::Device`]; [`rhytid::Error::Cancelled`].
 pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
+    inputs::expect(&args.rig, &[FileKind::Rig], "rhytid export-shapes RIG -o OUT.glb")?;
     Format::of(&args.output)?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;

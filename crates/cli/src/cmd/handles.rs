@@ -2,9 +2,9 @@
 
 use crate::args::UnitChoice;
 use crate::progress::Ui;
-use crate::{args, output};
+use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
-use rhytid::formats::{project, raw_take, tables};
+use rhytid::formats::{FileKind, project, raw_take, tables};
 use rhytid::human;
 use rhytid::solve::Skin;
 use rhytid::{AtomicFile, Error, Face, Handles, Result};
@@ -21,6 +21,11 @@ const NAMED: usize = 5;
 /// # Errors
 /// As reading, placing and writing; [`Error::Input`] if the table is there already.
 pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
+    let usage = "rhytid handles FACE.toml TAKE";
+    inputs::project(&args.project, usage)?;
+    if let Some(take) = &args.take {
+        inputs::expect(take, &[FileKind::RawTake, FileKind::Take], usage)?;
+    }
     let project = project::read_project(&args.project)?;
     let table = table(args, &project)?;
     let picture = args.picture.clone().unwrap_or_else(|| table.with_extension("png"));

@@ -3,16 +3,25 @@
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{Cleaned, Kind, Report};
-use rhytid::formats::take;
+use rhytid::formats::{FileKind, take};
 use rhytid::human;
 use rhytid::playback::read_raw_take;
-use rhytid::{AtomicFile, Result, rig_file};
+use rhytid::{AtomicFile, Error, Result, rig_file};
 
 /// Cleans a raw take, writes it as CSV, and says what was found.
 ///
 /// # Errors
 /// As reading, cleaning and writing.
 pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
+    let usage = "rhytid prepare RAW --rig RIG -o TAKE.csv";
+    inputs::expect(&args.raw, &[FileKind::RawTake, FileKind::Take], usage)?;
+    inputs::expect(&args.rig, &[FileKind::Rig], usage)?;
+    if args.output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("csv")) {
+        return Err(Error::input(format!(
+            "{}: a clean take is written as CSV; name it .csv",
+            args.output.display()
+        )));
+    }
     drop(AtomicFile::create(&args.output)?);
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);

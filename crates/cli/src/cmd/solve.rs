@@ -2,8 +2,9 @@
 
 use super::doctor;
 use crate::progress::{Ui, timed};
-use crate::{args, memory, output};
+use crate::{args, inputs, memory, output};
 use rhytid::human;
+use rhytid::playback::{ComesBack, comes_back};
 use rhytid::solve::{Account, Candidate, FreePart, Report, Severity};
 use rhytid::{AtomicFile, Error, Progress, Result, Rig, rig_file};
 use std::path::Path;
@@ -18,6 +19,8 @@ pub(super) struct Solved {
     pub rig: Rig,
     /// What was found on the way.
     pub account: Account,
+    /// How near the rig is to the scans.
+    pub scans: Vec<ComesBack>,
     /// Time to read the project and its meshes.
     pub reading: Duration,
     /// Time of the doctor.
@@ -56,6 +59,7 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
     for line in account_lines(&solved.account, rig.metres_per_unit) {
         output::say(&line)?;
     }
+    output::say(&output::table(&scan_rows(&solved.scans, rig.metres_per_unit)))?;
     let steps: Vec<String> =
         ui.finished().iter().map(|(step, time)| format!("{step} {}", human::duration(*time))).collect();
     let peak = memory::peak().map_or(String::new(), |bytes| format!("; peak memory {}", human::bytes(bytes)));
@@ -67,6 +71,7 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading, from the doctor and from writing; [`Error::Cancelled`].
 pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
+    inputs::project(project, "rhytid solve FACE.toml -o FACE.safetensors")?;
     check_output(output)?;
     let (face, reading) = ui.timed("read", || rhytid::formats::project::read(project));
     let face = face?;
@@ -74,7 +79,6 @@ pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
     show(&report, ui)?;
     let (solved, solving) = timed(|| rhytid::solve::solve_and_account(&face, ui));
     let (rig, account) = solved?;
-    drop(face);
     if ui.cancelled() {
         return Err(Error::Cancelled);
     }
@@ -84,8 +88,18 @@ pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
         rig_file::write(output, &rounded).map(|()| rounded)
     });
     let rig = written?;
+    // A rig that is too large to be held twice is none the worse for it.
+    let compared = ui.timed("compare with the scans", || {
+        let processor = inputs::processor()?;
+        comes_back(&rig, &face, &account.misplaced, &[processor])
+    });
+    let scans = compared.0.unwrap_or_else(|error| {
+        log::warn!("not compared with the scans: {error}");
+        Vec::new()
+    });
+    drop(face);
     let bytes = std::fs::metadata(output).map_err(Error::io(output))?.len();
-    Ok(Solved { rig, account, reading, examining, solving, writing, bytes })
+    Ok(Solved { rig, account, scans, reading, examining, solving, writing, bytes })
 }
 
 /// What was chosen and what of, and what becomes of the parts without a handle: a line each.
@@ -141,6 +155,17 @@ fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
         }
     }
     lines
+}
+
+/// How well rest and examples come back.
+fn scan_rows(scans: &[ComesBack], metres_per_unit: f64) -> Vec<[String; 2]> {
+    let millimetres = |x: f64| human::number((x * metres_per_unit * 1e6).round() / 1e3);
+    let row = |scan: &ComesBack| {
+        let name = scan.example.clone().unwrap_or_else(|| "rest".to_owned());
+        let (rms, worst) = (millimetres(scan.rms), millimetres(scan.worst));
+        [name, format!("comes back within {rms} mm (RMS), {worst} mm at vertex {}", scan.vertex)]
+    };
+    scans.iter().map(row).collect()
 }
 
 /// Whether the rig file can be written: known before the long work rather than after it.

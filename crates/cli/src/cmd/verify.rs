@@ -22,6 +22,7 @@ const DEVICES_DIFFER: f64 = 1e-5;
 /// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take; as reading and
 /// evaluating.
 pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
+    inputs::rig_and_take(&args.rig, &args.take, "rhytid verify OUT --rig RIG --take TAKE")?;
     let device = inputs::named_device(&args.device)?;
     let file = args.file.display();
     let mut reader = animation::open(&args.file)?;

@@ -185,7 +185,10 @@ fn coverage_by_the_chapters_method_names_the_frame_to_scan() {
     for words in ["85.0 % of 20 frames", "0.40 s", "top", "longer", "beyond every example"] {
         assert!(text.contains(words), "{words}: {text}");
     }
-    f.refused("coverage face.safetensors markers.csv", &["markers.csv", "time"]);
+    f.refused(
+        "coverage face.safetensors markers.csv",
+        &["markers.csv", "is a table of handles, expected a take"],
+    );
     f.refused("coverage take.csv take.csv", &["take.csv"]);
 }
 

@@ -19,3 +19,4 @@ mod raw_torture;
 mod space;
 mod stitch;
 mod usd;
+mod words;

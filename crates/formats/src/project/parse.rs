@@ -18,7 +18,16 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
     let file = File { text, name };
     let document = DeTable::parse(text).map_err(|e| {
         let reason = e.message().replace('\n', ", ");
-        file.error(e.span().map_or(0, |span| span.start), &format!("not TOML: {reason}"))
+        let at = e.span().map_or(0, |span| span.start);
+        let line = text.lines().nth(file.line(at).saturating_sub(1)).unwrap_or_default();
+        let remedy = match line.trim() {
+            "[example]" => "; each example begins with [[example]] in double brackets",
+            line if line.contains('\\') => {
+                "; in double quotes a backslash begins an escape: write paths with / or in 'single quotes'"
+            }
+            _ => "",
+        };
+        file.error(at, &format!("not TOML: {reason}{remedy}"))
     })?;
     let root = Section { file, title: String::new(), offset: 0, table: document.get_ref() };
     root.allow(&[

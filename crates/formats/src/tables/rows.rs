@@ -21,6 +21,15 @@ impl<'a> Rows<'a> {
             return Err(Error::input(format!("{name}: the file is empty, expected a header and rows")));
         }
         rows.header = (0..rows.row.len()).map(|i| rows.text(i).map(str::to_owned)).collect::<Result<_>>()?;
+        if let [header] = &rows.header[..]
+            && let Some(between) =
+                [(';', "semicolons"), ('\t', "tabs")].iter().find(|(c, _)| header.contains(*c))
+        {
+            return Err(rows.error(&format!(
+                "the columns are separated by {}, expected commas, and points in numbers: export it so, or replace them",
+                between.1
+            )));
+        }
         Ok(rows)
     }
 

@@ -1,5 +1,6 @@
 //! `rhytid info`: one file per kind of file.
 
+mod animation;
 mod project;
 mod raw_take;
 mod rig;
@@ -7,6 +8,7 @@ mod shape;
 mod take;
 
 use crate::{args, output};
+use animation::AnimationInfo;
 use project::ProjectInfo;
 use raw_take::RawTakeInfo;
 use rhytid::formats::{mesh, tables};
@@ -32,6 +34,7 @@ struct Info {
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Content {
     Mesh(Shape),
+    Animation(Box<AnimationInfo>),
     Rig(RigInfo),
     Take(TakeInfo),
     RawTake(RawTakeInfo),
@@ -58,6 +61,7 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
     }
     let (what, rows) = match &info.content {
         Content::Mesh(shape) => ("mesh".to_owned(), shape.rows("mesh units")),
+        Content::Animation(file) => (format!("animation of “{}”", file.name), file.rows()),
         Content::Rig(rig) => (format!("rig of “{}”", rig.name), rig.rows()),
         Content::Take(take) => ("take".to_owned(), take.rows()),
         Content::RawTake(take) => ("raw take".to_owned(), take.rows()),
@@ -71,7 +75,13 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
 fn read(path: &Path) -> Result<Content> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     Ok(match ending.as_str() {
-        "obj" | "ply" | "glb" | "gltf" => Content::Mesh(Shape::of(&mesh::read(path)?)),
+        "usd" | "usda" | "usdc" | "usdz" => Content::Animation(Box::new(AnimationInfo::read(path)?)),
+        "glb" | "gltf" => match AnimationInfo::read(path) {
+            Ok(animation) => Content::Animation(Box::new(animation)),
+            // A mesh, or damaged, which its reader says better.
+            Err(_) => Content::Mesh(Shape::of(&mesh::read(path)?)),
+        },
+        "obj" | "ply" => Content::Mesh(Shape::of(&mesh::read(path)?)),
         "safetensors" => Content::Rig(RigInfo::of(rig_file::read(path)?)),
         "csv" if is_handle_table(path)? => {
             let Handles { labels, vertices } = tables::read_handles(path)?;
@@ -82,8 +92,8 @@ fn read(path: &Path) -> Result<Content> {
         "toml" => Content::Project(ProjectInfo::of(rhytid::formats::project::read(path)?)),
         _ => {
             return Err(Error::input(format!(
-                "{}: expected a mesh (.obj, .ply, .glb, .gltf), a rig (.safetensors), a take (.csv, .c3d, .trc, .tsv), \
-                 a handle table (.csv) or a project (.toml)",
+                "{}: expected a mesh (.obj, .ply, .glb, .gltf), an animation (.usd, .usda, .usdc, .usdz, .glb, .gltf), a rig \
+                 (.safetensors), a take (.csv, .c3d, .trc, .tsv), a handle table (.csv) or a project (.toml)",
                 path.display()
             )));
         }

@@ -1,0 +1,26 @@
+//! Drivers that write on standard error as if they were this program.
+
+/// Where sockets of a desktop are; without it libwayland, which OpenGL's loader asks for a display, writes lines that begin with `error: `.
+#[cfg(target_os = "linux")]
+const RUNTIME_DIR: &str = "XDG_RUNTIME_DIR";
+
+/// Starts the program anew with the variable set, where it is not: a process's own environment cannot be changed safely once threads may read
+/// it. Nothing has been read or written yet.
+#[cfg(target_os = "linux")]
+pub(crate) fn restart_if_needed() {
+    use std::os::unix::process::CommandExt;
+    if std::env::var_os(RUNTIME_DIR).is_some() {
+        return;
+    }
+    let Ok(program) = std::env::current_exe() else { return };
+    let mut arguments = std::env::args_os();
+    let mut anew = std::process::Command::new(program);
+    if let Some(name) = arguments.next() {
+        anew.arg0(name);
+    }
+    // Comes back only if that is not possible; then some driver's lines are seen.
+    let _ = anew.args(arguments).env(RUNTIME_DIR, std::env::temp_dir()).exec();
+}
+
+#[cfg(not(target_os = "linux"))]
+pub(crate) fn restart_if_needed() {}

@@ -1,0 +1,115 @@
+//! Mistakes that users make, each in one sentence that says what to do; and small things that are meant to work.
+
+use crate::common::{Fixture, demo, rhytid, stderr};
+
+/// Runs the command, which must be refused as the user's mistake, and gives its last line.
+fn refused(command: &str) -> String {
+    let output = rhytid(command).output().unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{command}: {said}");
+    said.lines().last().unwrap_or_default().to_owned()
+}
+
+fn path(name: &str) -> String {
+    demo().join(name).display().to_string()
+}
+
+#[test]
+fn files_given_the_wrong_way_round_are_named() {
+    let [rig, take, project, mesh] =
+        ["face.safetensors", "performance.csv", "face.toml", "neutral.obj"].map(path);
+    for (command, expected) in [
+        (
+            format!("animate {take} {rig} -o x.usd"),
+            "performance.csv: is a take, expected a rig; the command is rhytid animate RIG TAKE",
+        ),
+        (format!("animate {project} {take} -o x.usd"), "face.toml: is a project file, expected a rig"),
+        (format!("animate {rig} {mesh} -o x.usd"), "neutral.obj: is a mesh, expected a take"),
+        (format!("solve {mesh} -o x.safetensors"), "neutral.obj: is a mesh, expected a project file"),
+        (format!("doctor {rig}"), "face.safetensors: is a rig, expected a project file"),
+        (format!("prepare {rig} --rig {take} -o x.csv"), "face.safetensors: is a rig, expected a raw take"),
+        (format!("coverage {take} {rig}"), "performance.csv: is a take, expected a rig"),
+        (format!("handles {take} {project}"), "performance.csv: is a take, expected a project file"),
+        (
+            format!("prepare {take} --rig {rig} -o x.c3d"),
+            "x.c3d: a clean take is written as CSV; name it .csv",
+        ),
+        (
+            format!("prepare {take} --rig {rig} -o x.csv --map chin=M1 --map lip_up=M1"),
+            "the label “M1” is given to two handles, “chin” and “lip_up”; give it to one",
+        ),
+    ] {
+        let said = refused(&command);
+        assert!(said.contains(expected), "{command}: {said}");
+    }
+}
+
+#[test]
+fn slips_in_files_name_their_remedy() {
+    let f = Fixture::new();
+    let text = |name: &str| String::from_utf8(f.read(name)).unwrap();
+    let [rig, out] = ["face.safetensors", "out/x.usd"].map(|name| f.path(name).display().to_string());
+    f.write(
+        "one.toml",
+        text("face.toml").replace("[[example]]", "[example]") + "\n[example]\nname = \"b\"\n",
+    );
+    f.write("back.toml", text("face.toml").replace("\"neutral.obj\"", "\"C:\\scans\\neutral.obj\""));
+    assert!(f.rhytid("solve face.toml -o face.safetensors").output().unwrap().status.success());
+    f.write("semi.csv", text("take.csv").replace(',', ";"));
+    f.write("tabs.csv", text("markers.csv").replace(',', "\t"));
+    f.write("tabs.toml", text("face.toml").replace("markers.csv", "tabs.csv"));
+    for (command, expected) in [
+        (
+            format!("doctor {}", f.path("one.toml").display()),
+            "each example begins with [[example]] in double brackets",
+        ),
+        (format!("doctor {}", f.path("back.toml").display()), "write paths with / or in 'single quotes'"),
+        (
+            format!("animate {rig} {} -o {out}", f.path("semi.csv").display()),
+            "semi.csv, line 1: the columns are separated by semicolons",
+        ),
+        (
+            format!("doctor {}", f.path("tabs.toml").display()),
+            "tabs.csv, line 1: the columns are separated by tabs",
+        ),
+    ] {
+        let said = refused(&command);
+        assert!(said.contains(expected), "{command}: {said}");
+    }
+}
+
+#[test]
+fn rates_as_fractions_and_backends_without_a_number_are_understood() {
+    let [rig, take] = ["face.safetensors", "performance.csv"].map(path);
+    let folder = tempfile::tempdir().unwrap();
+    let usd = folder.path().join("x.usd").display().to_string();
+    let output =
+        rhytid(&format!("animate {rig} {take} -o {usd} --fps 30000/1001 --device cpu")).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("at 29.97 frames per second, evaluated on cpu:0"), "{said}{}", stderr(&output));
+    assert!(refused(&format!("animate {rig} {take} -o {usd} --fps 1/0 --device cpu")).contains("--help"));
+    // What was written is known again.
+    let output = rhytid(&format!("info {usd}")).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        said.contains("animation of “demo") && said.contains("has no") && said.contains("velocities"),
+        "{said}"
+    );
+}
+
+#[test]
+fn nothing_of_a_driver_looks_like_this_program() {
+    let output = rhytid("devices").env_remove("XDG_RUNTIME_DIR").output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && !said.contains("XDG_RUNTIME_DIR"), "{said}");
+}
+
+#[test]
+fn a_solve_ends_with_how_well_its_scans_come_back() {
+    let f = Fixture::new();
+    let output = f.rhytid("solve face.toml -o face.safetensors").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let line = |name: &str| said.lines().find(|line| line.starts_with(name)).unwrap_or_default().to_owned();
+    assert!(line("rest").contains("comes back within 0 mm (RMS), 0 mm at vertex"), "{said}");
+    assert!(line("pinch").contains("comes back within 0"), "{said}");
+}

@@ -1,0 +1,75 @@
+//! What kind of file a file is, by its name and how it begins: for saying that two were given the wrong way round.
+
+use crate::raw_take;
+use std::fmt;
+use std::io::Read;
+use std::path::Path;
+
+/// The kinds of files that Rhytid reads and writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    /// A solved rig.
+    Rig,
+    /// A project file, or another TOML file.
+    Project,
+    /// A mesh that cannot be an animation.
+    Mesh,
+    /// glTF: a mesh or an animation.
+    Gltf,
+    /// USD: an animation or shapes.
+    Usd,
+    /// A clean take.
+    Take,
+    /// What a capture system wrote.
+    RawTake,
+    /// A table of handles.
+    Handles,
+    /// A report, as JSON.
+    Json,
+}
+
+impl FileKind {
+    /// The kind of a file; `None` for a folder, one that cannot be opened, and one of no known kind.
+    pub fn of(path: &Path) -> Option<Self> {
+        if !std::fs::metadata(path).ok()?.is_file() {
+            return None;
+        }
+        let mut start = Vec::new();
+        std::fs::File::open(path).ok()?.take(4096).read_to_end(&mut start).ok()?;
+        let header = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let header = String::from_utf8_lossy(header);
+        let has = |column: &str| header.split([',', ';', '\t']).any(|cell| cell.trim() == column);
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        match ending.as_str() {
+            _ if start.get(8) == Some(&b'{') && start[..8].iter().rev().take(4).all(|byte| *byte == 0) => {
+                Some(Self::Rig)
+            }
+            _ if start.starts_with(b"PXR-USDC") || start.starts_with(b"#usda") => Some(Self::Usd),
+            "usd" | "usda" | "usdc" | "usdz" => Some(Self::Usd),
+            "toml" => Some(Self::Project),
+            "obj" | "ply" => Some(Self::Mesh),
+            "glb" | "gltf" => Some(Self::Gltf),
+            "json" => Some(Self::Json),
+            "csv" if has("vertex") => Some(Self::Handles),
+            "csv" if raw_take::is_take_csv(path) => Some(Self::Take),
+            "csv" | "c3d" | "trc" | "tsv" => Some(Self::RawTake),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for FileKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rig => "a rig",
+            Self::Project => "a project file",
+            Self::Mesh => "a mesh",
+            Self::Gltf => "a glTF file",
+            Self::Usd => "a USD file",
+            Self::Take => "a take",
+            Self::RawTake => "a raw take",
+            Self::Handles => "a table of handles",
+            Self::Json => "a JSON file",
+        })
+    }
+}
