@@ -63,8 +63,7 @@ fn mistakes_in_handles_are_named() {
         (
             "\nlabel;vertex\na;1\n",
             "markers.csv, line 2: the columns are separated by semicolons, expected commas, and points in numbers: export it so, \
-             or replace them", found \"label;vertex\", \
-             expected label,vertex (separated by commas)",
+             or replace them",
         ),
         (
             "label,vertex,note\na,1,x\n",
