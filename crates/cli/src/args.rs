@@ -8,7 +8,7 @@ mod values;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
-pub(crate) use placing::{Handles, TakeSpace};
+pub(crate) use placing::{Handles, New, TakeSpace};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ const GLOBAL: &str = "Options of every command";
     after_help = "\
 Examples:
   rhytid demo
-  rhytid doctor FACE.toml
+  rhytid new neutral.obj --take session.c3d
   rhytid solve FACE.toml -o FACE.safetensors
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd
 
@@ -55,6 +55,16 @@ pub(crate) struct Args {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Make a project of a neutral scan, expression scans and a take.
+    ///
+    /// Finds the expressions and a take beside the neutral, the unit, the up axis and the vertex of each marker; writes a project file with a comment at
+    /// each choice, the table of handles and a picture of them; and ends with the commands that come next.
+    #[command(after_help = "\
+Examples:
+  rhytid new scans/anna/neutral.obj
+  rhytid new neutral.obj --examples poses --take session.c3d -o anna")]
+    New(New),
+
     /// Solve a face: scans, handles and examples become a rig.
     #[command(after_help = "\
 Examples:

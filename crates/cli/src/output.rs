@@ -1,6 +1,6 @@
 //! Standard output.
 
-use rhytid::{Error, Result};
+use rhytid::{AtomicFile, Error, Result};
 use serde::Serialize;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -23,6 +23,16 @@ pub(crate) fn say(text: &str) -> Result<()> {
 /// As [`say`].
 pub(crate) fn json(value: &impl Serialize) -> Result<()> {
     say(&serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?)
+}
+
+/// Writes a file, whole.
+///
+/// # Errors
+/// [`Error::Io`].
+pub(crate) fn file(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(bytes).map_err(file.error())?;
+    file.finish()
 }
 
 /// Rows of cells as a table whose columns are aligned; the last column is not padded.

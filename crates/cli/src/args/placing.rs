@@ -44,6 +44,29 @@ pub(crate) struct Handles {
     pub picture: Option<PathBuf>,
 }
 
+/// `rhytid new`
+#[derive(Debug, clap::Args)]
+pub(crate) struct New {
+    /// The neutral scan.
+    pub neutral: PathBuf,
+
+    /// The folder to write the project to; made if it does not exist.
+    #[arg(short, long, value_name = "FOLDER", default_value = "rhytid-face")]
+    pub output: PathBuf,
+
+    /// The folder with the expression scans [default: poses, examples, expressions or scans beside the neutral, or its own].
+    #[arg(long, value_name = "FOLDER")]
+    pub examples: Option<PathBuf>,
+
+    /// The take whose markers become handles [default: one beside the neutral; else handles are spread over the face].
+    #[arg(long, value_name = "TAKE")]
+    pub take: Option<PathBuf>,
+
+    /// The meshes' unit [default: the one in which the neutral has the size of a head].
+    #[arg(long, value_enum)]
+    pub unit: Option<UnitChoice>,
+}
+
 /// Of a take's CSV that is not in the rig's space; each is exact.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "A take's CSV in another space")]

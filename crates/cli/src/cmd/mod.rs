@@ -13,6 +13,7 @@ mod export_shapes;
 mod handles;
 mod info;
 mod man;
+mod new;
 mod prepare;
 mod solve;
 mod stitch;
@@ -29,6 +30,7 @@ use std::process::ExitCode;
 /// As the command's.
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
     match &args.command {
+        Command::New(args) => new::run(args, ui)?,
         Command::Solve(args) => solve::run(args, ui)?,
         Command::Animate(args) => animate::run(args, ui)?,
         Command::Stitch(args) => stitch::run(args, ui)?,

@@ -313,6 +313,7 @@ fn progress_is_plain_lines_where_there_is_no_terminal() {
 #[test]
 fn every_command_has_help_with_an_example() {
     let commands = [
+        "new",
         "solve",
         "animate",
         "stitch",
@@ -349,7 +350,7 @@ fn man_pages_and_completions() {
     let dir = TempDir::new().unwrap();
     rhytid("man pages").current_dir(dir.path()).assert().success();
     let pages = list(&dir.path().join("pages"));
-    assert_eq!(pages.len(), 18, "{pages:?}");
+    assert_eq!(pages.len(), 19, "{pages:?}");
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
     let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");

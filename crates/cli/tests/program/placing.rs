@@ -1,4 +1,4 @@
-//! `rhytid handles`: on the demo's face, whose handles are known.
+//! `rhytid handles` and `rhytid new`: on the demo's face, whose handles are known, and on a head that nobody prepared.
 
 use crate::common::raw::Raw;
 use crate::common::{demo, rhytid, stderr};
@@ -81,4 +81,85 @@ fn handles_are_spread_evenly_on_both_sides() {
         .collect();
     nearest.sort_by(f64::total_cmp);
     assert!(nearest[2] > nearest[count / 2] / 3.0, "{nearest:?}");
+}
+
+/// Runs the command, which must succeed, and gives its standard output.
+fn done(command: &str) -> String {
+    let output = rhytid(command).output().unwrap();
+    assert!(output.status.success(), "{command}: {}", stderr(&output));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[test]
+fn a_folder_of_scans_becomes_a_project_that_animates() {
+    let raw = Raw::new();
+    raw.write(&|_, _, x| Some(x));
+    let scans = raw.path("scans");
+    std::fs::create_dir_all(scans.join("poses")).unwrap();
+    std::fs::copy(demo().join("neutral.obj"), scans.join("neutral.obj")).unwrap();
+    for pose in std::fs::read_dir(demo().join("poses")).unwrap().flatten() {
+        std::fs::copy(pose.path(), scans.join("poses").join(pose.file_name())).unwrap();
+    }
+    std::fs::write(scans.join("poses/other.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    std::fs::copy(raw.path("raw.trc"), scans.join("session.trc")).unwrap();
+    let [neutral, anna] =
+        [scans.join("neutral.obj"), raw.path("anna")].map(|path| path.display().to_string());
+    let said = done(&format!("new {neutral} -o {anna}"));
+    assert!(said.contains("cm, Y up") && said.contains("other.obj: not the neutral's vertices"), "{said}");
+    // Its last lines are the commands that follow, and they work.
+    let next: Vec<&str> = said.lines().filter_map(|line| line.trim().strip_prefix("rhytid ")).collect();
+    assert!(next.len() == 2 && next[0].starts_with("solve ") && next[1].starts_with("animate "), "{said}");
+    let text = std::fs::read_to_string(format!("{anna}/face.toml")).unwrap();
+    assert!(
+        text.contains("neutral = '../scans/neutral.obj'") && text.matches("[[example]]").count() >= 4,
+        "{text}"
+    );
+    done(next[0]);
+    done(&format!("{} --device cpu --frames 0..20", next[1]));
+    assert!(Path::new(&anna).join("face.usd").is_file() && Path::new(&anna).join("markers.png").is_file());
+    let output = rhytid(&format!("new {neutral} -o {anna}")).output().unwrap();
+    assert!(
+        output.status.code() == Some(2) && stderr(&output).contains("is there already"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn another_actors_capture_animates_a_head_that_nobody_prepared() {
+    let Some(shared) = rhytid_test_support::shared("data") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let neutral = shared.join("makehuman/neutral.obj").display().to_string();
+    let take = shared.join("takes/rom_3_raw.c3d").display().to_string();
+    let said = done(&format!("new {neutral} --take {take} -o {}", at("face")));
+    assert!(said.contains("0.1, Y up: the neutral is 52 cm across") && said.contains("88, from"), "{said}");
+    let [project, rig, usd] = ["face/face.toml", "face/face.safetensors", "face/face.usd"].map(at);
+    done(&format!("solve {project} -o {rig}"));
+    done(&format!("animate {rig} {take} -o {usd} --device cpu"));
+    // No spike: no vertex goes farther than the farthest marker by half, and none jumps between two frames at 120 Hz.
+    let rest = mesh::read(Path::new(&neutral)).unwrap().positions;
+    let mut reader = rhytid::formats::animation::open(Path::new(&usd)).unwrap();
+    let handles = tables::read_handles(&folder.path().join("face/markers.csv")).unwrap().vertices;
+    let apart = |a: [f32; 3], b: [f32; 3]| 100.0 * (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt();
+    let (mut now, mut before): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
+    let (mut farthest, mut marker, mut jump) = (0.0_f32, 0.0_f32, 0.0_f32);
+    for frame in 0..reader.summary().frames {
+        reader.positions(frame, &mut now).unwrap();
+        let points = now.as_chunks::<3>().0;
+        for (v, x) in points.iter().enumerate() {
+            farthest = farthest.max(apart(*x, rest[v].map(|c| c as f32)));
+        }
+        for &v in &handles {
+            marker = marker.max(apart(points[v as usize], rest[v as usize].map(|c| c as f32)));
+        }
+        for (x, y) in points.iter().zip(before.as_chunks::<3>().0) {
+            jump = jump.max(apart(*x, *y));
+        }
+        std::mem::swap(&mut now, &mut before);
+    }
+    println!(
+        "a head that nobody prepared: farthest {farthest:.1} mm, its markers {marker:.1}; jumps by {jump:.1} mm"
+    );
+    assert!(farthest < 1.5 * marker && jump < 8.0, "{farthest}, {marker}, {jump}");
 }

@@ -1,0 +1,277 @@
+//! `rhytid new`
+
+use crate::progress::Ui;
+use crate::{args, inputs, output};
+use rhytid::capture::{HandleSettings, place_handles};
+use rhytid::formats::project::{self, Units};
+use rhytid::formats::{FileKind, mesh, raw_take, tables};
+use rhytid::human;
+use rhytid::solve::{Severity, Skin, examine};
+use rhytid::{Error, Example, Face, Handles, Mesh, RawTake, Result, Settings, UpAxis};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Names of folders beside a neutral that expressions are looked for in; the neutral's own folder is the last.
+const FOLDERS: [&str; 6] = ["poses", "examples", "expressions", "scans", "shapes", "blendshapes"];
+
+/// Units of meshes, in the order in which they are tried.
+const UNITS: [(Units, &str); 5] = [
+    (Units::Centimetres, "cm"),
+    (Units::Millimetres, "mm"),
+    (Units::Metres, "m"),
+    (Units::MetresPerUnit(0.1), "0.1"),
+    (Units::Inches, "in"),
+];
+
+/// What faces and heads, with or without shoulders, measure across, in metres.
+const SIZES: std::ops::Range<f64> = 0.15..0.9;
+
+/// Handles where there is no take.
+const HANDLES: usize = 90;
+
+/// Writes a project file and its table of handles, says what was decided, and what to do next.
+///
+/// # Errors
+/// [`Error::Input`] if the folder has a project already, or of the files; [`Error::Io`].
+pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
+    inputs::expect(&args.neutral, &[FileKind::Mesh, FileKind::Gltf], "rhytid new NEUTRAL.obj -o FOLDER")?;
+    let project = args.output.join("face.toml");
+    let table = args.output.join("markers.csv");
+    for file in [&project, &table] {
+        if file.exists() {
+            return Err(Error::input(format!(
+                "{}: is there already; name another folder with -o",
+                file.display()
+            )));
+        }
+    }
+    let neutral = ui.timed("read the neutral", || mesh::read(&args.neutral)).0?;
+    let (examples, left_out) = ui.timed("read examples", || examples(args, &neutral)).0;
+    let take = args.take.clone().or_else(|| take_beside(&args.neutral));
+    let raw = match &take {
+        None => None,
+        Some(take) => Some(ui.timed("read the take", || raw_take::read(take, None)).0?),
+    };
+    let (units, unit_name) = unit(&neutral, args)?;
+    let face = Face {
+        name: "face".into(),
+        metres_per_unit: units.metres_per_unit(),
+        up_axis: UpAxis::Y,
+        handles: Handles::default(),
+        examples: examples.iter().map(|(_, example)| example.clone()).collect(),
+        neutral,
+        settings: Settings::default(),
+    };
+    let (face, placed) = ui.timed("place handles", || placed(face, raw.as_ref())).0?;
+
+    std::fs::create_dir_all(&args.output).map_err(Error::io(&args.output))?;
+    let distances: Option<Vec<f64>> =
+        placed.as_ref().map(|placed| placed.iter().map(|d| d * face.metres_per_unit * 1e3).collect());
+    tables::write_handles(&table, &face.handles, distances.as_deref())?;
+    let doubtful: Vec<bool> = distances.iter().flatten().map(|distance| *distance > 8.0).collect();
+    rhytid::report::write_handles(&table.with_extension("png"), &face, &doubtful, &[])?;
+    let text = project_text(args, &face, &examples, unit_name)?;
+    project::parse(&text, &project.display().to_string())?;
+    output::file(&project, text.as_bytes())?;
+    ui.clear();
+    for finding in examine(&face).findings.iter().filter(|finding| finding.severity > Severity::Note) {
+        ui.line(&super::doctor::line(finding));
+    }
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    say(args, &face, unit_name, &left_out, take.as_deref(), distances.as_deref())
+}
+
+/// What was decided, and what comes next.
+fn say(
+    args: &args::New,
+    face: &Face,
+    unit: &str,
+    left_out: &[PathBuf],
+    take: Option<&Path>,
+    distances: Option<&[f64]>,
+) -> Result<()> {
+    let row = |name: &str, value: String| [name.to_owned(), value];
+    let named = |paths: &[String]| if paths.is_empty() { "none".to_owned() } else { paths.join(", ") };
+    let names: Vec<String> = face.examples.iter().map(|example| example.name.clone()).collect();
+    let up = if face.up_axis == UpAxis::Y { "Y" } else { "Z" };
+    let mut rows = vec![
+        row(
+            "unit",
+            format!(
+                "{unit}, {up} up: the neutral is {:.0} cm across",
+                across(&face.neutral) * face.metres_per_unit * 100.0
+            ),
+        ),
+        row("examples", named(&names)),
+    ];
+    if !left_out.is_empty() {
+        let files: Vec<String> = left_out.iter().map(|path| path.display().to_string()).collect();
+        rows.push(row("left out", format!("{}: not the neutral's vertices", files.join(", "))));
+    }
+    let median = distances.map(|distances| {
+        let mut sorted = distances.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+    });
+    rows.push(row(
+        "handles",
+        match (take, median) {
+            (Some(take), Some(median)) => format!(
+                "{}, from {}: {:.1} mm from their markers (median); look at {}",
+                face.handles.labels.len(),
+                take.display(),
+                median,
+                args.output.join("markers.png").display()
+            ),
+            _ => format!("{}, spread over the face: no take was found", face.handles.labels.len()),
+        },
+    ));
+    let [project, rig] =
+        ["face.toml", "face.safetensors"].map(|name| args.output.join(name).display().to_string());
+    let take = take.map_or_else(|| "TAKE.csv".to_owned(), |take| take.display().to_string());
+    output::say(&format!(
+        "{project}: a project, made\n{}\nNext:\n  rhytid solve {project} -o {rig}\n  rhytid animate {rig} {take} -o {}",
+        output::table(&rows),
+        args.output.join("face.usd").display()
+    ))
+}
+
+/// Meshes with the neutral's vertices, and those that have others.
+fn examples(args: &args::New, neutral: &Mesh) -> (Vec<(PathBuf, Example)>, Vec<PathBuf>) {
+    let beside = args.neutral.parent().unwrap_or(Path::new(""));
+    let found = FOLDERS.iter().map(|name| beside.join(name)).find(|folder| folder.is_dir());
+    let folder = args.examples.clone().or(found).unwrap_or_else(|| beside.to_owned());
+    let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    files.sort();
+    let is_neutral = |path: &PathBuf| path.canonicalize().ok() == args.neutral.canonicalize().ok();
+    files.retain(|path| FileKind::of(path) == Some(FileKind::Mesh) && !is_neutral(path));
+    let (mut examples, mut left_out) = (Vec::new(), Vec::new());
+    for path in files {
+        match mesh::read_like(neutral, &args.neutral, &path) {
+            Ok(positions) => {
+                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                examples.push((path, Example { name, positions, mirror: false }));
+            }
+            Err(_) => left_out.push(path),
+        }
+    }
+    (examples, left_out)
+}
+
+/// The first raw take in the neutral's folder.
+fn take_beside(neutral: &Path) -> Option<PathBuf> {
+    let folder = neutral.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).collect();
+    files.sort();
+    files.into_iter().find(|path| matches!(FileKind::of(path), Some(FileKind::RawTake | FileKind::Take)))
+}
+
+fn across(mesh: &Mesh) -> f64 {
+    let [low, high] = mesh.bounds().unwrap_or_default();
+    (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The unit that is named, or in which the neutral has the size of a head.
+fn unit(neutral: &Mesh, args: &args::New) -> Result<(Units, &'static str)> {
+    let across = across(neutral);
+    if let Some(unit) = args.unit {
+        let found =
+            UNITS.into_iter().find(|(units, _)| (units.metres_per_unit() / unit.metres() - 1.0).abs() < 1e-9);
+        return found.ok_or_else(|| Error::input("--unit: a mesh is in mm, cm, m or in"));
+    }
+    UNITS.into_iter().find(|(units, _)| SIZES.contains(&(across * units.metres_per_unit()))).ok_or_else(
+        || {
+            Error::input(format!(
+                "{}: is {} units across, the size of a head in no unit; say which with --unit, or scale it",
+                args.neutral.display(),
+                human::number(across)
+            ))
+        },
+    )
+}
+
+/// The face with its handles, its up axis the one that suits, and how far each handle is from its marker.
+fn placed(mut face: Face, raw: Option<&RawTake>) -> Result<(Face, Option<Vec<f64>>)> {
+    let Some(raw) = raw else {
+        let skin = Skin::of(&face).or_else(|_| {
+            face.up_axis = UpAxis::Z;
+            Skin::of(&face)
+        })?;
+        let vertices = skin.spread(HANDLES, &[]);
+        face.handles = Handles { labels: skin.labels(&vertices), vertices };
+        return Ok((face, None));
+    };
+    // The right axis is that in which the markers fit.
+    let mut with = |up_axis: UpAxis| {
+        face.up_axis = up_axis;
+        place_handles(&face, raw, &HandleSettings::default())
+    };
+    let (y, z) = (with(UpAxis::Y), with(UpAxis::Z));
+    let (up_axis, found) = match (y, z) {
+        (Ok(y), Ok(z)) if z.cost < 0.8 * y.cost => (UpAxis::Z, z),
+        (Err(_), Ok(z)) => (UpAxis::Z, z),
+        (y, _) => (UpAxis::Y, y?),
+    };
+    face.up_axis = up_axis;
+    face.handles = found.handles;
+    Ok((face, Some(found.distances)))
+}
+
+/// The project file with a comment at each choice.
+fn project_text(
+    args: &args::New,
+    face: &Face,
+    examples: &[(PathBuf, Example)],
+    unit: &str,
+) -> Result<String> {
+    let quoted = |path: &Path| toml_text(&relative(&args.output, path));
+    let unit = if unit.parse::<f64>().is_ok() { unit.to_owned() } else { format!("{unit:?}") };
+    let up = if face.up_axis == UpAxis::Y { "y" } else { "z" };
+    let mut text = format!(
+        "# A Rhytid project: paths are relative to this file. All keys: docs/project-file.md\n\n\
+         # Examples that are not in the neutral's place are put there; false keeps them where they are.\n\
+         align = true\n\n\
+         [mesh]\n\
+         neutral = {}\n\
+         units = {unit}   # m, cm, mm, in, or metres per unit\n\
+         up = \"{up}\"\n\n\
+         [handles]\n\
+         vertices = \"markers.csv\"   # look at markers.png\n\n",
+        quoted(&args.neutral)
+    );
+    for (path, example) in examples {
+        let fault = |_| Error::Internal("writing to a text".into());
+        writeln!(text, "[[example]]\nname = {}\nmesh = {}\n", toml_text(&example.name), quoted(path))
+            .map_err(fault)?;
+    }
+    text += "# What no example moves stays, so that the back of the head does not swing. More that is to stay:\n\
+             # [pins]\n# box = [[-10, 5, -20], [10, 25, -5]]   # two corners, in mesh units\n";
+    Ok(text)
+}
+
+/// A text in TOML; in single quotes where it can be, so that backslashes are what they are.
+fn toml_text(text: &str) -> String {
+    if text.contains('\'') || text.contains(char::is_control) {
+        format!("{text:?}")
+    } else {
+        format!("'{text}'")
+    }
+}
+
+/// A file as seen from a folder; as it is where they have nothing in common.
+fn relative(folder: &Path, file: &Path) -> String {
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let (from, to) = (absolute(folder), absolute(file));
+    let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    if common <= 1 {
+        return to.display().to_string();
+    }
+    let up = from.components().skip(common).map(|_| "..".to_owned());
+    let down = to.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    up.chain(down).collect::<Vec<_>>().join("/")
+}
