@@ -13,7 +13,7 @@ use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
 pub(crate) use values::{HeadChoice, MissingChoice, StageChoice, UnitChoice};
-use values::{parse_millimetres, parse_rate};
+use values::{parse_gain, parse_millimetres, parse_rate};
 
 const GLOBAL: &str = "Options of every command";
 
@@ -294,6 +294,10 @@ pub(crate) struct Animate {
     /// confidence says, and where a frame is far outside what the examples show.
     #[arg(long)]
     pub fade_detail: bool,
+
+    /// Wrinkles turned down or up: the folds times this, from 0, which leaves the large scale alone, to 2.
+    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
+    pub detail: f64,
 
     /// What becomes of the head's motion, where the take has it.
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]

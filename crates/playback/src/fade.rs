@@ -1,5 +1,5 @@
-//! Folds that fade where they are not to be trusted: the markers that drive them were filled rather than measured, or the frame is
-//! far outside what the examples show.
+//! Folds that are stronger or weaker than learned: by a gain, and where they are not to be trusted, as the markers that drive them were filled
+//! rather than measured, or the frame is far outside what the examples show.
 
 use crate::uncertainty::Uncertainty;
 use rhytid_core::{Result, Rig, Take};
@@ -7,14 +7,15 @@ use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_solve::FAR;
 use std::ops::Range;
 
-/// Takes detail away from the frames of a take as its confidence and the rig's say.
+/// Multiplies the detail of a take's frames by a gain, and takes it away as the take's confidence and the rig's say.
 ///
-/// Vertex v of a frame is at x̃ + c_v (x − x̃), between the large scale x̃ and the full result x. c_v is the confidence of
+/// Vertex v of a frame is at x̃ + g c_v (x − x̃), from the large scale x̃ towards the full result x, with the gain g. c_v is the confidence of
 /// the strain edges that v listens to, weighted by its influences: Σ_k α_vk min(c_a, c_b) / Σ_k α_vk, where edge k joins
 /// the handles a and b. A vertex without influences has no detail to fade. By the learned method, c_v is that times what falls from 1
 /// to 0 where σ_v is from [`FAR`] to twice as many times that of an example that is left out.
 pub(crate) struct Fade<'a> {
     rig: &'a Rig,
+    gain: f64,
     vertex_triangles: VertexTriangles,
     /// frames × F: the lesser confidence of each edge's two handles; empty where the take has none below 1.
     edges: Vec<f32>,
@@ -25,11 +26,27 @@ pub(crate) struct Fade<'a> {
 }
 
 impl<'a> Fade<'a> {
-    /// `None` where both leave everything as it is. The take has all of the rig's handles, at these frames × H positions.
+    /// `None` where all leave everything as it is. The take by which it fades, if it does, has all of the rig's handles, at these
+    /// frames × H positions.
     ///
     /// # Errors
     /// As [`Uncertainty::new`].
-    pub(crate) fn new(rig: &'a Rig, take: &Take, handle_positions: &[f32]) -> Result<Option<Self>> {
+    pub(crate) fn new(rig: &'a Rig, gain: f64, fades: Option<(&Take, &[f32])>) -> Result<Option<Self>> {
+        let vertex_triangles = || VertexTriangles::new(rig.vertices(), &rig.triangles);
+        let Some((take, handle_positions)) = fades else {
+            let edges = Vec::new();
+            let (positions, normals) = (Vec::new(), Vec::new());
+            let gained = || Self {
+                rig,
+                gain,
+                vertex_triangles: vertex_triangles(),
+                edges,
+                far: None,
+                positions,
+                normals,
+            };
+            return Ok((gain != 1.0).then(gained));
+        };
         let marker = |label: &String| take.labels.iter().position(|known| known == label);
         let markers: Vec<usize> = rig.labels.iter().filter_map(marker).collect();
         let mut edges: Vec<f32> = take.confidence.as_ref().map_or_else(Vec::new, |confidence| {
@@ -44,11 +61,11 @@ impl<'a> Fade<'a> {
         }
         let is_far = |far: &Uncertainty| (0..take.frames()).any(|frame| far.is_far(frame));
         let far = Uncertainty::new(rig, handle_positions)?.filter(is_far);
-        if edges.is_empty() && far.is_none() {
+        if gain == 1.0 && edges.is_empty() && far.is_none() {
             return Ok(None);
         }
-        let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
-        Ok(Some(Self { rig, vertex_triangles, edges, far, positions: Vec::new(), normals: Vec::new() }))
+        let vertex_triangles = vertex_triangles();
+        Ok(Some(Self { rig, gain, vertex_triangles, edges, far, positions: Vec::new(), normals: Vec::new() }))
     }
 
     /// Whether any of these frames may need its large scale.
@@ -57,7 +74,9 @@ impl<'a> Fade<'a> {
         let unsure = !self.edges.is_empty()
             && self.edges[frames.start * edges..frames.end * edges].iter().any(|&c| c < 1.0);
         let mut frames = frames;
-        unsure || self.far.as_ref().is_some_and(|far| frames.any(|frame| far.is_far(frame)))
+        self.gain != 1.0
+            || unsure
+            || self.far.as_ref().is_some_and(|far| frames.any(|frame| far.is_far(frame)))
     }
 
     /// A frame's 3V positions and normals (empty where they are not wanted) after the fading, from those before and the 3V
@@ -84,7 +103,8 @@ impl<'a> Fade<'a> {
             if let Some((far, samples)) = far {
                 c *= (2.0 - far.times(v, samples) / FAR).clamp(0.0, 1.0);
             }
-            if c >= 1.0 {
+            c = c.min(1.0) * self.gain;
+            if c == 1.0 {
                 return *full;
             }
             fades = true;

@@ -31,7 +31,7 @@ struct Batch {
 }
 
 /// What is wanted of each frame, beside its positions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaybackOptions {
     /// How far to go.
     pub stage: OutputStage,
@@ -44,6 +44,8 @@ pub struct PlaybackOptions {
     /// Detail fades where the take's confidence is below 1, and where the rig's says that a frame is far outside what its examples
     /// show; of use to [`OutputStage::Full`] alone.
     pub fade_detail: bool,
+    /// By how much detail is multiplied, from 0, which is the large scale, to 2; of use to [`OutputStage::Full`] alone.
+    pub detail: f64,
     /// What becomes of the head's motion: [`HeadMotion::Bake`] puts it into the frames.
     pub head: HeadMotion,
 }
@@ -57,6 +59,7 @@ impl Default for PlaybackOptions {
             velocities: false,
             sigma: false,
             fade_detail: false,
+            detail: 1.0,
             head: HeadMotion::Keep,
         }
     }
@@ -188,8 +191,11 @@ impl<'a> Playback<'a> {
         mut each: impl FnMut(Frame<'_>) -> Result<()>,
     ) -> Result<()> {
         let handles = selection.take.handle_positions(&self.rig.labels)?;
-        let fades = options.fade_detail && options.stage == OutputStage::Full;
-        let mut fade = if fades { Fade::new(self.rig, &selection.take, &handles)? } else { None };
+        let of_the_take = options.fade_detail.then_some((&selection.take, &handles[..]));
+        let mut fade = match options.stage {
+            OutputStage::Full => Fade::new(self.rig, options.detail, of_the_take)?,
+            _ => None,
+        };
         let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
         let mut bake = Bake::default();
         let mut velocities = options.velocities.then(|| Velocities::new(selection.rate));
@@ -264,6 +270,7 @@ mod tests {
             velocities: true,
             sigma: true,
             fade_detail: false,
+            detail: 1.0,
             head: HeadMotion::Keep,
         };
         let (provenance, corners) =

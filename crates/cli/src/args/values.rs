@@ -179,6 +179,14 @@ pub(super) fn parse_rate(text: &str) -> Result<f64, String> {
     })
 }
 
+/// For `--detail`.
+pub(super) fn parse_gain(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|gain| (0.0..=2.0).contains(gain))
+        .ok_or_else(|| "expected a number from 0 to 2".to_owned())
+}
+
 /// A time that may be 0.
 pub(super) fn seconds(number: f64) -> Result<f64, String> {
     let is_sound = (0.0..=1e6).contains(&number);

@@ -102,6 +102,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         fps: args.fps,
         missing: Missing::from(args.missing).into(),
         fade_detail: args.fade_detail,
+        detail: Some(args.detail).filter(|gain| *gain != 1.0),
         head: HeadMotion::from(args.head).into(),
     };
     let options = export::Options {
@@ -116,6 +117,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         velocities: args.velocities,
         sigma: args.sigma,
         fade_detail: args.fade_detail,
+        detail: args.detail,
         head: args.head.into(),
     };
 
@@ -185,6 +187,12 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     if args.fade_detail && args.stage != StageChoice::Full {
         return Err(Error::input(format!(
             "--fade-detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
+            OutputStage::from(args.stage)
+        )));
+    }
+    if args.detail != 1.0 && args.stage != StageChoice::Full {
+        return Err(Error::input(format!(
+            "--detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
             OutputStage::from(args.stage)
         )));
     }

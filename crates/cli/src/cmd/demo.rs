@@ -106,6 +106,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             fps: None,
             missing: MissingChoice::Error,
             fade_detail: false,
+            detail: 1.0,
             head: HeadChoice::Keep,
             no_normals: false,
             velocities: false,

@@ -68,6 +68,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         velocities: summary.velocities,
         sigma: false,
         fade_detail: provenance.fade_detail,
+        detail: provenance.detail.unwrap_or(1.0),
         head: request.head,
     };
     let mut compared = Compared::default();

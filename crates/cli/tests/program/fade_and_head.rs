@@ -275,3 +275,57 @@ fn verify_and_stitch_know_what_became_of_the_head() {
     assert!(world(&f, "plain.usd") == world(&f, "baked.usd"));
     assert_eq!(verify(&f, "baked.usd", "take.csv"), Some(0));
 }
+
+#[test]
+fn detail_is_turned_down_and_up() {
+    let (f, _) = demo();
+    let mut of = Vec::new();
+    for (name, options) in [
+        ("full.usd", ""),
+        ("smooth.usd", "--stage large-scale"),
+        ("none.usd", "--detail 0"),
+        ("half.glb", "--detail 0.5"),
+        ("twice.usd", "--detail 2"),
+        ("once.usd", "--detail 1"),
+    ] {
+        animate(&f, "take.csv", name, options);
+        assert_eq!(verify(&f, name, "take.csv"), Some(0), "{name} says how it was made");
+        of.push(frames(&f, name));
+    }
+    let [full, smooth, none, half, twice, once] = &of[..] else { unreachable!() };
+    assert_eq!(
+        std::fs::read(f.path("full.usd")).unwrap(),
+        std::fs::read(f.path("once.usd")).unwrap(),
+        "1 is as it was"
+    );
+    let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
+    let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+    let mut folds = 0.0_f32;
+    for frame in 0..full.len() {
+        for (gained, gain) in [(none, 0.0), (half, 0.5), (twice, 2.0), (once, 1.0)] {
+            let pairs = full[frame][0].iter().zip(&smooth[frame][0]).zip(&gained[frame][0]);
+            for ((full, smooth), found) in pairs {
+                folds = folds.max((full - smooth).abs());
+                let expected = smooth + gain * (full - smooth);
+                assert!(
+                    (found - expected).abs() < 1e-5,
+                    "frame {frame}, gain {gain}: {found} instead of {expected}"
+                );
+            }
+        }
+        // Its normals are those of what it shows.
+        let mut normals = vec![[0.0; 3]; rig.vertices()];
+        let positions = twice[frame][0].as_chunks::<3>().0;
+        let whole = normals::Params::whole(1, rig.vertices());
+        normals::normals(whole, positions, &rig.triangles, &triangles, &mut normals);
+        for (found, expected) in twice[frame][1].iter().zip(normals.as_flattened()) {
+            assert!((found - expected).abs() < 1e-3, "frame {frame}: normal {found} instead of {expected}");
+        }
+    }
+    assert!(folds > 0.02, "the demo folds by {folds} cm");
+    f.refused("animate face.safetensors take.csv -o x.usd --detail 3", &["expected a number from 0 to 2"]);
+    f.refused(
+        "animate face.safetensors take.csv -o x.usd --detail 0.5 --stage large-scale",
+        &["--detail is for --stage full", "which has no detail"],
+    );
+}

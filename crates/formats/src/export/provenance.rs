@@ -29,6 +29,9 @@ pub struct Provenance {
     /// it was false.
     #[serde(default)]
     pub fade_detail: bool,
+    /// By how much detail is multiplied, from 0 to 2; `None` for 1, which files do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<f64>,
     /// What became of the head's motion. Files from before there was this choice do not say: it was
     /// [`HeadMotion::Keep`].
     #[serde(default = "keep")]

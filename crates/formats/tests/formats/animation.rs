@@ -160,6 +160,7 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
             fps: Some(30.0 / 1.001),
             missing: Missing::Hold.into(),
             fade_detail: true,
+            detail: Some(0.5),
             head: HeadMotion::Drop.into(),
         },
     }

@@ -63,6 +63,7 @@ pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
         end_frame: frame("end_frame")?,
         fps: Provenance::rate(number("fps")?),
         missing: Word::of(&text("missing")?),
+        detail: number("detail"),
         // Older files have neither of these.
         fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
         head: text("head").map_or(HeadMotion::Keep.into(), |word| Word::of(&word)),

@@ -146,6 +146,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("--fps", rate(y.fps), rate(x.fps)),
         ("--missing", y.missing.to_string(), x.missing.to_string()),
         ("with --fade-detail", has(y.fade_detail), has(x.fade_detail)),
+        ("--detail", y.detail.unwrap_or(1.0).to_string(), x.detail.unwrap_or(1.0).to_string()),
         ("--head", y.head.to_string(), x.head.to_string()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
         ("metres per unit", b.metres_per_unit.to_string(), a.metres_per_unit.to_string()),

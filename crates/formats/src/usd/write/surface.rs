@@ -59,7 +59,7 @@ pub(crate) fn custom_data(provenance: &Provenance) -> Value {
     let text = |text: &dyn ToString| Value::String(text.to_string());
     // Frame numbers are small; the largest are kept as well as a double can.
     let frame = |n: u64| i32::try_from(n).map_or(Value::Double(n as f64), Value::Int);
-    let fields = vec![
+    let mut fields = vec![
         ("version".into(), text(&provenance.version)),
         ("rig".into(), text(&provenance.rig)),
         ("stage".into(), text(&provenance.stage)),
@@ -70,6 +70,7 @@ pub(crate) fn custom_data(provenance: &Provenance) -> Value {
         ("fade_detail".into(), Value::Bool(provenance.fade_detail)),
         ("head".into(), text(&provenance.head)),
     ];
+    fields.extend(provenance.detail.map(|gain| ("detail".into(), Value::Double(gain))));
     Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])
 }
 
