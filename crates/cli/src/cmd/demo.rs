@@ -216,7 +216,7 @@ fn next_steps(dir: &Path) -> String {
     let rhytid = std::env::args().next().unwrap_or_else(|| "rhytid".to_owned());
     format!(
         "\nNext:
-  open {dir}/face.usd or {dir}/face.glb in Blender (File > Import) and press play
+  open {dir}/face.usd in Blender (File > Import) and press play; {dir}/face.glb is for viewers and the web
   {rhytid} info {dir}/face.safetensors
   {rhytid} animate {dir}/face.safetensors {dir}/performance.csv -o coarse.usd --stage large-scale
   with your own scans: edit {dir}/face.toml, then {rhytid} doctor, solve and animate; see docs/getting-started.md"

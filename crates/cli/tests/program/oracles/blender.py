@@ -4,7 +4,8 @@
 
 JOB is a JSON file: `files` to import, `out` (a folder), `rate` (frames per second), `first` (time code of the first
 frame) and `frames` to look at, counted from the first. For file number i, `out`/i.f64 gets frames × vertices × 3
-float64: positions in the world, metres, Z up. Printed last, as JSON: for each file the number of `vertices` and their
+float64: positions in the world, metres, Z up, and `out`/i.normals.f64 the same of the normals that it shades with, in the
+mean of each vertex's corners. Printed last, as JSON: for each file the number of `vertices` and their
 `ids`, the original's vertex numbers, if the file has them.
 """
 
@@ -42,6 +43,19 @@ def world_positions(object):
     return positions.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
+def world_normals(object):
+    """What is shaded with: one for each corner of a face, here their mean at each vertex."""
+    object = object.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = object.data
+    corners = np.empty((len(mesh.loops), 3), np.float32)
+    mesh.corner_normals.foreach_get("vector", corners.ravel())
+    vertices = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", vertices)
+    normals = np.zeros((len(mesh.vertices), 3))
+    np.add.at(normals, vertices, corners.astype(np.float64))
+    return normals @ np.array(object.matrix_world, np.float64)[:3, :3].T
+
+
 def vertex_ids(mesh):
     """The original's vertex numbers, or None."""
     attribute = mesh.attributes.get("_VERTEX_ID")
@@ -61,11 +75,13 @@ for number, path in enumerate(map(Path, job["files"])):
     # USD's time codes are frame numbers; glTF's animation begins at 0 s.
     first = 0 if path.suffix in (".glb", ".gltf") else job["first"]
     vertices = len(mesh_object.data.vertices)
-    with open(Path(job["out"]) / f"{number}.f64", "wb") as out:
+    folder = Path(job["out"])
+    with open(folder / f"{number}.f64", "wb") as out, open(folder / f"{number}.normals.f64", "wb") as shading:
         for frame in job["frames"]:
             bpy.context.scene.frame_set(first + frame)
             positions = world_positions(mesh_object)
             assert positions.shape == (vertices, 3)
             out.write(positions.tobytes())
+            shading.write(world_normals(mesh_object).tobytes())
     report.append({"vertices": vertices, "ids": vertex_ids(mesh_object.data)})
 print(json.dumps(report))

@@ -149,7 +149,36 @@ fn check_blender(animation: &Animation, exports: &[Export]) {
     assert_eq!(all.len(), exports.len());
     for (export, shown) in exports.into_iter().zip(&all) {
         assert_shown("Blender", export, animation, shown, UpAxis::Z);
+        if export.has_normals() {
+            assert_shading(export, animation, shown);
+        }
     }
+}
+
+/// Asserts that Blender shades every frame with the library's normals, as docs/export.md says of each format: of USD it has them all, of glTF those
+/// of the mesh without its targets, which turn with the skin from there.
+fn assert_shading(export: &Export, animation: &Animation, shown: &Shown) {
+    let normals = shown.normals.as_ref().expect("Blender's normals");
+    let mut off = Vec::new();
+    for (frame, normals) in normals.iter().enumerate() {
+        let expected = animation.normals(frame, UpAxis::Z);
+        for (v, normal) in original(shown).zip(normals) {
+            let length = distance(*normal, [0.0; 3]);
+            if expected[v] != [0.0; 3] && length > 0.0 {
+                let apart = distance(normal.map(|x| x / length), expected[v]);
+                off.push(2.0 * (0.5 * apart).min(1.0).asin().to_degrees());
+            }
+        }
+    }
+    off.sort_by(f64::total_cmp);
+    let at = |part: f64| off[((off.len() - 1) as f64 * part) as usize];
+    let (median, most, worst) = (at(0.5), at(0.99), at(1.0));
+    eprintln!(
+        "Blender, {} as {export}: shading off by {median:.2}° (median), {most:.2}° (99 %), {worst:.1}°",
+        animation.rig.name
+    );
+    let allowed = if export.is_gltf() { 4.0 } else { 0.1 };
+    assert!(most < allowed, "{export}: 1 % of the normals are more than {most}° off");
 }
 
 #[test]
