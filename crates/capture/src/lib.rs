@@ -26,6 +26,7 @@ mod clean;
 pub mod coverage;
 mod events;
 mod gaps;
+mod gross_strain;
 mod handles;
 mod head;
 mod labels;
@@ -44,6 +45,7 @@ mod typical;
 
 pub use axes::Axes;
 pub use clean::{Cleaned, Target, clean};
+pub use gross_strain::{GrossStrain, gross_strain};
 pub use handles::{HandleSettings, PlacedHandles, place_handles};
 pub use report::{Event, Found, Kind, Report};
 pub use settings::{Settings, Step};

@@ -2,9 +2,10 @@
 
 use crate::args::{MissingChoice, Setup, TakeSpace, UnitChoice};
 use crate::progress::Ui;
-use rhytid::capture::{self, Axes, Misfit, Target};
+use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
+use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, raw_take};
-use rhytid::playback::{self, choose_devices, find_device};
+use rhytid::playback::{self, CleanUp, choose_devices, find_device};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take};
 use std::path::Path;
 
@@ -102,8 +103,12 @@ pub(crate) fn take(
         return refused("is a raw take, which is cleaned: say its unit, axes and rate in --setup TAKE.toml");
     }
     let clean_up = self::setup(setup)?.clean_up()?;
-    let mut take = playback::read_take(path, rig, missing.into(), &clean_up, ui)?;
+    let mut take = match playback::read_take(path, rig, missing.into(), &clean_up, ui) {
+        Err(error) if is_clean => filled(path, rig, ui)?.ok_or(error)?,
+        result => result?,
+    };
     if !is_clean {
+        warn_strain(&take, rig, path, ui);
         return Ok(take);
     }
     times(&mut take, space.take_rate, path, ui);
@@ -114,7 +119,10 @@ pub(crate) fn take(
     }
     let misfit = capture::misfit(&take, &Target::of(rig));
     let remedy = match misfit {
-        None => return Ok(take),
+        None => {
+            warn_strain(&take, rig, path, ui);
+            return Ok(take);
+        }
         Some(Misfit::Space(space)) => {
             let unit = space.unit().filter(|_| space.metres_per_unit != rig.metres_per_unit);
             let unit = unit.map_or(String::new(), |unit| format!(" --take-unit {unit}"));
@@ -140,6 +148,38 @@ pub(crate) fn take(
         ui.line(&format!("warning: {}: {misfit}; {remedy}", path.display()));
     }
     Ok(take)
+}
+
+/// A clean take that lacks some of the rig's handles, with those filled as the clean-up fills markers that are never seen, which it warns of; `None`
+/// where it lacks none or most, or has other labels.
+fn filled(path: &Path, rig: &Rig, ui: &Ui) -> Result<Option<Take>> {
+    // What is wrong otherwise was said already.
+    let Ok(found) = take::read(path, None, Missing::Leave) else { return Ok(None) };
+    let lacking = rig.labels.iter().filter(|label| !found.labels.contains(label)).count();
+    // Labels that the rig does not know are other names of those that it lacks.
+    let is_part = found.labels.iter().all(|label| rig.labels.contains(label));
+    if lacking == 0 || 2 * lacking > rig.labels.len() || !is_part {
+        return Ok(None);
+    }
+    let skip = [Step::Head, Step::HeadLowPass, Step::Align, Step::Swaps, Step::Outliers, Step::LowPass];
+    let settings = capture::Settings { skip: skip.into_iter().collect(), ..capture::Settings::default() };
+    let clean_up = CleanUp { settings, ..CleanUp::default() };
+    Ok(Some(playback::read_raw_take(path, rig, &clean_up, ui)?.take))
+}
+
+/// Warns of strains that no skin has.
+fn warn_strain(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
+    let Some(GrossStrain { frame, labels: [a, b], strain, frames }) = capture::gross_strain(take, rig) else {
+        return;
+    };
+    ui.line(&format!(
+        "warning: {}: between {a} and {b} the skin is stretched by {:.0} % in frame {frame} ({:.2} s), far beyond any example; {} like it: a \
+         label that slid or was swapped, or that names another place on the rig",
+        path.display(),
+        100.0 * strain,
+        take.times[frame],
+        if frames == 1 { "no other frame is".to_owned() } else { format!("{frames} frames are") }
+    ));
 }
 
 /// Puts the times at a rate that is given; else says so where they look like numbers of frames, or milliseconds.

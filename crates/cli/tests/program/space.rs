@@ -120,3 +120,45 @@ fn a_turning_head_and_times_that_are_no_seconds_are_warned_of() {
         assert!(!said.contains("warning") && done.contains("at 30 frames per second"), "{said} {done}");
     }
 }
+
+#[test]
+fn a_slid_label_and_missing_handles_are_warned_of() {
+    let folder = TempDir::new().unwrap();
+    let (rig, usd) = (rig().display().to_string(), folder.path().join("out.usd").display().to_string());
+    let animate = |take: &str| {
+        let output = rhytid(&format!("animate {rig} {take} -o {usd} --device cpu:0 --frames 30..60"))
+            .output()
+            .unwrap();
+        (output.status.code(), stderr(&output))
+    };
+    let right = truth();
+    let markers = right.labels.len();
+    let column = |label: &str| right.labels.iter().position(|known| known == label).unwrap();
+    // A corner of the mouth is taken for the chin for a third of a second.
+    let mut slid = truth();
+    let (from, to) = (column("mouth_corner_L"), column("forehead_L2"));
+    for frame in 40..50 {
+        slid.positions[frame * markers + from] = slid.positions[frame * markers + to];
+    }
+    let (code, said) = animate(&write(folder.path(), "slid.csv", &slid));
+    let sentence = said.lines().find(|line| line.contains("the skin is stretched by")).unwrap_or_default();
+    assert!(
+        code == Some(0) && sentence.contains("mouth_corner_L") && sentence.contains("10 frames are like it"),
+        "{said}"
+    );
+    assert!((40..50).any(|frame| sentence.contains(&format!("in frame {frame} "))), "{said}");
+
+    // Two markers were not there at all.
+    let gone = [column("lip_up"), column("brow_L2")];
+    let keep: Vec<usize> = (0..markers).filter(|m| !gone.contains(m)).collect();
+    let fewer = Take {
+        labels: keep.iter().map(|&m| right.labels[m].clone()).collect(),
+        positions: right.positions.chunks(markers).flat_map(|frame| keep.iter().map(|&m| frame[m])).collect(),
+        ..truth()
+    };
+    let (code, said) = animate(&write(folder.path(), "fewer.csv", &fewer));
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("never seen, and go with their neighbours: lip_up, brow_L2"), "{said}");
+    let (code, said) = animate(&write(folder.path(), "right.csv", &right));
+    assert!(code == Some(0) && !said.contains("stretched") && !said.contains("never seen"), "{said}");
+}
