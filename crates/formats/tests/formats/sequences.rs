@@ -204,8 +204,11 @@ fn groups_are_those_of_the_faces() {
     assert_eq!(found, [named("a", &[0, 2, 3])]);
     let said = read(format!("{first}\n{second}\n")).unwrap_err().to_string();
     assert!(said.contains("has no group"), "{said}");
-    let said = read(format!("g a\n{second}\n{first}\n")).unwrap_err().to_string();
-    assert!(said.contains("face 1 joins the vertices 0 2 3"), "{said}");
+    // In whatever order the faces stand.
+    let found = read(format!("g a\n{second}\ng b\n{first}\n")).unwrap();
+    assert_eq!(found, [named("a", &[0, 2, 3]), named("b", &[0, 1, 2])]);
+    let said = read(format!("g a\nf 1 2 4\n{second}\n")).unwrap_err().to_string();
+    assert!(said.contains("face 1 joins the vertices 0 1 3"), "{said}");
     let said = read_groups(&square(), Path::new("neutral.obj"), &at("groups.ply")).unwrap_err().to_string();
     assert!(said.contains("groups are read from .obj"), "{said}");
 }

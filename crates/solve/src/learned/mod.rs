@@ -28,6 +28,9 @@ use rhytid_core::{Example, Face, FoldStrains, Learned, LearnedSettings, Progress
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;
 
+/// A vertex whose smooth residual is below this part of the mean rest length has none.
+const NOTHING: f64 = 1e-7;
+
 /// Metres in a millimetre, the unit of the marker noise that is asked for.
 const MILLIMETRE: f64 = 1e-3;
 
@@ -98,6 +101,10 @@ pub fn learn(
             parts.driven.iter().zip(&*pinned).map(|(driven, pinned)| *driven && !pinned).collect();
         Smoothing::of(&rig.rest, laplacian.clone(), &rig.handles, &smoothed, mean, progress)?
             .apply(&mut smooth_residual, progress)?;
+    }
+    // What is left of what no example moves is rounding, and nothing to learn of.
+    for (v, _) in pinned.iter().enumerate().filter(|(_, pinned)| **pinned) {
+        smooth_residual[v * examples.len()..][..examples.len()].fill([0.0; 3]);
     }
 
     let (influences, linear_influences) =
@@ -182,6 +189,8 @@ impl Steps {
     /// Puts all that a device needs into `rig`.
     pub(crate) fn finish(self, settings: &LearnedSettings, rig: &mut Rig<f64>) {
         let centers = rig.centers();
+        // Beside what stays, what is left of the examples fades to less than float32 can tell apart.
+        let nothing = (NOTHING * rig.feature_lengths().last().copied().unwrap_or_default()).powi(2);
         rig.influence_edges = self.influences.edges;
         rig.influence_weights = self.influences.weights;
         rig.pose_features = self.pose_features;
@@ -204,7 +213,7 @@ impl Steps {
             anchor_weights,
             feature_gains,
             example_weights: self.band.example_weights,
-            variances: self.band.variances,
+            variances: self.band.variances.into_iter().map(|s| if s < nothing { 0.0 } else { s }).collect(),
         });
     }
 }
