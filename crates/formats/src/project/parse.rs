@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 /// Checks the text of a project file; `name` names the file in errors.
 ///
 /// # Errors
-/// [`Error::Input`]: no TOML, a missing section or key, an unknown key, a value of the wrong type or out of
+/// [`Error::Input`](rhytid_core::Error::Input): no TOML, a missing section or key, an unknown key, a value of the wrong type or out of
 /// its range, two examples of one name.
 pub fn parse(text: &str, name: &str) -> Result<Project> {
     let file = File { text, name };
