@@ -7,12 +7,15 @@ use crate::low_pass::low_pass;
 use crate::placing::{Place, offsets};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
-use crate::{Axes, Event, Found, Kind, Report, gaps, head, neutral, outliers, swaps};
+use crate::{
+    Axes, Event, Found, Kind, Report, StrainLimit, edits, gaps, gross_strain, head, neutral, outliers,
+    slides, swaps,
+};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, RawTake, Result, Rig, RigidMotion, Take};
+use rhytid_core::{Error, Progress, RawTake, Result, Rig, RigidMotion, Take, human};
 use rhytid_registration::Similarity;
-use std::cmp::Reverse;
+use std::cmp::{Ordering, Reverse};
 
 /// The handles of the rig that a take is cleaned for.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +26,8 @@ pub struct Target {
     pub rest: Vec<DVec3>,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
+    /// How far skin stretches, where that is known.
+    pub strains: Vec<StrainLimit>,
 }
 
 impl Target {
@@ -30,7 +35,8 @@ impl Target {
     pub fn of(rig: &Rig) -> Self {
         let rest =
             rig.handles.iter().map(|&v| DVec3::from_array(rig.rest[v as usize].map(f64::from))).collect();
-        Self { labels: rig.labels.clone(), rest, metres_per_unit: rig.metres_per_unit }
+        let strains = gross_strain::limits(rig);
+        Self { labels: rig.labels.clone(), rest, metres_per_unit: rig.metres_per_unit, strains }
     }
 
     /// Millimetres in one mesh unit.
@@ -55,7 +61,10 @@ const MODEL_CONFIDENCE: f32 = 0.5;
 /// Above this RMS noise, in millimetres, markers are filtered unless told otherwise.
 const NOISY: f64 = 0.05;
 /// At this cut-off, in Hz.
-const LOW_PASS: f64 = 20.0;
+const LOW_PASS: f64 = 12.0;
+
+/// So many standard deviations of a coordinate's noise the filter takes from a position at the most.
+const MOST_NOISE: f64 = 2.0;
 
 /// Cleans a take for a rig's handles.
 ///
@@ -87,6 +96,7 @@ pub fn clean(
     }
     let mut events = filled_before(&file, &matched.columns);
     let mut tracks = Tracks::of(&mut file);
+    events.extend(edits::apply(&mut tracks, &settings.edits, &target.labels, &file.labels, &matched)?);
     step(1)?;
     let (head, rigid) = without_head(&mut tracks, &matched, &file.labels, in_head_space, settings)?;
     step(2)?;
@@ -99,14 +109,20 @@ pub fn clean(
     step(4)?;
     let offsets_mm = displacements(&mut tracks, &place, in_head_space, target, settings, &mut warnings);
     let noise = noise(&tracks);
+    for held in events.iter().filter(|event| event.kind == Kind::Held) {
+        gaps::hold(&mut tracks, held.marker, held.first..held.first + held.frames);
+    }
     let filled = gaps::fill(&mut tracks, &target.rest, settings.max_gap, noise);
+    events.extend(steps(&tracks, &filled, target));
     step(5)?;
     let noise_mm = noise * 3.0_f64.sqrt() * target.millimetres();
     let cutoff = settings.low_pass.or((noise_mm > NOISY).then_some(LOW_PASS));
     let cutoff = cutoff.filter(|hz| !settings.skip.contains(&Step::LowPass) && *hz < 0.4 * tracks.rate);
     if let Some(hz) = cutoff {
-        filter(&mut tracks, hz);
+        filter(&mut tracks, hz, noise);
     }
+    let at = |j: usize, f: usize| target.rest[j] + tracks.columns[j][f];
+    events.extend(gross_strain::events(target, tracks.frames(), at));
     let leaves_gaps = settings.skip.contains(&Step::Gaps);
     if leaves_gaps {
         filled.iter().for_each(|gap| tracks.columns[gap.marker][gap.frames.clone()].fill(DVec3::NAN));
@@ -213,7 +229,7 @@ fn on_the_rig(mut tracks: Tracks, columns: &[Option<usize>], to_rig: &Similarity
     Tracks { columns, rate: tracks.rate }
 }
 
-/// Undoes swaps and drops outliers.
+/// Undoes swaps, drops outliers and cuts out slides.
 fn mended(tracks: &mut Tracks, place: &Place, target: &Target, settings: &Settings) -> Vec<Event> {
     let extent = extent(target.rest.iter().copied());
     let mut events = Vec::new();
@@ -232,6 +248,14 @@ fn mended(tracks: &mut Tracks, place: &Place, target: &Target, settings: &Settin
                 distance_mm: Some(outlier.distance * target.millimetres()),
                 ..event(Kind::Outlier, outlier.marker, frames, SPLINE_CONFIDENCE)
             }
+        }));
+    }
+    if !settings.skip.contains(&Step::Slides) {
+        let noise = noise(tracks);
+        let found = slides::cut(tracks, &place.markers, extent, noise);
+        events.extend(found.iter().map(|slide| Event {
+            other: slide.to,
+            ..event(Kind::Slide, slide.marker, slide.first..slide.end, MODEL_CONFIDENCE)
         }));
     }
     events
@@ -262,14 +286,33 @@ fn displacements(
     offsets_mm
 }
 
-fn filter(tracks: &mut Tracks, hz: f64) {
+/// Steps that no skin makes, between frames in which the marker was measured.
+fn steps(displacements: &Tracks, filled: &[Filled], target: &Target) -> Vec<Event> {
+    let mut found = outliers::steps(displacements, &target.rest);
+    for gap in filled {
+        let reach = gap.frames.start..gap.frames.end + 1;
+        found.retain(|step| step.marker != gap.marker || !reach.contains(&step.first));
+    }
+    let of_step = |step: outliers::Outlier| Event {
+        distance_mm: Some(step.distance * target.millimetres()),
+        ..event(Kind::Step, step.marker, step.first..step.first + step.frames, 1.0)
+    };
+    found.into_iter().map(of_step).collect()
+}
+
+/// Takes what is faster than `hz` from all positions, but no more of each than noise of this standard deviation makes: the height of a
+/// blink or a plosive, however fast, is none of it.
+fn filter(tracks: &mut Tracks, hz: f64, noise: f64) {
     let rate = tracks.rate;
     tracks.columns.par_iter_mut().for_each(|column| {
+        let mut slow = column.clone();
         for axis in 0..3 {
             let mut values: Vec<f64> = column.iter().map(|p| p[axis]).collect();
             low_pass(&mut values, hz, rate);
-            column.iter_mut().zip(values).for_each(|(p, x)| p[axis] = x);
+            slow.iter_mut().zip(values).for_each(|(p, x)| p[axis] = x);
         }
+        let pairs = column.iter_mut().zip(slow);
+        pairs.for_each(|(p, slow)| *p -= (*p - slow).clamp_length_max(MOST_NOISE * noise));
     });
 }
 
@@ -288,6 +331,34 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Stri
     let of = |kind: Kind| events.iter().filter(move |e| e.kind == kind);
     let never: Vec<&str> = of(Kind::NeverSeen).filter_map(|e| Some(&labels[e.marker?][..])).collect();
     let mut sentences = Vec::new();
+    let seconds = |frame: usize| frame as f64 / rate;
+    if let Some(first) = of(Kind::Slide).max_by_key(|e| (e.frames, Reverse(e.first))) {
+        let name = |marker: Option<usize>| marker.map_or("another place", |j| &labels[j][..]);
+        sentences.push(format!(
+            "a label slid off its marker {}, and was cut out: longest that of {}, to {}, in frames {}..{} ({:.2} s); look at it: `--skip slides` keeps them, `--drop` cuts out by hand",
+            human::counted(of(Kind::Slide).count(), "time"),
+            name(first.marker),
+            name(first.other),
+            first.first,
+            first.first + first.frames,
+            seconds(first.first)
+        ));
+    }
+    if let Some(worst) =
+        of(Kind::Strain).max_by(|a, b| a.strain.partial_cmp(&b.strain).unwrap_or(Ordering::Equal))
+    {
+        let name = |marker: Option<usize>| marker.map_or("", |j| &labels[j][..]);
+        sentences.push(format!(
+            "between {} and {} the skin is stretched by {:.0} % in frame {} ({:.2} s), far beyond any example; such stretches: {}: a label that slid \
+             or was swapped, or that names another place on the rig",
+            name(worst.marker),
+            name(worst.other),
+            100.0 * worst.strain.unwrap_or(0.0),
+            worst.first,
+            seconds(worst.first),
+            human::count(of(Kind::Strain).count())
+        ));
+    }
     if !never.is_empty() {
         let what = "never seen, and go with their neighbours";
         sentences.push(format!("handles whose marker is {what}: {}", never.join(", ")));

@@ -12,6 +12,7 @@ pub(crate) fn event(kind: Kind, marker: usize, frames: Range<usize>, confidence:
         first: frames.start,
         frames: frames.len(),
         distance_mm: None,
+        strain: None,
         confidence,
     }
 }

@@ -1,5 +1,5 @@
 //! Gaps: short ones are filled by a spline, longer ones by the low-rank model of the take, and what cannot be known is held and flagged.
-use crate::low_rank::Model;
+use crate::low_rank::{Model, WHOLE};
 use crate::neighbours::nearest;
 use crate::report::Kind;
 use crate::tracks::{Tracks, gaps, seen};
@@ -24,6 +24,13 @@ const SHORT: f64 = 0.1;
 /// A marker is held for as long as nothing is known and goes over to where it is seen again in this many seconds.
 const RETURN: f64 = 0.25;
 
+/// Holds a marker's displacement in a stretch in which it has none.
+pub(crate) fn hold(tracks: &mut Tracks, marker: Option<usize>, frames: Range<usize>) {
+    let Some(marker) = marker else { return };
+    let held = held(&tracks.columns[marker], &frames, tracks.frames_in(RETURN));
+    tracks.columns[marker][frames].copy_from_slice(&held);
+}
+
 /// Fills the displacements' gaps. Beyond `limit` seconds, and where no marker is seen, what is filled is [`Kind::Lost`]. `rest` is where the markers
 /// are at neutral, `noise` the standard deviation of a coordinate.
 pub(crate) fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) -> Vec<Filled> {
@@ -45,7 +52,7 @@ pub(crate) fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) 
         }
     }
     let needs_model = filled.iter().any(|gap| matches!(gap.kind, Kind::Model | Kind::Lost));
-    let model = needs_model.then(|| Model::learn(tracks, noise)).flatten();
+    let model = needs_model.then(|| Model::learn(tracks, noise, WHOLE)).flatten();
     let expected = model.map(|model| (expectations(tracks, &model, &filled), model));
     let values: Vec<Vec<DVec3>> = filled
         .par_iter()

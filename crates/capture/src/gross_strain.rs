@@ -1,9 +1,35 @@
 //! Strains that no skin has: of labels that slid, were swapped or name another place than the rig's.
+use crate::clean::Target;
+use crate::events::{event, runs};
+use crate::{Event, Kind};
 use glam::DVec3;
+use rayon::prelude::*;
 use rhytid_core::{Rig, Take};
 
 /// A strain may be larger than in any example by this; a face without examples says less.
 const BEYOND: [f64; 2] = [1.0, 2.0];
+
+/// How far the skin between two handles can be believed to stretch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrainLimit {
+    /// The two handles.
+    pub handles: [usize; 2],
+    /// Their greatest strain, 1 for twice the length at rest.
+    pub most: f64,
+}
+
+/// The limits of a rig's strain edges: beyond those of its examples by 100 %, by 200 % without examples.
+pub(crate) fn limits(rig: &Rig) -> Vec<StrainLimit> {
+    let edges = rig.strain_edges.len();
+    let shown =
+        |e: usize| rig.pose_features.iter().skip(e).step_by(edges).fold(0.0_f32, |most, f| most.max(*f));
+    let beyond = if rig.example_names.is_empty() { BEYOND[1] } else { BEYOND[0] };
+    let limit = |(e, pair): (usize, &[u32; 2])| StrainLimit {
+        handles: pair.map(|h| h as usize),
+        most: f64::from(shown(e)) + beyond,
+    };
+    rig.strain_edges.iter().enumerate().map(limit).collect()
+}
 
 /// The worst strain of a take that is beyond what skin does.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,28 +49,40 @@ pub struct GrossStrain {
 pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
     let place = |label: &String| take.labels.iter().position(|known| known == label);
     let columns: Vec<usize> = rig.labels.iter().map(place).collect::<Option<_>>()?;
-    let lengths = rig.rest_lengths();
-    let edges = rig.strain_edges.len();
-    let shown =
-        |e: usize| rig.pose_features.iter().skip(e).step_by(edges).fold(0.0_f32, |most, f| most.max(*f));
-    let beyond = if rig.example_names.is_empty() { BEYOND[1] } else { BEYOND[0] };
-    let most: Vec<f64> = (0..edges).map(|e| f64::from(shown(e)) + beyond).collect();
-    let (mut worst, mut frames): (Option<(f64, GrossStrain)>, usize) = (None, 0);
-    for (frame, positions) in take.positions.chunks_exact(take.labels.len().max(1)).enumerate() {
-        let at = |h: u32| DVec3::from_array(positions[columns[h as usize]]);
-        let mut is_gross = false;
-        for (e, &[a, b]) in rig.strain_edges.iter().enumerate() {
-            let strain = at(a).distance(at(b)) / f64::from(lengths[e]) - 1.0;
-            let over = strain - most[e];
-            if over > 0.0 {
-                is_gross = true;
-                if worst.as_ref().is_none_or(|(other, _)| over > *other) {
-                    let labels = [a, b].map(|h| rig.labels[h as usize].clone());
-                    worst = Some((over, GrossStrain { frame, labels, strain, frames: 0 }));
-                }
-            }
-        }
-        frames += usize::from(is_gross);
-    }
-    worst.map(|(_, worst)| GrossStrain { frames, ..worst })
+    let target = Target::of(rig);
+    let at = |h: usize, f: usize| DVec3::from_array(take.positions[f * take.labels.len() + columns[h]]);
+    let events = events(&target, take.frames(), at);
+    let over = |e: &&Event| e.strain.unwrap_or(0.0);
+    let worst = events.iter().max_by(|a, b| over(a).total_cmp(&over(b)))?;
+    let (a, b) = (worst.marker?, worst.other?);
+    let rest = target.rest[a].distance(target.rest[b]);
+    let strain = |f: usize| at(a, f).distance(at(b, f)) / rest - 1.0;
+    let stretch = worst.first..worst.first + worst.frames;
+    let frame = stretch.max_by(|f, g| strain(*f).total_cmp(&strain(*g)))?;
+    let mut frames: Vec<usize> = events.iter().flat_map(|e| e.first..e.first + e.frames).collect();
+    frames.sort_unstable();
+    frames.dedup();
+    let labels = [a, b].map(|h| rig.labels[h].clone());
+    Some(GrossStrain { frame, labels, strain: strain(frame), frames: frames.len() })
+}
+
+/// The stretches of frames in which a limit is passed; `at` is where a handle is in a frame, on the rig.
+pub(crate) fn events(
+    target: &Target,
+    frames: usize,
+    at: impl Fn(usize, usize) -> DVec3 + Sync,
+) -> Vec<Event> {
+    let of_pair = |limit: &StrainLimit| {
+        let [a, b] = limit.handles;
+        let rest = target.rest[a].distance(target.rest[b]);
+        let strain = |f: usize| at(a, f).distance(at(b, f)) / rest - 1.0;
+        let beyond: Vec<usize> = (0..frames).filter(|&f| strain(f) > limit.most).collect();
+        let of_run = |run: std::ops::Range<usize>| Event {
+            other: Some(b),
+            strain: Some(run.clone().map(strain).fold(limit.most, f64::max)),
+            ..event(Kind::Strain, a, run, 1.0)
+        };
+        runs(&beyond).into_iter().map(of_run).collect::<Vec<_>>()
+    };
+    target.strains.par_iter().flat_map_iter(of_pair).collect()
 }

@@ -24,6 +24,7 @@
 mod axes;
 mod clean;
 pub mod coverage;
+mod edits;
 mod events;
 mod gaps;
 mod gross_strain;
@@ -38,6 +39,7 @@ mod outliers;
 mod placing;
 mod report;
 mod settings;
+mod slides;
 mod space;
 mod swaps;
 mod tracks;
@@ -45,7 +47,8 @@ mod typical;
 
 pub use axes::Axes;
 pub use clean::{Cleaned, Target, clean};
-pub use gross_strain::{GrossStrain, gross_strain};
+pub use edits::Edit;
+pub use gross_strain::{GrossStrain, StrainLimit, gross_strain};
 pub use handles::{HandleSettings, PlacedHandles, place_handles};
 pub use report::{Event, Found, Kind, Report};
 pub use settings::{Settings, Step};

@@ -5,7 +5,7 @@ use faer::{
     Mat, Side,
     linalg::solvers::{Llt, Solve},
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 /// `x = mean + W c + noise`, with as many independent `c` of variance 1 as W has columns.
@@ -20,19 +20,19 @@ pub(crate) struct Model {
     noise: f64,
 }
 
-/// Frames that are learned from.
-const SAMPLED: usize = 4000;
+/// Frames that are learned from, and iterations at the most: a take with a handful of gaps needs a dozen; one that lacks a marker for a third of
+/// its length, a hundred.
+pub(crate) const WHOLE: (usize, usize) = (4000, 200);
 
 const LARGEST_RANK: usize = 40;
-/// A take with a handful of gaps needs a dozen; one that lacks a marker for a third of its length, a hundred.
-const ITERATIONS: usize = 200;
 
 impl Model {
-    /// Learns from displacements; `noise` is the least standard deviation per coordinate. `None` where there is nothing to learn from.
-    pub(crate) fn learn(tracks: &Tracks, noise: f64) -> Option<Self> {
+    /// Learns from so many frames of positions or displacements in so many iterations; `noise` is the least standard deviation per coordinate.
+    /// `None` where there is nothing to learn from.
+    pub(crate) fn learn(tracks: &Tracks, noise: f64, (samples, iterations): (usize, usize)) -> Option<Self> {
         let frames = tracks.frames();
         // The fullest frames of as many short stretches.
-        let stretch = frames.div_ceil(SAMPLED).max(1);
+        let stretch = frames.div_ceil(samples).max(1);
         let seen_in = |f: usize| tracks.columns.iter().filter(|c| seen(c[f])).count();
         let sampled: Vec<usize> = (0..frames)
             .step_by(stretch)
@@ -51,7 +51,7 @@ impl Model {
         let known: Vec<Vec<f64>> = sampled.iter().map(|&f| frame(tracks, f)).collect();
         let mut data = interpolated(&known);
         let mut model = None;
-        for _ in 0..ITERATIONS {
+        for _ in 0..iterations {
             let fitted = Self::of(&data, dimensions, rank, noise)?;
             let changes: Vec<f64> = data
                 .par_iter_mut()
@@ -146,6 +146,73 @@ impl Model {
     }
 }
 
+/// How far each marker of a frame is from where all the others put it.
+///
+/// Of `x ~ N(mean, C)` with `C = W Wᵀ + σ² I`, what marker j is off by from its expectation given all other markers is
+/// `(C⁻¹)ⱼⱼ⁻¹ (C⁻¹ (x − mean))ⱼ`, and with `G = (σ² I + Wᵀ W)⁻¹`, `σ² C⁻¹ = I − W G Wᵀ`.
+pub(crate) struct LeaveOneOut<'a> {
+    model: &'a Model,
+    /// G: rank × rank, row by row.
+    inverse: Vec<f64>,
+    /// `(I − Wⱼ G Wⱼᵀ)⁻¹` of each marker.
+    blocks: Vec<DMat3>,
+}
+
+impl<'a> LeaveOneOut<'a> {
+    pub(crate) fn of(model: &'a Model) -> Self {
+        let rank = model.rank;
+        let gram = Mat::from_fn(rank, rank, |k, l| {
+            model.gram[k.max(l) * rank + k.min(l)] + if k == l { model.noise } else { 0.0 }
+        });
+        let inverse = match Llt::new(gram.as_ref(), Side::Lower) {
+            Ok(factor) => factor.solve(Mat::<f64>::identity(rank, rank)),
+            Err(_) => Mat::zeros(rank, rank),
+        };
+        let inverse: Vec<f64> = (0..rank * rank).map(|i| inverse[(i / rank, i % rank)]).collect();
+        let row = |i: usize| &model.weights[i * rank..(i + 1) * rank];
+        let block = |j: usize| {
+            let through = [0, 1, 2].map(|c| times(&inverse, row(3 * j + c)));
+            let entry = |a: usize, b: usize| f64::from(u8::from(a == b)) - dot(row(3 * j + a), &through[b]);
+            DMat3::from_cols_array_2d(&[0, 1, 2].map(|b| [0, 1, 2].map(|a| entry(a, b)))).inverse()
+        };
+        let blocks = (0..model.mean.len() / 3).map(block).collect();
+        Self { model, inverse, blocks }
+    }
+
+    /// NaN for markers that are not seen in frame `f`.
+    pub(crate) fn errors(&self, tracks: &Tracks, f: usize) -> Vec<DVec3> {
+        let (model, rank) = (self.model, self.model.rank);
+        let known = frame(tracks, f);
+        let whole = if known.iter().any(|x| x.is_nan()) { model.complete(&known) } else { known.clone() };
+        let off: Vec<f64> = whole.iter().zip(&model.mean).map(|(x, mean)| x - mean).collect();
+        let mut right = vec![0.0; rank];
+        for (x, row) in off.iter().zip(model.weights.chunks(rank)) {
+            right.iter_mut().zip(row).for_each(|(right, w)| *right += w * x);
+        }
+        let coefficients = times(&self.inverse, &right);
+        let left: Vec<f64> =
+            off.iter().zip(model.weights.chunks(rank)).map(|(x, row)| x - dot(row, &coefficients)).collect();
+        let errors = left.as_chunks::<3>().0.iter().zip(&self.blocks);
+        errors
+            .zip(known.as_chunks::<3>().0)
+            .map(
+                |((left, block), known)| {
+                    if known[0].is_nan() { DVec3::NAN } else { *block * DVec3::from_array(*left) }
+                },
+            )
+            .collect()
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// A square matrix, row by row, times a vector.
+fn times(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
+    matrix.chunks(vector.len()).map(|row| dot(row, vector)).collect()
+}
+
 /// Adds `sign` times the lower half of `row`ᵀ `row`.
 fn add_square(to: &mut [f64], row: &[f64], sign: f64) {
     for (k, wk) in row.iter().enumerate() {
@@ -196,7 +263,7 @@ mod tests {
         for j in 0..10 {
             tracks.columns[j][60 * j + 20..60 * j + 120].fill(DVec3::NAN);
         }
-        let model = Model::learn(&tracks, 1e-4).unwrap();
+        let model = Model::learn(&tracks, 1e-4, WHOLE).unwrap();
         for f in (0..800).step_by(7) {
             for (j, found) in model.frame(&tracks, f).into_iter().enumerate() {
                 assert!(found.distance(truth[j][f]) < 5e-3, "{j} {f} {}", found.distance(truth[j][f]));
@@ -205,8 +272,33 @@ mod tests {
     }
 
     #[test]
+    fn each_marker_is_left_out_at_once() {
+        let wave = |f: usize, k: usize| (f as f64 * [0.05, 0.13, 0.031][k]).sin() / (k + 1) as f64;
+        let at = |j: usize, f: usize| {
+            let shape = |c: usize| (0..3).map(|k| wave(f, k) * ((j * 7 + c * 3 + k * 5) as f64).sin()).sum();
+            DVec3::from_array([0, 1, 2].map(shape)) + 0.05 * ((f * 13 + j * 5) as f64).sin()
+        };
+        let columns = (0..10).map(|j| (0..800).map(|f| at(j, f)).collect()).collect();
+        let mut tracks = Tracks { columns, rate: 120.0 };
+        tracks.columns[3][40] = DVec3::NAN;
+        let model = Model::learn(&tracks, 1e-2, WHOLE).unwrap();
+        let alone = LeaveOneOut::of(&model);
+        for f in [0, 17, 400] {
+            for (j, off) in alone.errors(&tracks, f).into_iter().enumerate() {
+                let expected = tracks.columns[j][f] - model.without(&tracks, f, j);
+                assert!(off.distance(expected) < 1e-9, "{j} {f}: {off} {expected}");
+            }
+        }
+        assert!(alone.errors(&tracks, 40)[3].is_nan());
+    }
+
+    #[test]
     fn nothing_to_learn_from() {
-        assert!(Model::learn(&Tracks { columns: vec![vec![DVec3::NAN; 9]; 5], rate: 30.0 }, 0.1).is_none());
-        assert!(Model::learn(&Tracks { columns: vec![vec![DVec3::ONE; 3]; 5], rate: 30.0 }, 0.1).is_none());
+        assert!(
+            Model::learn(&Tracks { columns: vec![vec![DVec3::NAN; 9]; 5], rate: 30.0 }, 0.1, WHOLE).is_none()
+        );
+        assert!(
+            Model::learn(&Tracks { columns: vec![vec![DVec3::ONE; 3]; 5], rate: 30.0 }, 0.1, WHOLE).is_none()
+        );
     }
 }

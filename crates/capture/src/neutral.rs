@@ -1,12 +1,15 @@
 //! The neutral frames, found: the stillest half second that is nearest to the rest pose.
-use crate::tracks::{Tracks, median, seen};
+use crate::tracks::{Tracks, extent, median, seen};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_registration::fit;
+use rhytid_registration::fit_robustly;
 use std::ops::Range;
 
 /// How long the neutral face is held, in seconds.
 const LENGTH: f64 = 0.5;
+
+/// A marker may be off by this part of the face's extent before it counts less.
+const TOLERANCE: f64 = 0.03;
 
 /// Frames of a window that are looked at.
 const SAMPLED: usize = 30;
@@ -53,10 +56,12 @@ fn score(
         count += n;
     }
     let shown = means.iter().filter(|p| seen(**p)).count();
-    let fitted = fit(&means, rest, &vec![1.0; rest.len()], true)?;
-    let left =
-        means.iter().zip(rest).filter(|(p, _)| seen(**p)).map(|(p, q)| fitted.apply(*p).distance_squared(*q));
-    let unlike = (left.sum::<f64>() / shown as f64).sqrt();
+    // A handle that is misplaced on the rig is off in all frames, and says nothing of any of them.
+    let tolerance = TOLERANCE * extent(rest.iter().copied());
+    let (fitted, _) = fit_robustly(&means, rest, true, tolerance)?;
+    let left = means.iter().zip(rest).filter(|(p, _)| seen(**p)).map(|(p, q)| fitted.apply(*p).distance(*q));
+    let unlike =
+        tolerance * (left.map(|d| (d / tolerance).powi(2).ln_1p()).sum::<f64>() / shown as f64).sqrt();
     let moving = fitted.scale * (squares / count as f64).sqrt();
     Some((shown, unlike + moving))
 }

@@ -3,7 +3,7 @@
 //! A marker is compared with its neighbours on the face, which a real motion takes along. Where it jumps away from them faster than skin moves, and
 //! back within a tenth of a second, what lies between is none of its positions.
 use crate::neighbours::nearest;
-use crate::tracks::{Tracks, median, seen};
+use crate::tracks::{Tracks, extent, median, seen};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -31,37 +31,64 @@ const LONGEST: f64 = 0.1;
 
 /// Finds outliers and makes them NaN. `rest` is where the markers are at neutral, `extent` the face's.
 pub(crate) fn drop(tracks: &mut Tracks, rest: &[DVec3], extent: f64) -> Vec<Outlier> {
-    let neighbours = nearest(rest, 5);
-    let columns = &tracks.columns;
-    let found: Vec<Vec<Outlier>> = (0..columns.len())
-        .into_par_iter()
-        .map(|j| {
-            let against: Vec<(usize, DVec3)> = (0..tracks.frames())
-                .filter(|&f| seen(columns[j][f]))
-                .map(|f| {
-                    let others = neighbours[j].iter().map(|&n| columns[n][f] - rest[n]).filter(|p| seen(*p));
-                    let moved = median(others);
-                    (f, columns[j][f] - if seen(moved) { moved } else { DVec3::ZERO })
-                })
-                .collect();
-            of_marker(j, &against, tracks, extent)
-        })
-        .collect();
-    let found = found.concat();
+    let found = of_each(tracks, &nearest(rest, 5), rest, |j, against| of_marker(j, against, tracks, extent));
     for outlier in &found {
         tracks.columns[outlier.marker][outlier.first..outlier.first + outlier.frames].fill(DVec3::NAN);
     }
     found
 }
 
-/// `against`: the frames in which marker `j` was seen, and where it was against its neighbours.
-fn of_marker(j: usize, against: &[(usize, DVec3)], tracks: &Tracks, extent: f64) -> Vec<Outlier> {
-    let longest = tracks.frames_in(LONGEST);
-    let is_jump = |a: (usize, DVec3), b: (usize, DVec3)| {
-        let seconds = (b.0 - a.0) as f64 / tracks.rate;
-        // After a longer gap a marker may be anywhere on its way.
-        seconds <= 2.0 * LONGEST && a.1.distance(b.1) > extent * (FASTEST * seconds).max(SMALLEST_JUMP)
+/// What is left of jumps in displacements without gaps: markers that do not come back from where they jumped to. `rest` is where they are at
+/// neutral.
+pub(crate) fn steps(displacements: &Tracks, rest: &[DVec3]) -> Vec<Outlier> {
+    let (rate, extent) = (displacements.rate, extent(rest.iter().copied()));
+    of_each(displacements, &nearest(rest, 5), &vec![DVec3::ZERO; rest.len()], |marker, against| {
+        let jumps = against.windows(2).filter(|pair| is_jump(pair[0], pair[1], rate, extent));
+        jumps
+            .map(|pair| Outlier {
+                marker,
+                first: pair[1].0,
+                frames: 1,
+                distance: pair[0].1.distance(pair[1].1),
+            })
+            .collect()
+    })
+}
+
+/// A frame in which a marker was seen, and where it was against its neighbours.
+type Against = (usize, DVec3);
+
+/// What `find` finds of each marker.
+fn of_each(
+    tracks: &Tracks,
+    neighbours: &[Vec<usize>],
+    rest: &[DVec3],
+    find: impl Fn(usize, &[Against]) -> Vec<Outlier> + Sync,
+) -> Vec<Outlier> {
+    let columns = &tracks.columns;
+    let of_marker = |j: usize| {
+        let against: Vec<Against> = (0..tracks.frames())
+            .filter(|&f| seen(columns[j][f]))
+            .map(|f| {
+                let others = neighbours[j].iter().map(|&n| columns[n][f] - rest[n]).filter(|p| seen(*p));
+                let moved = median(others);
+                (f, columns[j][f] - if seen(moved) { moved } else { DVec3::ZERO })
+            })
+            .collect();
+        find(j, &against)
     };
+    (0..columns.len()).into_par_iter().flat_map_iter(of_marker).collect()
+}
+
+fn is_jump(a: Against, b: Against, rate: f64, extent: f64) -> bool {
+    let seconds = (b.0 - a.0) as f64 / rate;
+    // After a longer gap a marker may be anywhere on its way.
+    seconds <= 2.0 * LONGEST && a.1.distance(b.1) > extent * (FASTEST * seconds).max(SMALLEST_JUMP)
+}
+
+fn of_marker(j: usize, against: &[Against], tracks: &Tracks, extent: f64) -> Vec<Outlier> {
+    let longest = tracks.frames_in(LONGEST);
+    let is_jump = |a: Against, b: Against| is_jump(a, b, tracks.rate, extent);
     let mut found = Vec::new();
     let mut i = 1;
     while i < against.len() {
@@ -129,5 +156,10 @@ mod tests {
         let (mut tracks, rest) = face();
         tracks.columns[12][200..].iter_mut().for_each(|p| *p += DVec3::Z * 4.0);
         assert!(drop(&mut tracks, &rest, 17.0).is_empty());
+        for (column, rest) in tracks.columns.iter_mut().zip(&rest) {
+            column.iter_mut().for_each(|p| *p -= *rest);
+        }
+        let found = steps(&tracks, &rest);
+        assert!(found.len() == 1 && (found[0].marker, found[0].first) == (12, 200), "{found:?}");
     }
 }

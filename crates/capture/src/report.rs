@@ -68,14 +68,17 @@ pub struct Event {
     pub kind: Kind,
     /// Of which handle's marker; `None` for the head's rigid markers together.
     pub marker: Option<usize>,
-    /// [`Kind::Swap`]: the other marker.
+    /// [`Kind::Swap`]: the other marker; [`Kind::Slide`]: the one that the label slid to, if it came to one;
+    /// [`Kind::Strain`]: the other end.
     pub other: Option<usize>,
     /// First frame.
     pub first: usize,
     /// Number of frames.
     pub frames: usize,
-    /// [`Kind::Outlier`]: how far away it was, in millimetres on the rig.
+    /// [`Kind::Outlier`] and [`Kind::Step`]: how far away it was, in millimetres on the rig.
     pub distance_mm: Option<f64>,
+    /// [`Kind::Strain`]: the greatest, 1 for twice the length at rest.
+    pub strain: Option<f64>,
     /// The lowest confidence that its samples were given.
     pub confidence: f32,
 }
@@ -88,6 +91,12 @@ pub enum Kind {
     Swap,
     /// A position where no marker can have been; dropped, then filled as a gap.
     Outlier,
+    /// Positions that were dropped by hand, then filled as a gap.
+    Dropped,
+    /// A marker that was held by hand where it was on the face.
+    Held,
+    /// A label that slid off its marker, to another or to none; cut out, then filled as a gap.
+    Slide,
     /// A gap that the capture system had filled.
     FilledBefore,
     /// A short gap, filled by a spline.
@@ -100,6 +109,10 @@ pub enum Kind {
     NeverSeen,
     /// A gap that was left open, with [`crate::Step::Gaps`] skipped.
     Left,
+    /// A stretch between two handles that no skin has, far beyond what the rig's examples show; left as it is.
+    Strain,
+    /// A marker that moves against its neighbours faster than skin does, and does not come back; left as it is.
+    Step,
     /// The head's rigid markers were not seen: its motion comes from the face's markers, or is held.
     Head,
 }

@@ -1,5 +1,5 @@
 //! The settings of a clean-up.
-use crate::Axes;
+use crate::{Axes, Edit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -24,6 +24,8 @@ pub struct Settings {
     pub low_pass: Option<f64>,
     /// The head motion's low-pass filter's cut-off in Hz.
     pub head_low_pass: f64,
+    /// Repairs by hand.
+    pub edits: Vec<Edit>,
     /// Frames per second to resample to; `None`: the take's own.
     pub fps: Option<f64>,
 }
@@ -40,6 +42,7 @@ impl Default for Settings {
             max_gap: 2.0,
             low_pass: None,
             head_low_pass: 8.0,
+            edits: Vec::new(),
             fps: None,
         }
     }
@@ -58,6 +61,8 @@ pub enum Step {
     Swaps,
     /// Outliers are dropped.
     Outliers,
+    /// Labels that slide off their markers are cut out.
+    Slides,
     /// Gaps are filled; without it they are [`rhytid_core::RawTake::MISSING`] in what comes out, as are dropped outliers.
     Gaps,
     /// The markers are low-pass filtered.

@@ -168,6 +168,7 @@ mod tests {
             labels: (0..20).map(|i| format!("m{i}")).collect(),
             rest: rest.collect(),
             metres_per_unit: 0.01,
+            strains: vec![],
         }
     }
 

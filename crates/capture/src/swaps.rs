@@ -24,6 +24,12 @@ const FACTOR: f64 = 8.0;
 /// What moves less in a frame is no jump, as a part of the face's extent.
 const SMALLEST_JUMP: f64 = 0.012;
 
+/// By this part of what they were off by before must exchanged markers be nearer to where their neighbours have them.
+const GAIN: f64 = 0.5;
+
+/// As many frames of a swap tell.
+const SAMPLED: usize = 2000;
+
 /// A marker that was not seen for longer, in seconds, is not followed.
 const LONGEST_AGE: f64 = 0.25;
 
@@ -34,11 +40,17 @@ pub(crate) fn undo(tracks: &mut Tracks, neutral: usize, rest: &[DVec3], extent: 
     let mut swaps = follow(tracks, (neutral..frames).collect(), age, extent);
     swaps.extend(follow(tracks, (0..neutral.min(frames)).rev().collect(), age, extent));
     let neighbours = nearest(rest, 8);
-    // What makes the markers fit their neighbours worse was none. The last is looked at first, since exchanges build on those before them.
+    // Where the markers fit their neighbours worse there was none. The last is looked at first, since exchanges build on those before them.
     for k in (0..swaps.len()).rev() {
-        if !is_better(tracks, &swaps[k], rest, &neighbours) {
-            let unfounded = swaps.remove(k);
-            exchange(tracks, unfounded.pair, unfounded.first..unfounded.end);
+        let Swap { pair, first, end } = swaps[k];
+        let better = where_better(tracks, &swaps[k], rest, &neighbours);
+        if better.is_empty() {
+            exchange(tracks, pair, first..end);
+            swaps.remove(k);
+        } else {
+            exchange(tracks, pair, first..better.start);
+            exchange(tracks, pair, better.end..end);
+            swaps[k] = Swap { pair, first: better.start, end: better.end };
         }
     }
     swaps.sort_by_key(|swap| (swap.first, swap.pair));
@@ -116,12 +128,12 @@ fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Ve
     swaps
 }
 
-/// Whether the exchanged markers fit the displacements of their neighbours better than they did.
-fn is_better(tracks: &Tracks, swap: &Swap, rest: &[DVec3], neighbours: &[Vec<usize>]) -> bool {
+/// The part of a swap in which the exchanged markers fit the displacements of their neighbours better than they did; empty if they do not clearly.
+fn where_better(tracks: &Tracks, swap: &Swap, rest: &[DVec3], neighbours: &[Vec<usize>]) -> Range<usize> {
     let [a, b] = swap.pair;
-    let (mut now, mut before) = (0.0, 0.0);
-    // A hundred frames tell.
-    let step = (swap.end - swap.first).div_ceil(100);
+    let step = (swap.end - swap.first).div_ceil(SAMPLED);
+    // The run of frames that gains most, and what there is to gain in it.
+    let (mut best, mut run) = ((0.0, 0.0, 0..0), (0.0, 0.0, swap.first..swap.first));
     for f in (swap.first..swap.end).step_by(step) {
         let expected = |j: usize| {
             let others = neighbours[j].iter().filter(|&&n| n != a && n != b);
@@ -129,10 +141,18 @@ fn is_better(tracks: &Tracks, swap: &Swap, rest: &[DVec3], neighbours: &[Vec<usi
         };
         let (at_a, at_b) = (tracks.columns[a][f], tracks.columns[b][f]);
         let (to_a, to_b) = (expected(a), expected(b));
-        now += square(at_a, to_a) + square(at_b, to_b);
-        before += square(at_b, to_a) + square(at_a, to_b);
+        let now = square(at_a, to_a) + square(at_b, to_b);
+        let before = square(at_b, to_a) + square(at_a, to_b);
+        run = (run.0 + before - now, run.1 + before, run.2.start..(f + step).min(swap.end));
+        if run.0 > best.0 {
+            best = run.clone();
+        }
+        if run.0 < 0.0 {
+            run = (0.0, 0.0, run.2.end..run.2.end);
+        }
     }
-    now <= before
+    let (gain, before, frames) = best;
+    if gain >= GAIN * before { frames } else { 0..0 }
 }
 
 #[cfg(test)]
@@ -171,6 +191,21 @@ mod tests {
         check(&[swap(1, 2, 300, 340)], |_| ());
         check(&[swap(5, 9, 100, 101), swap(1, 2, 200, 240), swap(5, 6, 300, 310)], |_| ());
         check(&[swap(0, 1, 0, 30), swap(10, 14, 400, 500)], |_| ());
+    }
+
+    #[test]
+    fn a_swap_whose_end_was_not_seen_ends_where_it_fits_no_longer() {
+        let (truth, rest) = face();
+        let mut tracks = truth.clone();
+        exchange(&mut tracks, [1, 2], 300..360);
+        tracks.columns[1][330..400].fill(DVec3::NAN);
+        tracks.columns[2][330..400].fill(DVec3::NAN);
+        let found = undo(&mut tracks, 250, &rest, 8.5);
+        assert!(found.len() == 1 && found[0].pair == [1, 2] && found[0].first == 300, "{found:?}");
+        assert!((330..=400).contains(&found[0].end), "{found:?}");
+        for (found, truth) in tracks.columns.iter().zip(&truth.columns) {
+            assert!(found.iter().zip(truth).all(|(a, b)| a.is_nan() || a == b));
+        }
     }
 
     #[test]

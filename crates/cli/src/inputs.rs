@@ -108,7 +108,6 @@ pub(crate) fn take(
         result => result?,
     };
     if !is_clean {
-        warn_strain(&take, rig, path, ui);
         return Ok(take);
     }
     times(&mut take, space.take_rate, path, ui);

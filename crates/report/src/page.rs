@@ -122,9 +122,10 @@ fn facts(summary: &Summary, report: &Report) -> Vec<(&'static str, String)> {
         (
             "Corrected",
             format!(
-                "{}, {}",
+                "{}, {}, {}",
                 human::counted(summary.count(Kind::Swap), "label swap"),
-                human::counted(summary.count(Kind::Outlier), "outlier")
+                human::counted(summary.count(Kind::Outlier), "outlier"),
+                human::counted(summary.count(Kind::Slide), "slide")
             ),
         ),
         (

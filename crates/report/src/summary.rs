@@ -97,7 +97,9 @@ impl States {
     fn of(report: &Report) -> Self {
         let mut by_marker: Vec<Vec<&Event>> = vec![Vec::new(); report.labels.len()];
         for event in &report.events {
-            for marker in event.marker.into_iter().chain(event.other) {
+            // The other marker of a slide or a strain is as it was measured.
+            let other = event.other.filter(|_| event.kind == Kind::Swap);
+            for marker in event.marker.into_iter().chain(other) {
                 by_marker[marker].push(event);
             }
         }
@@ -107,10 +109,10 @@ impl States {
             states.fill(0);
             for event in events {
                 let state = match event.kind {
-                    Kind::FilledBefore | Kind::Spline | Kind::Model => 1,
-                    Kind::Swap | Kind::Outlier => 2,
+                    Kind::FilledBefore | Kind::Spline | Kind::Model | Kind::Held => 1,
+                    Kind::Swap | Kind::Outlier | Kind::Slide | Kind::Dropped => 2,
                     Kind::Lost | Kind::NeverSeen | Kind::Left => 3,
-                    Kind::Head => 0,
+                    Kind::Head | Kind::Strain | Kind::Step => 0,
                 };
                 for old in &mut states[event.first..event.first + event.frames] {
                     *old = state.max(*old);

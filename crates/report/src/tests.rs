@@ -22,7 +22,7 @@ static DEMO: LazyLock<(Rig, Take)> = LazyLock::new(|| {
 });
 
 fn event(kind: Kind, marker: Option<usize>, first: usize, frames: usize) -> Event {
-    Event { kind, marker, other: None, first, frames, distance_mm: None, confidence: 0.5 }
+    Event { kind, marker, other: None, first, frames, distance_mm: None, strain: None, confidence: 0.5 }
 }
 
 /// What a clean-up of the demo's performance, taken at 120 Hz, might have said; markers and frames of the events are as given.
@@ -74,6 +74,12 @@ fn usual() -> Report {
         event(Kind::NeverSeen, Some(7), 0, 864),
         event(Kind::Left, Some(42), 700, 50),
         event(Kind::Head, None, 600, 24),
+        Event { other: Some(14), ..event(Kind::Slide, Some(13), 120, 48) },
+        event(Kind::Model, Some(13), 120, 48),
+        event(Kind::Dropped, Some(15), 130, 9),
+        event(Kind::Held, Some(16), 140, 60),
+        Event { other: Some(18), strain: Some(2.5), ..event(Kind::Strain, Some(17), 500, 30) },
+        event(Kind::Step, Some(17), 500, 1),
     ];
     report(864, events)
 }
@@ -152,6 +158,11 @@ fn the_timeline_shows_each_event_where_it_is() {
         Kind::NeverSeen => "never",
         Kind::Left => "left",
         Kind::Head => "head",
+        Kind::Slide => "slide",
+        Kind::Dropped => "dropped",
+        Kind::Held => "held",
+        Kind::Strain => "strain",
+        Kind::Step => "step",
     };
     let mut bars = 0;
     for event in &report.events {
@@ -200,19 +211,19 @@ fn the_summary_counts_each_sample_once() {
             let is = |kinds: &[Kind]| {
                 report.events.iter().any(|e| {
                     kinds.contains(&e.kind)
-                        && (e.marker == Some(marker) || e.other == Some(marker))
+                        && (e.marker == Some(marker) || (e.kind == Kind::Swap && e.other == Some(marker)))
                         && (e.first..e.first + e.frames).contains(&frame)
                 })
             };
             match () {
                 () if is(&[Kind::Lost, Kind::NeverSeen, Kind::Left]) => lost += 1,
-                () if is(&[Kind::Swap, Kind::Outlier]) => corrected += 1,
-                () if is(&[Kind::FilledBefore, Kind::Spline, Kind::Model]) => filled += 1,
+                () if is(&[Kind::Swap, Kind::Outlier, Kind::Slide, Kind::Dropped]) => corrected += 1,
+                () if is(&[Kind::FilledBefore, Kind::Spline, Kind::Model, Kind::Held]) => filled += 1,
                 () => measured += 1,
             }
         }
     }
-    assert_eq!((corrected, lost), (2 * 40 + 2, 200 + 864 + 50));
+    assert_eq!((corrected, lost), (2 * 40 + 2 + 48 + 9, 200 + 864 + 50));
     for (key, expected) in
         [("measured", measured), ("filled", filled), ("corrected", corrected), ("lost", lost)]
     {

@@ -27,7 +27,7 @@ pub(crate) struct Look {
 }
 
 /// All kinds, in the order in which they are drawn over each other.
-pub(crate) const LOOKS: [Look; 9] = [
+pub(crate) const LOOKS: [Look; 14] = [
     look(Kind::FilledBefore, "before", "filled before", "by the capture system", 10.0, HEIGHT),
     look(Kind::Spline, "spline", "spline", "a short gap", 7.0, HEIGHT),
     look(Kind::Model, "model", "model", "a longer gap, filled from the other markers", 4.0, HEIGHT),
@@ -36,6 +36,11 @@ pub(crate) const LOOKS: [Look; 9] = [
     look(Kind::NeverSeen, "never", "never seen", "the marker goes with its neighbours", 0.5, HEIGHT - 0.5),
     look(Kind::Left, "left", "left", "a gap that was not to be filled", 0.0, HEIGHT),
     look(Kind::Swap, "swap", "swap", "labels exchanged, undone", 0.5, 6.0),
+    look(Kind::Slide, "slide", "slide", "a label off its marker, cut out, then filled", 0.0, 6.0),
+    look(Kind::Dropped, "dropped", "dropped", "by hand, then filled", 0.0, 6.0),
+    look(Kind::Held, "held", "held", "by hand", 4.0, HEIGHT),
+    look(Kind::Strain, "strain", "strain", "a stretch that no skin has, left as it is", 7.0, HEIGHT),
+    look(Kind::Step, "step", "step", "faster than skin moves, left as it is", 7.0, HEIGHT),
     look(Kind::Outlier, "outlier", "outlier", "dropped, then filled", 0.0, 6.0),
 ];
 

@@ -3,4 +3,5 @@
 mod coverage;
 mod handles;
 mod real_take;
+mod repairs;
 mod steps;

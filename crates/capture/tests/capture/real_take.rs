@@ -6,11 +6,11 @@ use rhytid_formats::{mesh, raw_take, tables, take};
 use rhytid_test_support::shared;
 use std::io::Write;
 
-fn target() -> Option<Target> {
+pub(crate) fn target() -> Option<Target> {
     let handles = tables::read_handles(&shared("data/markers.csv")?).unwrap();
     let neutral = mesh::read(&shared("data/face/neutral.obj")?).unwrap();
     let rest = handles.vertices.iter().map(|&v| DVec3::from_array(neutral.positions[v as usize])).collect();
-    Some(Target { labels: handles.labels, rest, metres_per_unit: 0.01 })
+    Some(Target { labels: handles.labels, rest, metres_per_unit: 0.01, strains: vec![] })
 }
 
 fn cleaned(file: &str) -> Option<Cleaned> {
@@ -20,19 +20,19 @@ fn cleaned(file: &str) -> Option<Cleaned> {
 }
 
 /// frames × 89 positions in centimetres.
-fn truth() -> Vec<DVec3> {
+pub(crate) fn truth() -> Vec<DVec3> {
     let bytes = std::fs::read(shared("data/takes/rom_3_raw_truth.npy").unwrap()).unwrap();
     let numbers: Vec<f32> = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
     numbers.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect()
 }
 
 /// Distances in millimetres.
-fn distances(take: &Take, truth: &[DVec3]) -> Vec<f64> {
+pub(crate) fn distances(take: &Take, truth: &[DVec3]) -> Vec<f64> {
     assert_eq!(take.positions.len(), truth.len());
     take.positions.iter().zip(truth).map(|(p, q)| 10.0 * DVec3::from_array(*p).distance(*q)).collect()
 }
 
-fn rms(numbers: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn rms(numbers: impl Iterator<Item = f64>) -> f64 {
     let (sum, n) = numbers.fold((0.0, 0), |(sum, n), x| (sum + x * x, n + 1));
     assert!(n > 0);
     (sum / f64::from(n)).sqrt()
@@ -57,7 +57,7 @@ fn the_raw_take_comes_out_as_it_was() {
         report.setup.neutral,
         report.events.len()
     );
-    assert!(all <= 0.18 && filled <= 0.8 && worst <= 4.0, "{all} {filled} {worst}");
+    assert!(all <= 0.122 && filled <= 0.8 && worst <= 4.0, "{all} {filled} {worst}");
     assert!((report.setup.scale / 0.93 - 1.0).abs() < 0.002, "{}", report.setup.scale);
     assert!(
         report.setup.neutral.start < 10 && report.setup.neutral.len() == 60,
@@ -124,7 +124,7 @@ fn every_fault_of_the_raw_take_is_listed_and_few_others() {
             !(e.first..e.first + e.frames).any(|f| gaps[j].contains(&f) || is_outlier(j, f))
         })
         .count();
-    assert!(false_outliers + others + false_fills <= 5, "{false_outliers} {others} {false_fills}");
+    assert!(false_outliers + others + false_fills <= 4, "{false_outliers} {others} {false_fills}");
 }
 
 #[test]

@@ -85,7 +85,12 @@ fn raw() -> RawTake {
 }
 
 fn target() -> Target {
-    Target { labels: (0..HANDLES).map(|j| format!("h{j}")).collect(), rest: rest(), metres_per_unit: 0.01 }
+    Target {
+        labels: (0..HANDLES).map(|j| format!("h{j}")).collect(),
+        rest: rest(),
+        metres_per_unit: 0.01,
+        strains: vec![],
+    }
 }
 
 fn without(skip: &[Step]) -> Cleaned {
@@ -241,11 +246,11 @@ fn without_the_low_pass() {
         roughness((0..FRAMES).map(|f| DVec3::from_array(positions[f * HANDLES + 20])))
     };
     let (smooth, found) = (without(&[]), without(&[Step::LowPass]));
-    assert_eq!((smooth.report.low_pass_hz, found.report.low_pass_hz), (Some(20.0), None));
+    assert_eq!((smooth.report.low_pass_hz, found.report.low_pass_hz), (Some(12.0), None));
     assert!(path(&found) > 10.0 * path(&smooth), "{} {}", path(&found), path(&smooth));
-    let given = Settings { low_pass: Some(6.0), ..Settings::default() };
+    let given = Settings { low_pass: Some(30.0), ..Settings::default() };
     let given = clean(raw(), &target(), &given, &NoProgress).unwrap();
-    assert!(path(&given) < 0.5 * path(&smooth), "{} {}", path(&given), path(&smooth));
+    assert!(path(&given) > 1.5 * path(&smooth), "{} {}", path(&given), path(&smooth));
 }
 
 #[test]

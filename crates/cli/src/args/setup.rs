@@ -1,12 +1,14 @@
 //! The setup: what is known of an actor and a capture session, as options of `prepare` and as the keys of TAKE.toml.
 
-use super::values::{StepChoice, UnitChoice, parse_pair, parse_rate, parse_seconds, rate, seconds};
-use rhytid::capture::{Axes, Settings};
+use super::values::{
+    FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_rate, parse_seconds, rate, seconds,
+};
+use rhytid::capture::{Axes, Edit, Settings, Step};
 use rhytid::playback::{CleanUp, FrameRange};
 use rhytid::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::path::Path;
 use std::str::FromStr;
@@ -52,15 +54,32 @@ pub(crate) struct Setup {
     #[serde(deserialize_with = "some_seconds")]
     pub max_gap: Option<f64>,
 
-    /// The markers' low-pass filter's cut-off in Hz [default: 20 where the take is noisy, else no filter].
-    #[arg(long, value_name = "HZ", value_parser = parse_rate)]
-    #[serde(deserialize_with = "some_rate")]
-    pub low_pass: Option<f64>,
+    /// The markers' low-pass filter: its cut-off in Hz, or none [default: 12 where the take is noisy, else none].
+    ///
+    /// It runs both ways, without delay, and takes no more from any position than noise makes, as it was measured of the take.
+    #[arg(long, value_name = "HZ|none", alias = "low-pass")]
+    #[serde(alias = "low_pass", deserialize_with = "some_filter")]
+    pub filter: Option<FilterChoice>,
 
     /// The head motion's low-pass filter's cut-off in Hz [default: 8].
     #[arg(long, value_name = "HZ", value_parser = parse_rate)]
     #[serde(deserialize_with = "some_rate")]
     pub head_low_pass: Option<f64>,
+
+    /// Exchange two markers' labels from frame FROM to TO-1; can be given many times, as can the next two.
+    #[arg(long, value_name = "A,B:FROM..TO")]
+    #[serde(deserialize_with = "texts")]
+    pub swap: Vec<Stretch<2>>,
+
+    /// Drop a marker's positions in frames FROM to TO-1, and fill them as a gap.
+    #[arg(long, value_name = "LABEL:FROM..TO")]
+    #[serde(deserialize_with = "texts")]
+    pub drop: Vec<Stretch<1>>,
+
+    /// Hold a marker in frames FROM to TO-1 where it was on the face.
+    #[arg(long, value_name = "LABEL:FROM..TO")]
+    #[serde(deserialize_with = "texts")]
+    pub hold: Vec<Stretch<1>>,
 }
 
 impl Setup {
@@ -86,6 +105,9 @@ impl Setup {
         let given: Vec<String> = self.map.iter().map(|(handle, _)| handle.clone()).collect();
         self.map.extend(other.map.into_iter().filter(|(handle, _)| !given.contains(handle)));
         self.skip.extend(other.skip);
+        self.swap.extend(other.swap);
+        self.drop.extend(other.drop);
+        self.hold.extend(other.hold);
         Self {
             rate: self.rate.or(other.rate),
             map: self.map,
@@ -95,8 +117,11 @@ impl Setup {
             neutral: self.neutral.or(other.neutral),
             skip: self.skip,
             max_gap: self.max_gap.or(other.max_gap),
-            low_pass: self.low_pass.or(other.low_pass),
+            filter: self.filter.or(other.filter),
             head_low_pass: self.head_low_pass.or(other.head_low_pass),
+            swap: self.swap,
+            drop: self.drop,
+            hold: self.hold,
         }
     }
 
@@ -121,16 +146,30 @@ impl Setup {
             }
         }
         let defaults = Settings::default();
+        let mut skip: BTreeSet<Step> = self.skip.iter().map(|step| (*step).into()).collect();
+        let low_pass = match self.filter {
+            Some(FilterChoice::LowPass(hz)) => Some(hz),
+            Some(FilterChoice::None) => {
+                skip.insert(Step::LowPass);
+                None
+            }
+            None => None,
+        };
+        let swaps = self.swap.iter().map(|s| Edit::Swap(s.labels.clone(), s.range()));
+        let drops = self.drop.iter().map(|s| Edit::Drop(s.labels[0].clone(), s.range()));
+        let holds = self.hold.iter().map(|s| Edit::Hold(s.labels[0].clone(), s.range()));
+        let edits = swaps.chain(drops).chain(holds).collect();
         let settings = Settings {
             markers,
             rigid: self.rigid.clone(),
             metres_per_unit: self.unit.map(UnitChoice::metres),
             axes: self.axes,
             neutral: self.neutral.map(|range| range.start.unwrap_or(0)..range.end.unwrap_or(usize::MAX)),
-            skip: self.skip.iter().map(|step| (*step).into()).collect(),
+            skip,
             max_gap: self.max_gap.unwrap_or(defaults.max_gap),
-            low_pass: self.low_pass,
+            low_pass,
             head_low_pass: self.head_low_pass.unwrap_or(defaults.head_low_pass),
+            edits,
             fps: None,
         };
         Ok(CleanUp { rate: self.rate, world: false, settings })
@@ -149,6 +188,23 @@ fn some_text<'de, D: Deserializer<'de>, T: FromStr<Err: Display>>(
     from: D,
 ) -> std::result::Result<Option<T>, D::Error> {
     let text = String::deserialize(from)?;
+    text.parse().map(Some).map_err(|error| D::Error::custom(format!("“{text}”: {error}")))
+}
+
+fn texts<'de, D: Deserializer<'de>, T: FromStr<Err: Display>>(
+    from: D,
+) -> std::result::Result<Vec<T>, D::Error> {
+    let texts = Vec::<String>::deserialize(from)?;
+    let parse = |text: String| text.parse().map_err(|error| D::Error::custom(format!("“{text}”: {error}")));
+    texts.into_iter().map(parse).collect()
+}
+
+/// A number of Hz, or “none”.
+fn some_filter<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<FilterChoice>, D::Error> {
+    let text = match toml::Value::deserialize(from)? {
+        toml::Value::String(text) => text,
+        other => other.to_string(),
+    };
     text.parse().map(Some).map_err(|error| D::Error::custom(format!("“{text}”: {error}")))
 }
 
@@ -177,7 +233,8 @@ mod tests {
     #[test]
     fn a_file_says_what_flags_say() {
         let flags = "x --rate 120 --map chin=M12 --map brow=M7 --rigid cap0,cap1,cap2 --unit cm --axes +x+z-y --neutral 3..60 \
-                     --skip swaps,head-low-pass --max-gap 1.5 --low-pass 12 --head-low-pass 6";
+                     --skip swaps,head-low-pass --max-gap 1.5 --low-pass 12 --head-low-pass 6 --swap a,b:900..940 \
+                     --drop A:chin:120.. --hold brow:0..9";
         let mut flags = Flags::parse_from(flags.split_whitespace()).setup;
         flags.map.sort();
         let file = read(
@@ -189,8 +246,11 @@ mod tests {
             neutral = "3..60"
             skip = ["swaps", "head-low-pass"]
             max_gap = 1.5
-            low_pass = 12
+            filter = 12
             head_low_pass = 6.0
+            swap = ["a,b:900..940"]
+            drop = ["A:chin:120.."]
+            hold = ["brow:0..9"]
             [map]
             chin = "M12"
             brow = "M7"
@@ -207,6 +267,7 @@ mod tests {
         assert_eq!((flags.rate, flags.unit), (Some(60.0), Some(UnitChoice::Mm)));
         assert_eq!(flags.skip, [StepChoice::Align, StepChoice::Swaps]);
         let settings = flags.clean_up().unwrap().settings;
+        assert_eq!(settings.low_pass, None);
         assert_eq!(
             settings.markers,
             BTreeMap::from([("a", "9"), ("b", "2")].map(|(a, b)| (a.into(), b.into())))
@@ -224,6 +285,10 @@ mod tests {
             ("neutral = \"9..3\"", "line 1: “9..3”: it has no frame"),
             ("skip = [\"all\"]", "line 1: unknown variant `all`"),
             ("max_gap = -1", "line 1: expected seconds"),
+            ("filter = \"some\"", "line 1: “some”: expected none, or a cut-off in Hz"),
+            ("filter = -3", "line 1: “-3”: expected none"),
+            ("drop = [\"chin\"]", "line 1: “chin”: expected LABEL:A..B"),
+            ("swap = [\"a:1..2\"]", "line 1: “a:1..2”: expected A,B:FROM..TO"),
             ("[map]\nchin = 12", "line 2: invalid type"),
             ("rate =", "line 1: "),
         ] {

@@ -2,8 +2,10 @@
 
 use clap::ValueEnum;
 use rhytid::formats::export::{HeadMotion, OutputStage};
+use rhytid::playback::FrameRange;
 use rhytid::{BasisStorage, Method};
 use serde::Deserialize;
+use std::str::FromStr;
 
 /// `--stage`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -104,6 +106,8 @@ pub enum StepChoice {
     Swaps,
     /// Outliers are kept.
     Outliers,
+    /// Labels that slide off their markers are kept.
+    Slides,
     /// Gaps stay: empty cells in the take that is written.
     Gaps,
     /// The markers are not filtered.
@@ -118,6 +122,7 @@ impl From<StepChoice> for rhytid::capture::Step {
             StepChoice::Align => Self::Align,
             StepChoice::Swaps => Self::Swaps,
             StepChoice::Outliers => Self::Outliers,
+            StepChoice::Slides => Self::Slides,
             StepChoice::Gaps => Self::Gaps,
             StepChoice::LowPass => Self::LowPass,
         }
@@ -203,6 +208,65 @@ pub(super) fn parse_pair(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((handle, label)) if !handle.is_empty() && !label.is_empty() => Ok((handle.into(), label.into())),
         _ => Err("expected a handle and the label of its marker, such as chin=M12".to_owned()),
+    }
+}
+
+/// `--filter`
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum FilterChoice {
+    /// No filter.
+    None,
+    /// A low-pass filter with this cut-off in Hz.
+    LowPass(f64),
+}
+
+impl FromStr for FilterChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            text => parse_rate(text)
+                .map(Self::LowPass)
+                .map_err(|_| "expected none, or a cut-off in Hz, from 0.01 to 10000".to_owned()),
+        }
+    }
+}
+
+/// A part of a take in which one marker, or two, are repaired by hand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Stretch<const N: usize> {
+    /// The markers.
+    pub labels: [String; N],
+    /// The frames.
+    pub frames: FrameRange,
+}
+
+impl<const N: usize> FromStr for Stretch<N> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = if N == 1 {
+            "LABEL:A..B, such as chin:120..160"
+        } else {
+            "A,B:FROM..TO, such as lip1,lip2:900..940"
+        };
+        let expected = || format!("expected {form}");
+        let (labels, frames) = text.rsplit_once(':').ok_or_else(expected)?;
+        // Of one label a comma is a part.
+        let labels: Vec<String> = labels.splitn(N, ',').map(|label| label.trim().to_owned()).collect();
+        let labels: [String; N] = labels.try_into().map_err(|_| expected())?;
+        if labels.iter().any(String::is_empty) || (N > 1 && labels[0] == labels[N - 1]) {
+            return Err(expected());
+        }
+        Ok(Self { labels, frames: frames.parse()? })
+    }
+}
+
+impl<const N: usize> Stretch<N> {
+    /// The frames, which end with the take where no end is given.
+    pub(super) fn range(&self) -> std::ops::Range<usize> {
+        self.frames.start.unwrap_or(0)..self.frames.end.unwrap_or(usize::MAX)
     }
 }
 

@@ -78,12 +78,17 @@ fn rows(report: &Report) -> Vec<[String; 2]> {
     for (kind, name, noun) in [
         (Kind::Swap, "swaps", "pair of labels"),
         (Kind::Outlier, "outliers", "dropped"),
+        (Kind::Slide, "slides", "label off its marker, cut out"),
+        (Kind::Dropped, "dropped", "stretch, by hand"),
+        (Kind::Held, "held", "stretch, by hand"),
         (Kind::FilledBefore, "filled before", "gap"),
         (Kind::Spline, "short gaps", "filled by a spline"),
         (Kind::Model, "gaps", "filled by the take's own motion"),
         (Kind::Lost, "lost", "gap that could not be filled soundly"),
         (Kind::NeverSeen, "never seen", "marker, which goes with its neighbours"),
         (Kind::Left, "gaps", "left open"),
+        (Kind::Strain, "strains", "stretch that no skin has"),
+        (Kind::Step, "steps", "step that no skin makes"),
         (Kind::Head, "head not seen", "stretch"),
     ] {
         if count(kind) > 0 {

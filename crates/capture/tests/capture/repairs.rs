@@ -1,0 +1,208 @@
+//! What a capture system got wrong beyond gaps and ghosts: labels that slide, a handle in the wrong place; repairs by hand; and that the filter takes
+//! noise and leaves blinks and plosives.
+use crate::real_take::{distances, rms, target, truth};
+use glam::DVec3;
+use rhytid_capture::{Cleaned, Edit, Kind, Settings, Step, Target, clean};
+use rhytid_core::{NoProgress, RawTake, Take};
+use rhytid_formats::raw_take;
+use rhytid_test_support::shared;
+use std::f64::consts::PI;
+use std::io::Write;
+use std::ops::Range;
+
+fn raw() -> Option<RawTake> {
+    Some(raw_take::read(&shared("data/takes/rom_3_raw.c3d")?, None).unwrap())
+}
+
+fn cleaned(raw: RawTake, target: &Target, settings: &Settings) -> Cleaned {
+    clean(raw, target, settings, &NoProgress).unwrap()
+}
+
+/// Where a label is in the real take, and the other's place that it slides to and snaps back from.
+fn slide(raw: &mut RawTake, label: &str, to: &str, frames: Range<usize>) -> usize {
+    let column = |name: &str| raw.tracks.labels.iter().position(|l| l == name).unwrap();
+    let (a, b, markers) = (column(label), column(to), raw.tracks.labels.len());
+    for f in frames.clone() {
+        let at = |j: usize| DVec3::from_array(raw.tracks.positions[f * markers + j]);
+        let s = (f + 1 - frames.start) as f64 / frames.len() as f64;
+        raw.tracks.positions[f * markers + a] = at(a).lerp(at(b), s).to_array();
+    }
+    a
+}
+
+#[test]
+fn labels_that_slide_are_cut_out_of_a_real_take_and_nothing_else() {
+    let (Some(target), Some(whole)) = (target(), raw()) else { return };
+    let without = cleaned(whole.clone(), &target, &Settings::default());
+    let slides = |cleaned: &Cleaned| {
+        let of = cleaned.report.events.iter().filter(|e| e.kind == Kind::Slide);
+        of.map(|e| (e.marker.unwrap(), e.first..e.first + e.frames)).collect::<Vec<_>>()
+    };
+    assert_eq!(slides(&without), []);
+    for (label, to, first) in [("mp53", "mp51", 1500), ("mp20", "mp27", 700), ("jaw08", "mp57", 1900)] {
+        let mut raw = whole.clone();
+        let marker = slide(&mut raw, label, to, first..first + 48);
+        let found = cleaned(raw.clone(), &target, &Settings::default());
+        let cut = slides(&found);
+        let _ = writeln!(std::io::stderr(), "{label} to {to}: {cut:?}");
+        assert!(!cut.is_empty() && cut.iter().all(|(j, _)| *j == marker), "{label}: {cut:?}");
+        let (start, end) = (cut[0].1.start, cut.last().unwrap().1.end);
+        assert!(start.abs_diff(first) < 15 && end.abs_diff(first + 48) < 30, "{label}: {cut:?}");
+        let off = distances(&found.take, &truth());
+        let there = |off: &[f64]| (first..first + 48).map(|f| off[f * 89 + marker]).fold(0.0, f64::max);
+        assert!(there(&off) < 2.0 && rms(off.iter().copied()) < 0.13, "{label}: {}", there(&off));
+        let kept = Settings { skip: [Step::Slides].into(), ..Settings::default() };
+        let off = distances(&cleaned(raw, &target, &kept).take, &truth());
+        assert!(there(&off) > 8.0, "{label}: {}", there(&off));
+    }
+}
+
+#[test]
+fn a_misplaced_handle_is_named_and_harms_no_other() {
+    let (Some(target), Some(raw)) = (target(), raw()) else { return };
+    let right = cleaned(raw.clone(), &target, &Settings::default());
+    for (handle, by) in [(8, DVec3::Y * 7.0), (30, DVec3::new(5.0, 0.0, -6.0)), (60, DVec3::splat(4.0))] {
+        let mut wrong = target.clone();
+        wrong.rest[handle] += by;
+        let found = cleaned(raw.clone(), &wrong, &Settings::default());
+        assert_eq!(found.report.setup.neutral, right.report.setup.neutral);
+        let named = format!("the marker of {} is", target.labels[handle]);
+        assert!(found.report.warnings.iter().any(|w| w.contains(&named)), "{:?}", found.report.warnings);
+        let off = found.take.positions.iter().zip(&right.take.positions).enumerate();
+        let others = off.filter(|(i, _)| i % 89 != handle);
+        let worst = others.map(|(_, (a, b))| 10.0 * DVec3::from_array(*a).distance(DVec3::from_array(*b)));
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst < 0.1, "{handle}: {worst} mm");
+    }
+}
+
+const RATE: f64 = 120.0;
+const FRAMES: usize = 1200;
+
+/// From -1 to 1, each as often as the others.
+fn random(i: usize) -> f64 {
+    let x = (i as f64 * 12.9898).sin() * 43_758.545_3;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+/// How far marker `j` of a face is out in frame `f`, in millimetres: every second a blink of 0.15 s moves the lids (0 to 3) by 9 mm, and a plosive of
+/// 0.08 s the lips (4 to 7) by 4 mm.
+fn height(j: usize, f: usize) -> f64 {
+    let (width, height, phase) = match j {
+        0..4 => (0.15, 9.0, 0.3),
+        4..8 => (0.08, 4.0, 0.7),
+        _ => return 0.0,
+    };
+    let t = (f as f64 / RATE).fract() - phase;
+    if t.abs() < 0.5 * width { 0.5 * height * (1.0 + (2.0 * PI * t / width).cos()) } else { 0.0 }
+}
+
+/// Twenty markers in head space with 0.14 mm RMS of noise, and what they are on.
+fn noisy() -> (RawTake, Target) {
+    let rest: Vec<DVec3> =
+        (0..20).map(|j| DVec3::new(f64::from(j % 5) * 3.0, f64::from(j / 5) * 3.0, 0.0)).collect();
+    let labels: Vec<String> = (0..20).map(|j| format!("m{j}")).collect();
+    let positions = (0..FRAMES).flat_map(|f| {
+        let rest = &rest;
+        (0..20).map(move |j| {
+            let noise = DVec3::from_array([0, 1, 2].map(|c| random(3 * (f * 20 + j) + c))) * 0.014;
+            (rest[j] - DVec3::Y * 0.1 * height(j, f) + noise).to_array()
+        })
+    });
+    let times = (0..FRAMES).map(|f| f as f64 / RATE).collect();
+    let tracks = Take { labels: labels.clone(), times, positions: positions.collect(), ..Take::default() };
+    let raw = RawTake { tracks, in_head_space: true, ..RawTake::default() };
+    (raw, Target { labels, rest, metres_per_unit: 0.01, strains: Vec::new() })
+}
+
+#[test]
+fn the_filter_takes_noise_and_leaves_blinks_and_plosives() {
+    let (raw, target) = noisy();
+    let at = |cleaned: &Cleaned, j: usize, f: usize| {
+        10.0 * (target.rest[j] - DVec3::from_array(cleaned.take.positions[f * 20 + j]))
+    };
+    let filtered = cleaned(raw.clone(), &target, &Settings::default());
+    assert_eq!(filtered.report.low_pass_hz, Some(12.0));
+    for (marker, top) in [(0, 9.0), (4, 4.0)] {
+        // The mean over all peaks: that of their noise is none.
+        let peaks: Vec<usize> = (1..FRAMES - 1)
+            .filter(|&f| {
+                height(marker, f) > 0.9 * top
+                    && height(marker, f) >= height(marker, f - 1).max(height(marker, f + 1))
+            })
+            .collect();
+        let samples = || peaks.iter().flat_map(|&f| (marker..marker + 4).map(move |j| (j, f)));
+        let kept: f64 = samples().map(|(j, f)| at(&filtered, j, f).y / height(j, f)).sum();
+        let kept = kept / samples().count() as f64;
+        let _ = writeln!(std::io::stderr(), "{top} mm: {kept:.4} of the height");
+        assert!(peaks.len() >= 9 && (0.95..1.01).contains(&kept), "{top} mm: {kept}");
+    }
+    let noise = |cleaned: &Cleaned| {
+        rms((0..FRAMES).flat_map(|f| (8..20).map(move |j| (j, f))).map(|(j, f)| at(cleaned, j, f).length()))
+    };
+    let as_it_is = cleaned(raw, &target, &Settings { skip: [Step::LowPass].into(), ..Settings::default() });
+    assert!(noise(&filtered) < 0.55 * noise(&as_it_is), "{} {}", noise(&filtered), noise(&as_it_is));
+}
+
+#[test]
+fn repairs_by_hand() {
+    let (raw, target) = noisy();
+    let none = Settings {
+        skip: [Step::Swaps, Step::Slides, Step::Outliers, Step::LowPass].into(),
+        ..Settings::default()
+    };
+    let mut wrong = raw.clone();
+    for f in 300..340 {
+        wrong.tracks.positions.swap(f * 20 + 9, f * 20 + 10);
+        wrong.tracks.positions[f * 20 + 12][2] += 5.0;
+    }
+    let edits = vec![
+        Edit::Swap(["m9".into(), "m10".into()], 300..340),
+        Edit::Drop("m12".into(), 300..340),
+        Edit::Hold("m0".into(), 30..45),
+    ];
+    let found = cleaned(wrong.clone(), &target, &Settings { edits, ..none.clone() });
+    let (plain, before) = (cleaned(raw, &target, &none), cleaned(wrong, &target, &none));
+    let apart = |a: &Cleaned, b: &Cleaned, j: usize, frames: Range<usize>| {
+        let of = |c: &Cleaned, f: usize| DVec3::from_array(c.take.positions[f * 20 + j]);
+        frames.map(|f| 10.0 * of(a, f).distance(of(b, f))).fold(0.0, f64::max)
+    };
+    assert!(apart(&before, &plain, 9, 300..340) > 20.0 && apart(&before, &plain, 12, 300..340) > 40.0);
+    assert_eq!(apart(&found, &plain, 9, 300..340), 0.0);
+    assert!(apart(&found, &plain, 12, 300..340) < 1.0);
+    // The blink at 36 is held away, back to where the lid is in frame 29.
+    let lid = |f: usize| DVec3::from_array(found.take.positions[f * 20]);
+    assert!((30..40).all(|f| lid(f).distance(lid(29)) < 0.1) && apart(&found, &plain, 0, 50..FRAMES) == 0.0);
+    let kinds: Vec<_> =
+        found.report.events.iter().filter(|e| e.first < 345).map(|e| (e.kind, e.marker)).collect();
+    for expected in [(Kind::Swap, Some(9)), (Kind::Dropped, Some(12)), (Kind::Held, Some(0))] {
+        assert!(kinds.contains(&expected), "{expected:?} {kinds:?}");
+    }
+}
+
+#[test]
+fn strains_and_steps_that_no_skin_has_are_events() {
+    let (mut raw, mut target) = noisy();
+    target.strains = vec![rhytid_capture::StrainLimit { handles: [12, 13], most: 1.0 }];
+    for f in 600..FRAMES {
+        raw.tracks.positions[f * 20 + 12][0] -= 4.0;
+    }
+    let settings = Settings { skip: [Step::Slides].into(), ..Settings::default() };
+    let found = cleaned(raw, &target, &settings).report;
+    let of = |kind: Kind| found.events.iter().filter(move |e| e.kind == kind).collect::<Vec<_>>();
+    let (strains, steps) = (of(Kind::Strain), of(Kind::Step));
+    assert!(strains.len() == 1 && steps.len() == 1, "{:?}", found.events);
+    assert_eq!((strains[0].marker, strains[0].other), (Some(12), Some(13)));
+    assert!(strains[0].first.abs_diff(600) < 5 && strains[0].first + strains[0].frames == FRAMES);
+    assert!((strains[0].strain.unwrap() - 4.0 / 3.0).abs() < 0.05, "{:?}", strains[0]);
+    assert!(
+        steps[0].marker == Some(12)
+            && steps[0].first == 600
+            && (steps[0].distance_mm.unwrap() - 40.0).abs() < 1.0
+    );
+    assert!(
+        found.warnings.iter().any(|w| w.contains("between m12 and m13 the skin is stretched by 13")),
+        "{:?}",
+        found.warnings
+    );
+}
