@@ -117,6 +117,7 @@ fn main() -> Result<()> {
         rest: rest[..HANDLES].iter().map(|p| *p / 10.0).collect(),
         metres_per_unit: 0.01,
         strains: Vec::new(),
+        examples: Vec::new(),
     };
     let start = Instant::now();
     let cleaned = clean(raw, &target, &Settings::default(), &Steps(Mutex::new(start)))?;

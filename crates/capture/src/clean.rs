@@ -8,8 +8,8 @@ use crate::placing::{Place, offsets};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
-    Axes, Event, Found, Kind, Report, StrainLimit, edits, gaps, gross_strain, head, neutral, outliers,
-    slides, swaps,
+    Axes, Event, Found, Kind, Pose, Report, StrainLimit, edits, gaps, gross_strain, head, neutral, outliers,
+    poses, proportions, slides, swaps,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -28,15 +28,23 @@ pub struct Target {
     pub metres_per_unit: f64,
     /// How far skin stretches, where that is known.
     pub strains: Vec<StrainLimit>,
+    /// The examples: their names, and H displacements of the handles in each.
+    pub examples: Vec<(String, Vec<DVec3>)>,
 }
 
 impl Target {
     /// The handles of a rig.
     pub fn of(rig: &Rig) -> Self {
-        let rest =
+        let rest: Vec<DVec3> =
             rig.handles.iter().map(|&v| DVec3::from_array(rig.rest[v as usize].map(f64::from))).collect();
         let strains = gross_strain::limits(rig);
-        Self { labels: rig.labels.clone(), rest, metres_per_unit: rig.metres_per_unit, strains }
+        let (labels, metres_per_unit) = (rig.labels.clone(), rig.metres_per_unit);
+        let shown = rig.example_handles.chunks(labels.len().max(1));
+        let moved = |shown: &[[f32; 3]]| {
+            shown.iter().zip(&rest).map(|(p, rest)| DVec3::from_array(p.map(f64::from)) - *rest).collect()
+        };
+        let examples = rig.example_names.iter().cloned().zip(shown.map(moved)).collect();
+        Self { labels, rest, metres_per_unit, strains, examples }
     }
 
     /// Millimetres in one mesh unit.
@@ -62,6 +70,9 @@ const MODEL_CONFIDENCE: f32 = 0.5;
 const NOISY: f64 = 0.05;
 /// At this cut-off, in Hz.
 const LOW_PASS: f64 = 12.0;
+
+/// A pose that is less like its example is worth a look.
+const LIKE: f64 = 0.6;
 
 /// So many standard deviations of a coordinate's noise the filter takes from a position at the most.
 const MOST_NOISE: f64 = 2.0;
@@ -107,7 +118,8 @@ pub fn clean(
     step(3)?;
     events.extend(mended(&mut tracks, &place, target, settings));
     step(4)?;
-    let offsets_mm = displacements(&mut tracks, &place, in_head_space, target, settings, &mut warnings);
+    let Displaced { offsets_mm, scales } =
+        displacements(&mut tracks, &place, in_head_space, target, settings, &mut warnings);
     let noise = noise(&tracks);
     for held in events.iter().filter(|event| event.kind == Kind::Held) {
         gaps::hold(&mut tracks, held.marker, held.first..held.first + held.frames);
@@ -121,6 +133,12 @@ pub fn clean(
     if let Some(hz) = cutoff {
         filter(&mut tracks, hz, noise);
     }
+    let (poses, maps) = poses::find(&settings.poses, &tracks.columns, &target.examples, &target.rest)?;
+    if !poses.is_empty() {
+        let columns = tracks.columns.par_iter_mut().zip(maps);
+        columns.for_each(|(column, map)| column.iter_mut().for_each(|p| *p = map * *p));
+    }
+    warnings.extend(unlike(&poses));
     let at = |j: usize, f: usize| target.rest[j] + tracks.columns[j][f];
     events.extend(gross_strain::events(target, tracks.frames(), at));
     let leaves_gaps = settings.skip.contains(&Step::Gaps);
@@ -156,6 +174,8 @@ pub fn clean(
             scale: place.scale(),
             in_head_space,
             offsets_mm,
+            scales,
+            poses,
         },
         head_residuals_mm: head.as_ref().map_or_else(
             || vec![0.0; frames],
@@ -261,8 +281,15 @@ fn mended(tracks: &mut Tracks, place: &Place, target: &Target, settings: &Settin
     events
 }
 
-/// Positions become displacements from the neutral ones, or in head space from the rest pose. Returns each marker's offset from its handle at
-/// neutral, in millimetres.
+/// How the actor's face is another than the rig's.
+struct Displaced {
+    /// Each marker's offset from its handle at neutral, in millimetres.
+    offsets_mm: Vec<Option<f64>>,
+    /// How large the rig is around each handle, compared with the actor.
+    scales: Vec<f64>,
+}
+
+/// Positions become displacements from the neutral ones, as large as the rig's face is there; in head space from the rest pose.
 fn displacements(
     tracks: &mut Tracks,
     place: &Place,
@@ -270,7 +297,7 @@ fn displacements(
     target: &Target,
     settings: &Settings,
     warnings: &mut Vec<String>,
-) -> Vec<Option<f64>> {
+) -> Displaced {
     let columns: Vec<Option<usize>> = (0..tracks.columns.len()).map(Some).collect();
     let pose = neutral::pose(tracks, &columns, &place.neutral);
     let offsets_mm = offsets(&pose, &target.rest, target.millimetres(), &target.labels, warnings);
@@ -282,8 +309,17 @@ fn displacements(
         target.rest.clone()
     };
     let columns = tracks.columns.par_iter_mut().zip(&neutral);
-    columns.for_each(|(column, at)| column.iter_mut().for_each(|p| *p -= *at));
-    offsets_mm
+    let scales = if is_aligned(in_head_space, settings)
+        && [Step::Head, Step::Proportions].iter().all(|step| !settings.skip.contains(step))
+    {
+        proportions::scales(&pose, &target.rest)
+    } else {
+        vec![1.0; target.rest.len()]
+    };
+    columns.zip(&scales).for_each(|((column, at), scale)| {
+        column.iter_mut().for_each(|p| *p = *scale * (*p - *at));
+    });
+    Displaced { offsets_mm, scales }
 }
 
 /// Steps that no skin makes, between frames in which the marker was measured.
@@ -324,6 +360,16 @@ fn of_gap(gap: &Filled, is_left: bool) -> Event {
         kind => (kind, 0.0),
     };
     event(kind, gap.marker, gap.frames.clone(), confidence)
+}
+
+/// A pose that is not what its example shows.
+fn unlike(poses: &[Pose]) -> Option<String> {
+    let worst =
+        poses.iter().min_by(|a, b| a.likeness.total_cmp(&b.likeness)).filter(|pose| pose.likeness < LIKE)?;
+    Some(format!(
+        "in frame {} the actor does something else than the example “{}” shows (likeness {:.2} of 1); look at it, or leave the pose out",
+        worst.frame, worst.example, worst.likeness
+    ))
 }
 
 /// What of the events a person should know of before the take is used: a sentence for each kind.

@@ -16,7 +16,7 @@ const PASSES: usize = 3;
 const FAR: f64 = 0.008;
 
 /// Fits with a greater cost are worth none.
-const POOR: f64 = 0.75;
+pub(crate) const POOR: f64 = 0.75;
 
 /// A fit that is turned otherwise and costs less than so many times as much might be the right one.
 const AMBIGUOUS: f64 = 1.15;

@@ -18,12 +18,12 @@ const FEWEST: usize = 4;
 /// upper and lower case, else the same behind a prefix such as `Actor:`.
 ///
 /// # Errors
-/// [`Error::Input`] if `map` names a handle or a label that is not there, or fewer than four handles are found.
-pub(crate) fn match_labels(
+/// [`Error::Input`] if `map` names a handle or a label that is not there.
+pub fn same_names(
     handles: &[String],
     file: &[String],
     map: &BTreeMap<String, String>,
-) -> Result<Matched> {
+) -> Result<Vec<Option<usize>>> {
     for (handle, label) in map {
         if !handles.contains(handle) {
             return Err(Error::input(format!(
@@ -49,6 +49,19 @@ pub(crate) fn match_labels(
     take(&mut columns, &|handle, label| handle == label);
     take(&mut columns, &|handle, label| handle.to_lowercase() == label.trim().to_lowercase());
     take(&mut columns, &|handle, label| bare(handle) == bare(label));
+    Ok(columns)
+}
+
+/// The [`same_names`], which must be enough to go by.
+///
+/// # Errors
+/// As there, or if fewer than four handles are found.
+pub(crate) fn match_labels(
+    handles: &[String],
+    file: &[String],
+    map: &BTreeMap<String, String>,
+) -> Result<Matched> {
+    let columns = same_names(handles, file, map)?;
     let found = columns.iter().flatten().count();
     if found < FEWEST {
         let shown = |labels: &[String]| {
@@ -64,7 +77,7 @@ pub(crate) fn match_labels(
             shown(file)
         )));
     }
-    let others = (0..file.len()).filter(|&i| !taken[i]).collect();
+    let others = (0..file.len()).filter(|i| !columns.contains(&Some(*i))).collect();
     Ok(Matched { columns, others })
 }
 

@@ -22,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 mod axes;
+mod by_position;
 mod clean;
 pub mod coverage;
 mod edits;
@@ -37,6 +38,8 @@ mod neighbours;
 mod neutral;
 mod outliers;
 mod placing;
+mod poses;
+mod proportions;
 mod report;
 mod settings;
 mod slides;
@@ -46,10 +49,13 @@ mod tracks;
 mod typical;
 
 pub use axes::Axes;
+pub use by_position::{Match, match_by_position};
 pub use clean::{Cleaned, Target, clean};
 pub use edits::Edit;
 pub use gross_strain::{GrossStrain, StrainLimit, gross_strain};
 pub use handles::{HandleSettings, PlacedHandles, place_handles};
+pub use labels::same_names;
+pub use poses::Pose;
 pub use report::{Event, Found, Kind, Report};
 pub use settings::{Settings, Step};
 pub use space::{Misfit, TakeSpace, misfit};

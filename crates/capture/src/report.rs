@@ -1,4 +1,5 @@
 //! The report of a clean-up, as data.
+use crate::Pose;
 use serde::Serialize;
 use std::ops::Range;
 
@@ -59,6 +60,10 @@ pub struct Found {
     /// How far each handle's marker is from its handle at neutral, in millimetres, after the alignment and before this offset is taken out;
     /// `None` where it was never seen at neutral.
     pub offsets_mm: Vec<Option<f64>>,
+    /// For each handle how large the rig is around it, compared with the actor at the same size: what the marker's motion was multiplied by.
+    pub scales: Vec<f64>,
+    /// The actor's poses, from which a linear map for each region was made.
+    pub poses: Vec<Pose>,
 }
 
 /// Something that is not as it was measured.

@@ -24,6 +24,8 @@ pub struct Settings {
     pub low_pass: Option<f64>,
     /// The head motion's low-pass filter's cut-off in Hz.
     pub head_low_pass: f64,
+    /// Frames in which the actor does what an example of the rig shows: example → frame.
+    pub poses: BTreeMap<String, usize>,
     /// Repairs by hand.
     pub edits: Vec<Edit>,
     /// Frames per second to resample to; `None`: the take's own.
@@ -42,6 +44,7 @@ impl Default for Settings {
             max_gap: 2.0,
             low_pass: None,
             head_low_pass: 8.0,
+            poses: BTreeMap::new(),
             edits: Vec::new(),
             fps: None,
         }
@@ -57,6 +60,8 @@ pub enum Step {
     HeadLowPass,
     /// The actor is brought onto the rig, and each marker's offset from its handle taken out.
     Align,
+    /// Each marker's motion is made larger or smaller where the rig's face is, compared with the actor's.
+    Proportions,
     /// Swapped labels are found.
     Swaps,
     /// Outliers are dropped.

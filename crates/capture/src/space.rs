@@ -169,6 +169,7 @@ mod tests {
             rest: rest.collect(),
             metres_per_unit: 0.01,
             strains: vec![],
+            examples: vec![],
         }
     }
 

@@ -126,7 +126,7 @@ Examples:
   rhytid prepare session.trc --rig FACE.safetensors -o TAKE.csv --fps 30 --neutral 0..60
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --setup anna.toml
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --map chin=M12 --map brow=M7 --skip low-pass")]
-    Prepare(Prepare),
+    Prepare(Box<Prepare>),
 
     /// Place the handles: the markers of a take on the mesh, or so many spread over it.
     ///
@@ -435,6 +435,10 @@ pub(crate) struct Prepare {
     /// Resample to N frames per second [default: the take's own rate].
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub fps: Option<f64>,
+
+    /// Write which marker was taken for which handle, and how surely: a table to edit and to give as --markers.
+    #[arg(long, value_name = "TABLE.csv")]
+    pub write_markers: Option<PathBuf>,
 
     /// The raw take is a take's CSV in the world's space, not the head's: the head's motion is taken out of it.
     #[arg(long)]

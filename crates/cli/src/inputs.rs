@@ -163,7 +163,7 @@ fn filled(path: &Path, rig: &Rig, ui: &Ui) -> Result<Option<Take>> {
     let skip = [Step::Head, Step::HeadLowPass, Step::Align, Step::Swaps, Step::Outliers, Step::LowPass];
     let settings = capture::Settings { skip: skip.into_iter().collect(), ..capture::Settings::default() };
     let clean_up = CleanUp { settings, ..CleanUp::default() };
-    Ok(Some(playback::read_raw_take(path, rig, &clean_up, ui)?.take))
+    Ok(Some(playback::read_raw_take(path, rig, &clean_up, ui)?.0.take))
 }
 
 /// Warns of strains that no skin has.

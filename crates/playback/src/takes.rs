@@ -1,6 +1,6 @@
 //! Takes for a rig: the take's own CSV as it is, what capture systems write through the whole clean-up.
 
-use rhytid_capture::{Cleaned, Settings, Target, clean};
+use rhytid_capture::{self as capture, Cleaned, Match, Settings, Target, clean, match_by_position};
 use rhytid_core::{Error, Progress, Result, Rig, Take};
 use rhytid_formats::take::Missing;
 use rhytid_formats::{raw_take, take};
@@ -32,7 +32,7 @@ pub fn read_take(
     if raw_take::is_take_csv(path) {
         return reading(progress, || take::read(path, Some(&rig.labels), missing));
     }
-    let Cleaned { take, .. } = read_raw_take(path, rig, clean_up, progress)?;
+    let take = read_raw_take(path, rig, clean_up, progress)?.0.take;
     if take.positions.iter().flatten().any(|x| x.is_nan()) {
         return Err(Error::input(format!(
             "{}: has gaps, and its setup leaves them: take “gaps” out of its skip",
@@ -43,23 +43,58 @@ pub fn read_take(
     Ok(take)
 }
 
-/// The take in any file that can be read, cleaned, and the report of that. What is to be looked at is warned of.
+/// The take in any file that can be read, cleaned, and the report of that. What is to be looked at is warned of. Where fewer than half of the handles
+/// have a marker of their name, markers are matched by position; the second result says how, and is empty otherwise.
 ///
 /// # Errors
 /// As reading, and as [`clean`].
-pub fn read_raw_take(path: &Path, rig: &Rig, clean_up: &CleanUp, progress: &dyn Progress) -> Result<Cleaned> {
+pub fn read_raw_take(
+    path: &Path,
+    rig: &Rig,
+    clean_up: &CleanUp,
+    progress: &dyn Progress,
+) -> Result<(Cleaned, Vec<Match>)> {
+    let in_file = |error| match error {
+        Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
+        other => other,
+    };
     let mut raw = reading(progress, || raw_take::read(path, clean_up.rate))?;
     if clean_up.world && raw.in_head_space {
         raw.in_head_space = false;
         raw.metres_per_unit = raw.metres_per_unit.or(Some(rig.metres_per_unit));
     }
-    let cleaned =
-        clean(raw, &Target::of(rig), &clean_up.settings, progress).map_err(|error| match error {
-            Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
-            other => other,
-        })?;
+    let mut settings = clean_up.settings.clone();
+    let named = capture::same_names(&rig.labels, &raw.tracks.labels, &settings.markers).map_err(in_file)?;
+    let named = named.iter().flatten().count();
+    let mut matches = Vec::new();
+    if 2 * named < rig.labels.len() && raw.tracks.frames() > 0 {
+        matches = match match_by_position(rig, &raw, &settings.markers) {
+            // Without a match the clean-up says which names there are.
+            Err(Error::Input(_)) => Vec::new(),
+            matches => matches?,
+        };
+        let found = matches.iter().filter_map(|m| Some((m.handle.clone(), m.marker.clone()?)));
+        settings.markers.extend(found);
+    }
+    let mut cleaned = clean(raw, &Target::of(rig), &settings, progress).map_err(in_file)?;
+    cleaned.report.warnings.extend(by_position(&matches, named));
     cleaned.report.warnings.iter().for_each(|warning| log::warn!("{}: {warning}", path.display()));
-    Ok(cleaned)
+    Ok((cleaned, matches))
+}
+
+/// What a person should know of markers that were matched by position.
+fn by_position(matches: &[Match], named: usize) -> Option<String> {
+    let found = || matches.iter().filter(|m| m.marker.is_some());
+    let least = found().min_by(|a, b| a.sure.total_cmp(&b.sure))?;
+    Some(format!(
+        "{named} of the rig's {} handles have a marker of their name; by where they are {} were matched, the least surely {} with {} ({:.2} of 1): `rhytid \
+         prepare --write-markers TABLE.csv` writes the table to look at, and --markers TABLE.csv reads what you made of it",
+        matches.len(),
+        found().count(),
+        least.handle,
+        least.marker.as_deref().unwrap_or_default(),
+        least.sure
+    ))
 }
 
 fn reading<T>(progress: &dyn Progress, read: impl FnOnce() -> Result<T>) -> Result<T> {

@@ -46,6 +46,8 @@ fn report(frames: usize, events: Vec<Event>) -> Report {
             scale: 0.93,
             in_head_space: false,
             offsets_mm: offsets,
+            scales: vec![1.0; 89],
+            poses: vec![],
         },
         events,
         head_residuals_mm: (0..frames).map(|i| 0.1 + 0.02 * (i as f32 * 0.05).sin()).collect(),

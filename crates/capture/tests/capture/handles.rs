@@ -1,7 +1,7 @@
 //! Handles from a frame of a take: on the head that the take is from, where the vertices are known, and on another head.
 use glam::{DQuat, DVec3};
-use rhytid_capture::{HandleSettings, PlacedHandles, place_handles};
-use rhytid_core::{Example, Face, Handles, RawTake, Settings, UpAxis};
+use rhytid_capture::{HandleSettings, Match, PlacedHandles, match_by_position, place_handles};
+use rhytid_core::{Example, Face, Handles, NoProgress, RawTake, Rig, Settings, UpAxis};
 use rhytid_formats::{mesh, raw_take, tables};
 use rhytid_test_support::shared;
 use std::collections::BTreeMap;
@@ -127,4 +127,61 @@ fn markers_of_another_actor_come_to_lie_where_they_belong() {
     }
     let warnings = placed(&head, &mirrored).warnings;
     assert!(warnings.iter().any(|warning| warning.contains("are a mirror image")), "{warnings:?}");
+}
+
+/// The rest pose with these handles, as far as matching by position looks at it.
+fn rig_of(face: &Face, handles: Handles) -> Rig {
+    let face = Face { handles, examples: Vec::new(), ..face.clone() };
+    rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>()
+}
+
+#[test]
+fn markers_of_other_names_are_matched_by_where_they_are() {
+    let Some(shared) = shared("") else { return };
+    let raw = raw_take::read(&shared.join("data/takes/rom_3_raw.c3d"), None).unwrap();
+    let names = raw.tracks.labels.clone();
+    for (name, unit, handles, least) in [("face", 0.01, "", 0.97), ("makehuman", 0.1, "placed", 0.95)] {
+        let face = face(&shared, name, unit);
+        let handles = match handles {
+            "" => tables::read_handles(&shared.join("data/markers.csv")).unwrap(),
+            _ => placed(&face, &raw).handles,
+        };
+        let rig = rig_of(&face, handles);
+        // All markers under other names; half of them; and all with ten names kept.
+        for (every, kept) in [(1, 0), (2, 0), (1, 10)] {
+            let columns: Vec<usize> = (0..names.len()).filter(|m| m % every == 0 || *m >= 89).collect();
+            let mut other = raw.clone();
+            let positions = raw.tracks.positions.chunks(names.len());
+            other.tracks.positions = positions.flat_map(|frame| columns.iter().map(|&m| frame[m])).collect();
+            let label = |m: usize| if m < kept { names[m].clone() } else { format!("M{m:03}") };
+            other.tracks.labels = columns.iter().map(|&m| label(m)).collect();
+            let found = match_by_position(&rig, &other, &BTreeMap::new()).unwrap();
+            let there: Vec<&str> = columns
+                .iter()
+                .map(|&m| &names[m][..])
+                .filter(|name| rig.labels.iter().any(|l| l == name))
+                .collect();
+            let is_right = |m: &&Match| {
+                let marker = m.marker.as_deref().unwrap_or_default();
+                marker == m.handle
+                    || marker
+                        .strip_prefix('M')
+                        .is_some_and(|m_| names[m_.parse::<usize>().unwrap()] == m.handle)
+            };
+            let right = found.iter().filter(is_right).count();
+            let wrong: Vec<(&str, &str, f64)> = found
+                .iter()
+                .filter(|m| m.marker.is_some() && !is_right(m))
+                .map(|m| (&m.handle[..], m.marker.as_deref().unwrap(), m.sure))
+                .collect();
+            println!(
+                "{name}, {} markers, {kept} named: {right} of {} right, wrong {wrong:?}",
+                columns.len(),
+                there.len()
+            );
+            assert!(right as f64 >= least * there.len() as f64, "{right} of {}: {wrong:?}", there.len());
+            let unsure = wrong.iter().filter(|(_, _, sure)| *sure < 0.5).count();
+            assert!(2 * unsure >= wrong.len(), "{wrong:?}");
+        }
+    }
 }

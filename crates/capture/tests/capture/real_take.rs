@@ -10,7 +10,7 @@ pub(crate) fn target() -> Option<Target> {
     let handles = tables::read_handles(&shared("data/markers.csv")?).unwrap();
     let neutral = mesh::read(&shared("data/face/neutral.obj")?).unwrap();
     let rest = handles.vertices.iter().map(|&v| DVec3::from_array(neutral.positions[v as usize])).collect();
-    Some(Target { labels: handles.labels, rest, metres_per_unit: 0.01, strains: vec![] })
+    Some(Target { labels: handles.labels, rest, metres_per_unit: 0.01, strains: vec![], examples: vec![] })
 }
 
 fn cleaned(file: &str) -> Option<Cleaned> {

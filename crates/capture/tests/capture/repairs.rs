@@ -1,7 +1,7 @@
 //! What a capture system got wrong beyond gaps and ghosts: labels that slide, a handle in the wrong place; repairs by hand; and that the filter takes
 //! noise and leaves blinks and plosives.
 use crate::real_take::{distances, rms, target, truth};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rhytid_capture::{Cleaned, Edit, Kind, Settings, Step, Target, clean};
 use rhytid_core::{NoProgress, RawTake, Take};
 use rhytid_formats::raw_take;
@@ -112,7 +112,7 @@ fn noisy() -> (RawTake, Target) {
     let times = (0..FRAMES).map(|f| f as f64 / RATE).collect();
     let tracks = Take { labels: labels.clone(), times, positions: positions.collect(), ..Take::default() };
     let raw = RawTake { tracks, in_head_space: true, ..RawTake::default() };
-    (raw, Target { labels, rest, metres_per_unit: 0.01, strains: Vec::new() })
+    (raw, Target { labels, rest, metres_per_unit: 0.01, strains: Vec::new(), examples: Vec::new() })
 }
 
 #[test]
@@ -205,4 +205,94 @@ fn strains_and_steps_that_no_skin_has_are_events() {
         "{:?}",
         found.warnings
     );
+}
+
+/// The true motion of an actor whose face is larger than the rig's about the mouth, by `much` in the middle, in a capture's space: everything there
+/// moves as much farther as it is larger.
+fn other_proportions(target: &Target, truth: &[DVec3], much: f64) -> RawTake {
+    let mouth = target.rest[target.labels.iter().position(|l| l == "mp51").unwrap()] - DVec3::Y * 0.8;
+    let at =
+        |p: DVec3| p + much * (-(p - mouth).length_squared() / (2.0 * 5.0_f64.powi(2))).exp() * (p - mouth);
+    // The cube root of the volume that a small cube becomes.
+    let larger = |p: DVec3| {
+        let along = |axis: DVec3| (at(p + 1e-4 * axis) - at(p - 1e-4 * axis)) / 2e-4;
+        DMat3::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)).determinant().cbrt()
+    };
+    let actor: Vec<(DVec3, f64)> = target.rest.iter().map(|p| (at(*p), larger(*p))).collect();
+    let cap =
+        [[0.0, 14.0, 4.0], [6.0, 11.0, -2.0], [-6.0, 11.5, -1.0], [1.0, 16.0, -5.0]].map(DVec3::from_array);
+    let frames = truth.chunks(89);
+    let positions = frames.clone().flat_map(|frame| {
+        let face = frame
+            .iter()
+            .zip(&target.rest)
+            .zip(&actor)
+            .map(|((p, rest), (at, larger))| *at + *larger * (*p - *rest));
+        face.chain(cap).map(|p| (10.0 * p).to_array()).collect::<Vec<_>>()
+    });
+    let labels = target.labels.iter().cloned().chain((0..4).map(|i| format!("head{i}"))).collect();
+    let times = (0..frames.len()).map(|f| f as f64 / RATE).collect();
+    let tracks = Take { labels, times, positions: positions.collect(), ..Take::default() };
+    RawTake { tracks, metres_per_unit: Some(1e-3), ..RawTake::default() }
+}
+
+#[test]
+fn an_actor_of_other_proportions_moves_the_rig_as_far_as_its_face_goes() {
+    let Some(target) = target() else { return };
+    let truth = truth();
+    for much in [0.25, -0.15] {
+        let raw = other_proportions(&target, &truth, much);
+        let settings = Settings { neutral: Some(0..60), ..Settings::default() };
+        let found = cleaned(raw.clone(), &target, &settings);
+        let skipped = cleaned(raw, &target, &Settings { skip: [Step::Proportions].into(), ..settings });
+        let off = |cleaned: &Cleaned| rms(distances(&cleaned.take, &truth).into_iter());
+        let _ = writeln!(
+            std::io::stderr(),
+            "mouth {much:+}: {:.3} mm, without proportions {:.3}",
+            off(&found),
+            off(&skipped)
+        );
+        assert!(off(&found) < 0.4 * off(&skipped));
+    }
+}
+
+#[test]
+fn poses_teach_how_an_actor_does_what_the_examples_show() {
+    let Some(mut target) = target() else { return };
+    let truth = truth();
+    let rest = target.rest.clone();
+    let displaced = |f: usize| -> Vec<DVec3> { (0..89).map(|j| truth[f * 89 + j] - rest[j]).collect() };
+    // The actor opens the mouth less, smiles wider and raises the brows more than the rig does.
+    let (low, high) = (
+        rest.iter().map(|p| p.y).fold(f64::INFINITY, f64::min),
+        rest.iter().map(|p| p.y).fold(f64::MIN, f64::max),
+    );
+    let actors = |p: DVec3, d: DVec3| {
+        let s = (p.y - low) / (high - low);
+        d * DVec3::new(1.3, 0.7, 0.8).lerp(DVec3::new(1.0, 1.4, 1.1), s)
+    };
+    let positions =
+        truth.iter().enumerate().map(|(i, p)| rest[i % 89] + actors(rest[i % 89], *p - rest[i % 89]));
+    let times = (0..truth.len() / 89).map(|f| f as f64 / RATE).collect();
+    let positions: Vec<[f64; 3]> = positions.map(|p| p.to_array()).collect();
+    let tracks = Take { labels: target.labels.clone(), times, positions, ..Take::default() };
+    let raw = RawTake { tracks, in_head_space: true, ..RawTake::default() };
+    let frames = [240, 500, 1112, 1400, 1760, 2200];
+    target.examples = frames.iter().map(|f| (format!("pose{f}"), displaced(*f))).collect();
+    let poses = frames.iter().map(|f| (format!("pose{f}"), *f)).collect();
+    let skip = [Step::Slides, Step::Swaps, Step::Outliers, Step::LowPass].into();
+    let without = Settings { skip, ..Settings::default() };
+    let taught = cleaned(raw.clone(), &target, &Settings { poses, ..without.clone() });
+    let off = |cleaned: &Cleaned| rms(distances(&cleaned.take, &truth).into_iter());
+    let (before, after) = (off(&cleaned(raw.clone(), &target, &without)), off(&taught));
+    let _ = writeln!(std::io::stderr(), "another way of moving: {before:.3} mm, with six poses {after:.3}");
+    assert!(after < 0.35 * before, "{before} {after}");
+    assert!(
+        taught.report.setup.poses.len() == 6
+            && taught.report.setup.poses.iter().all(|pose| pose.likeness > 0.8)
+    );
+    // A frame that shows something else is said.
+    let wrong = Settings { poses: [("pose1112".to_owned(), 1760)].into(), ..without };
+    let warnings = cleaned(raw, &target, &wrong).report.warnings;
+    assert!(warnings.iter().any(|w| w.contains("than the example “pose1112” shows")), "{warnings:?}");
 }

@@ -90,6 +90,7 @@ fn target() -> Target {
         rest: rest(),
         metres_per_unit: 0.01,
         strains: vec![],
+        examples: vec![],
     }
 }
 

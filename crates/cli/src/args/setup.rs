@@ -1,16 +1,18 @@
 //! The setup: what is known of an actor and a capture session, as options of `prepare` and as the keys of TAKE.toml.
 
 use super::values::{
-    FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_rate, parse_seconds, rate, seconds,
+    FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_pose, parse_rate, parse_seconds, rate,
+    seconds,
 };
 use rhytid::capture::{Axes, Edit, Settings, Step};
+use rhytid::formats::tables;
 use rhytid::playback::{CleanUp, FrameRange};
 use rhytid::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Each option is also a key of TAKE.toml, with `_` for `-`; what is not given is found.
@@ -24,8 +26,12 @@ pub(crate) struct Setup {
 
     /// A handle whose marker has another label in the file; can be given many times.
     #[arg(long, value_name = "HANDLE=LABEL", value_parser = parse_pair)]
-    #[serde(deserialize_with = "pairs")]
+    #[serde(deserialize_with = "table")]
     pub map: Vec<(String, String)>,
+
+    /// A table of handles and their markers' labels, as --write-markers wrote it; --map wins.
+    #[arg(long, value_name = "TABLE.csv")]
+    pub markers: Option<PathBuf>,
 
     /// The rigid markers, on a cap for example [default: markers of no handle that keep their distances].
     #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
@@ -66,6 +72,12 @@ pub(crate) struct Setup {
     #[serde(deserialize_with = "some_rate")]
     pub head_low_pass: Option<f64>,
 
+    /// A frame in which the actor does what an example of the rig shows; can be given many times. From these, the actor's motion becomes the
+    /// rig's, region by region.
+    #[arg(long = "pose", value_name = "EXAMPLE=FRAME", value_parser = parse_pose)]
+    #[serde(deserialize_with = "table")]
+    pub poses: Vec<(String, usize)>,
+
     /// Exchange two markers' labels from frame FROM to TO-1; can be given many times, as can the next two.
     #[arg(long, value_name = "A,B:FROM..TO")]
     #[serde(deserialize_with = "texts")]
@@ -95,9 +107,12 @@ impl Setup {
         };
         let text = std::str::from_utf8(&bytes)
             .map_err(|error| wrong(error.valid_up_to(), "is not UTF-8, expected a TOML file"))?;
-        toml::from_str(text).map_err(|error| {
+        let mut setup: Self = toml::from_str(text).map_err(|error| {
             wrong(error.span().map_or(0, |span| span.start), &error.message().replace('\n', ", "))
-        })
+        })?;
+        // Relative to the file, as in a project.
+        setup.markers = setup.markers.map(|table| path.parent().unwrap_or(Path::new("")).join(table));
+        Ok(setup)
     }
 
     /// What is given here, and what `other` gives where this does not.
@@ -105,12 +120,15 @@ impl Setup {
         let given: Vec<String> = self.map.iter().map(|(handle, _)| handle.clone()).collect();
         self.map.extend(other.map.into_iter().filter(|(handle, _)| !given.contains(handle)));
         self.skip.extend(other.skip);
+        let given: Vec<String> = self.poses.iter().map(|(example, _)| example.clone()).collect();
+        self.poses.extend(other.poses.into_iter().filter(|(example, _)| !given.contains(example)));
         self.swap.extend(other.swap);
         self.drop.extend(other.drop);
         self.hold.extend(other.hold);
         Self {
             rate: self.rate.or(other.rate),
             map: self.map,
+            markers: self.markers.or(other.markers),
             rigid: self.rigid.or(other.rigid),
             unit: self.unit.or(other.unit),
             axes: self.axes.or(other.axes),
@@ -119,6 +137,7 @@ impl Setup {
             max_gap: self.max_gap.or(other.max_gap),
             filter: self.filter.or(other.filter),
             head_low_pass: self.head_low_pass.or(other.head_low_pass),
+            poses: self.poses,
             swap: self.swap,
             drop: self.drop,
             hold: self.hold,
@@ -128,7 +147,7 @@ impl Setup {
     /// For the clean-up.
     ///
     /// # Errors
-    /// [`Error::Input`] if a handle is given two markers.
+    /// [`Error::Input`] if a handle is given two markers, or the table of markers is wrong; [`Error::Io`].
     pub(crate) fn clean_up(&self) -> Result<CleanUp> {
         let mut markers = BTreeMap::new();
         for (i, (handle, label)) in self.map.iter().enumerate() {
@@ -144,6 +163,15 @@ impl Setup {
                     "--map: the handle “{handle}” is given two markers; give one"
                 )));
             }
+        }
+        if let Some(table) = &self.markers {
+            let pairs = tables::read_markers(table)?;
+            let given: Vec<String> = markers.values().cloned().collect();
+            let others = pairs
+                .into_iter()
+                .filter(|(handle, label)| !markers.contains_key(handle) && !given.contains(label));
+            let others: Vec<(String, String)> = others.collect();
+            markers.extend(others);
         }
         let defaults = Settings::default();
         let mut skip: BTreeSet<Step> = self.skip.iter().map(|step| (*step).into()).collect();
@@ -169,6 +197,7 @@ impl Setup {
             max_gap: self.max_gap.unwrap_or(defaults.max_gap),
             low_pass,
             head_low_pass: self.head_low_pass.unwrap_or(defaults.head_low_pass),
+            poses: self.poses.iter().cloned().collect(),
             edits,
             fps: None,
         };
@@ -208,7 +237,9 @@ fn some_filter<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option
     text.parse().map(Some).map_err(|error| D::Error::custom(format!("“{text}”: {error}")))
 }
 
-fn pairs<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<(String, String)>, D::Error> {
+fn table<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    from: D,
+) -> std::result::Result<Vec<(String, T)>, D::Error> {
     Ok(BTreeMap::deserialize(from)?.into_iter().collect())
 }
 
@@ -234,7 +265,7 @@ mod tests {
     fn a_file_says_what_flags_say() {
         let flags = "x --rate 120 --map chin=M12 --map brow=M7 --rigid cap0,cap1,cap2 --unit cm --axes +x+z-y --neutral 3..60 \
                      --skip swaps,head-low-pass --max-gap 1.5 --low-pass 12 --head-low-pass 6 --swap a,b:900..940 \
-                     --drop A:chin:120.. --hold brow:0..9";
+                     --drop A:chin:120.. --hold brow:0..9 --pose smile=512";
         let mut flags = Flags::parse_from(flags.split_whitespace()).setup;
         flags.map.sort();
         let file = read(
@@ -254,6 +285,8 @@ mod tests {
             [map]
             chin = "M12"
             brow = "M7"
+            [poses]
+            smile = 512
             "#,
         );
         assert_eq!(file.unwrap(), flags);

@@ -102,6 +102,8 @@ pub enum StepChoice {
     HeadLowPass,
     /// The markers stay where the file has them, in the mesh's unit and axes.
     Align,
+    /// The actor's proportions are taken for the rig's.
+    Proportions,
     /// Swapped labels are not looked for.
     Swaps,
     /// Outliers are kept.
@@ -120,6 +122,7 @@ impl From<StepChoice> for rhytid::capture::Step {
             StepChoice::Head => Self::Head,
             StepChoice::HeadLowPass => Self::HeadLowPass,
             StepChoice::Align => Self::Align,
+            StepChoice::Proportions => Self::Proportions,
             StepChoice::Swaps => Self::Swaps,
             StepChoice::Outliers => Self::Outliers,
             StepChoice::Slides => Self::Slides,
@@ -268,6 +271,14 @@ impl<const N: usize> Stretch<N> {
     pub(super) fn range(&self) -> std::ops::Range<usize> {
         self.frames.start.unwrap_or(0)..self.frames.end.unwrap_or(usize::MAX)
     }
+}
+
+/// `--pose`
+pub(super) fn parse_pose(text: &str) -> Result<(String, usize), String> {
+    let parts = text.rsplit_once('=').filter(|(example, _)| !example.is_empty());
+    parts
+        .and_then(|(example, frame)| Some((example.to_owned(), frame.trim().parse().ok()?)))
+        .ok_or_else(|| "expected an example and a frame of the raw take, such as smile=512".to_owned())
 }
 
 /// For `--max-error`.

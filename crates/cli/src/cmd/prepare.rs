@@ -2,7 +2,8 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::capture::{Cleaned, Kind, Report};
+use rhytid::capture::{Cleaned, Kind, Match, Report};
+use rhytid::formats::tables::{self, MarkerRow};
 use rhytid::formats::{FileKind, take};
 use rhytid::human;
 use rhytid::playback::read_raw_take;
@@ -23,12 +24,18 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
         )));
     }
     drop(AtomicFile::create(&args.output)?);
+    if let Some(path) = &args.write_markers {
+        drop(AtomicFile::create(path)?);
+    }
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);
     let mut clean_up = setup.clean_up()?;
     clean_up.settings.fps = args.fps;
     clean_up.world = args.world;
-    let Cleaned { take, report } = read_raw_take(&args.raw, &rig, &clean_up, ui)?;
+    let (Cleaned { take, report }, matches) = read_raw_take(&args.raw, &rig, &clean_up, ui)?;
+    if let Some(path) = &args.write_markers {
+        tables::write_markers(path, &markers(&report, &matches))?;
+    }
     ui.timed("write the take", || take::write(&args.output, &take)).0?;
     if let Some(dir) = &args.report {
         let name = args.raw.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
@@ -47,6 +54,27 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     ))
 }
 
+/// The marker of each handle, as it was taken.
+fn markers(report: &Report, matches: &[Match]) -> Vec<MarkerRow> {
+    let row = |(i, handle): (usize, &String)| {
+        let marker = report.setup.markers[i].clone();
+        let by_position = matches.get(i).map(|found| found.sure);
+        let sure = by_position.unwrap_or(if marker.is_some() { 1.0 } else { 0.0 });
+        MarkerRow { handle: handle.clone(), marker, distance_mm: report.setup.offsets_mm[i], sure }
+    };
+    report.labels.iter().enumerate().map(row).collect()
+}
+
+/// How much larger and smaller than the rest of the face regions of the rig are, compared with the actor's.
+fn regions(scales: &[f64]) -> String {
+    let least = scales.iter().copied().fold(1.0, f64::min);
+    let most = scales.iter().copied().fold(1.0, f64::max);
+    if most - least < 0.01 {
+        return String::new();
+    }
+    format!("; motions are made {least:.2} to {most:.2} times as large, as the rig's regions are")
+}
+
 /// What was found, for a person to check.
 fn rows(report: &Report) -> Vec<[String; 2]> {
     let row = |name: &str, value: String| [name.to_owned(), value];
@@ -61,9 +89,13 @@ fn rows(report: &Report) -> Vec<[String; 2]> {
         rows.extend([
             row("unit", format!("{metres}{}", guessed(found.unit_is_guessed))),
             row("axes", format!("{} are the mesh's x, y, z{}", found.axes, guessed(found.axes_are_guessed))),
-            row("actor", format!("{:.3} times the rig's size", found.scale)),
+            row("actor", format!("{:.3} times the rig's size{}", found.scale, regions(&found.scales))),
             row("head", format!("from {rigid}")),
         ]);
+    }
+    for pose in &found.poses {
+        let likeness = format!("frame {}, likeness {:.2} of 1", pose.frame, pose.likeness);
+        rows.push(row(&format!("pose {}", pose.example), likeness));
     }
     let neutral = &found.neutral;
     rows.push(row(

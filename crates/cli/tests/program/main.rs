@@ -16,6 +16,7 @@ mod output;
 mod placing;
 mod prepare;
 mod raw_torture;
+mod retarget;
 mod space;
 mod stitch;
 mod usd;

@@ -156,14 +156,15 @@ fn what_cannot_be_cleaned_is_refused() {
     raw.write(&all);
     refused(&raw, "", &["no frames"]);
 
+    // Other names, and markers that fit no face: all in one plane.
     let mut raw = Raw::new();
     raw.labels.iter_mut().skip(3).for_each(|label| label.insert(0, '?'));
-    raw.write(&all);
+    raw.write(&|j, _, _| Some([(j % 10) as f64 * 40.0, 0.0, (j / 10) as f64 * 90.0]));
     refused(&raw, "", &["3 of the rig's", "expected at least 4", "a map says"]);
 
     let mut raw = Raw::new();
     raw.labels.iter_mut().for_each(String::clear);
-    raw.write(&all);
+    raw.write(&|j, _, p| (j < 3).then_some(p));
     refused(&raw, "", &["0 of the rig's", "#1", "a map says"]);
 
     let raw = Raw::new();

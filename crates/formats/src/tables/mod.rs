@@ -1,7 +1,9 @@
-//! Tables: the handles (`label,vertex`) and the strain edges (`a,b`), as CSV.
+//! Tables: the handles (`label,vertex`), the strain edges (`a,b`) and which marker is which handle's (`handle,marker`), as CSV.
+mod markers;
 pub(crate) mod rows;
 pub(crate) mod text;
 
+pub use markers::{MarkerRow, read_markers, write_markers};
 use rhytid_core::{AtomicFile, Error, Handles, Result};
 use rows::Rows;
 use std::collections::HashMap;

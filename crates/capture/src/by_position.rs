@@ -1,0 +1,172 @@
+//! Which marker is which handle's, where their names do not say it: by where they are on the face.
+use crate::handles::{HandleSettings, POOR, place_handles};
+use crate::labels::same_names;
+use crate::tracks::median;
+use glam::DVec3;
+use rhytid_core::{Error, Face, Handles, Mesh, RawTake, Result, Rig, Settings};
+use std::collections::BTreeMap;
+
+/// A handle, and which marker is probably its.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Match {
+    /// The handle's label.
+    pub handle: String,
+    /// The marker's label in the file; `None` where none is near, or another handle's might as well be it.
+    pub marker: Option<String>,
+    /// How far the marker is from the handle where it was laid on the face, in millimetres; NaN where there is none.
+    pub distance_mm: f64,
+    /// How much nearer it is than the next best handle or marker would be: 1 where nothing else is near, 0 where another one might as well be it.
+    pub sure: f64,
+}
+
+/// A marker that is farther from its handle, as a part of the handles' extent, is another's.
+const FAR: f64 = 0.1;
+
+/// What is less sure than that is not said.
+const LEAST_SURE: f64 = 0.1;
+
+/// Neighbours that tell by how much an actor's face is another there.
+const NEIGHBOURS: usize = 6;
+
+/// Times that markers are told from each other, with what neighbours are off by taken out.
+const PASSES: usize = 4;
+
+/// A match for each handle, in the rig's order: by the names where they are the same, `map` (handle → label) before all, else by position. A
+/// frame of the take is laid over the rest pose as [`place_handles`] does it.
+///
+/// # Errors
+/// As [`place_handles`]; [`Error::Input`] if a map names what is not there, or the markers do not fit the face.
+pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String>) -> Result<Vec<Match>> {
+    let labels = &raw.tracks.labels;
+    let named = same_names(&rig.labels, labels, map)?;
+    let face = face_of(rig);
+    let pairs =
+        named.iter().zip(&rig.handles).filter_map(|(column, v)| Some((labels[(*column)?].clone(), *v)));
+    let settings = HandleSettings { known: pairs.collect(), ..HandleSettings::default() };
+    let laid = place_handles(&face, raw, &settings)?;
+    if laid.cost > POOR {
+        return Err(misfit());
+    }
+    let rest = |h: usize| DVec3::from_array(rig.rest[rig.handles[h] as usize].map(f64::from));
+    let handles: Vec<DVec3> = (0..rig.labels.len()).map(rest).collect();
+    let markers: Vec<DVec3> = laid.markers.iter().copied().map(DVec3::from_array).collect();
+    let extent = crate::tracks::extent(handles.iter().copied());
+    let place = |column: usize| laid.handles.labels.iter().position(|label| *label == labels[column]);
+    let fixed: Vec<Option<usize>> = named.iter().map(|column| column.and_then(place)).collect();
+    let mut shifted = markers.clone();
+    let mut matched = assigned(&handles, &shifted, &fixed, FAR * extent);
+    for _ in 1..PASSES {
+        // Where an actor's face is longer or wider, neighbours are off as much.
+        let off: Vec<(DVec3, DVec3)> = matched
+            .iter()
+            .enumerate()
+            .filter_map(|(h, m)| Some((handles[h], handles[h] - markers[(*m)?])))
+            .collect();
+        if off.is_empty() {
+            break;
+        }
+        for (at, marker) in shifted.iter_mut().zip(&markers) {
+            let mut near: Vec<&(DVec3, DVec3)> = off.iter().collect();
+            near.sort_by(|a, b| a.0.distance_squared(*marker).total_cmp(&b.0.distance_squared(*marker)));
+            *at = *marker + median(near.iter().take(NEIGHBOURS).map(|(_, off)| *off));
+        }
+        matched = assigned(&handles, &shifted, &fixed, FAR * extent);
+    }
+    let millimetres = 1e3 * rig.metres_per_unit;
+    let of_handle = |h: usize| {
+        let handle = rig.labels[h].clone();
+        let Some(m) = matched[h] else {
+            return Match { handle, marker: None, distance_mm: f64::NAN, sure: 0.0 };
+        };
+        let distance = handles[h].distance(shifted[m]);
+        let others = (0..shifted.len()).filter(|&o| o != m).map(|o| handles[h].distance(shifted[o]));
+        let rivals = (0..handles.len()).filter(|&o| o != h).map(|o| handles[o].distance(shifted[m]));
+        let next = others.chain(rivals).fold(f64::INFINITY, f64::min);
+        let sure = if fixed[h].is_some() { 1.0 } else { (1.0 - distance / next).max(0.0) };
+        if sure < LEAST_SURE {
+            return Match { handle, marker: None, distance_mm: f64::NAN, sure };
+        }
+        let distance_mm = handles[h].distance(markers[m]) * millimetres;
+        Match { handle, marker: Some(laid.handles.labels[m].clone()), distance_mm, sure }
+    };
+    let found: Vec<Match> = (0..handles.len()).map(of_handle).collect();
+    if 2 * found.iter().filter(|m| m.marker.is_some()).count() < handles.len().min(markers.len()) {
+        return Err(misfit());
+    }
+    Ok(found)
+}
+
+fn misfit() -> Error {
+    Error::input("the markers do not fit the rig's face: say which is which handle's")
+}
+
+/// What of a rig a scan is.
+fn face_of(rig: &Rig) -> Face {
+    Face {
+        name: rig.name.clone(),
+        neutral: Mesh {
+            positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
+            faces: rig.faces.clone(),
+            uvs: None,
+            materials: None,
+        },
+        metres_per_unit: rig.metres_per_unit,
+        up_axis: rig.up_axis,
+        handles: Handles { labels: rig.labels.clone(), vertices: rig.handles.clone() },
+        examples: Vec::new(),
+        settings: Settings::default(),
+    }
+}
+
+/// For each handle a marker, each marker once: the nearest pairs first, then exchanged for as long as that makes the squares of all distances smaller.
+fn assigned(handles: &[DVec3], markers: &[DVec3], fixed: &[Option<usize>], far: f64) -> Vec<Option<usize>> {
+    let mut matched = fixed.to_vec();
+    let mut free = vec![true; markers.len()];
+    fixed.iter().flatten().for_each(|&m| free[m] = false);
+    let square = |h: usize, m: usize| handles[h].distance_squared(markers[m]);
+    let mut pairs: Vec<(f64, usize, usize)> = (0..handles.len())
+        .filter(|&h| fixed[h].is_none())
+        .flat_map(|h| (0..markers.len()).map(move |m| (h, m)))
+        .map(|(h, m)| (square(h, m), h, m))
+        .filter(|(square, _, m)| free[*m] && *square < far * far)
+        .collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (_, h, m) in pairs {
+        if matched[h].is_none() && free[m] {
+            matched[h] = Some(m);
+            free[m] = false;
+        }
+    }
+    let movable: Vec<usize> =
+        (0..handles.len()).filter(|&h| fixed[h].is_none() && matched[h].is_some()).collect();
+    loop {
+        let mut changed = false;
+        for (i, &a) in movable.iter().enumerate() {
+            for &b in &movable[i + 1..] {
+                let (Some(m), Some(n)) = (matched[a], matched[b]) else { continue };
+                if square(a, n) + square(b, m) < square(a, m) + square(b, n) {
+                    (matched[a], matched[b]) = (Some(n), Some(m));
+                    changed = true;
+                }
+            }
+        }
+        if !changed {
+            return matched;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_marker_is_given_once_and_to_the_nearest() {
+        let at = |x: f64| DVec3::new(x, 0.0, 0.0);
+        let handles = [at(0.0), at(1.0), at(2.0), at(9.0)];
+        let markers = [at(2.4), at(1.4), at(0.6)];
+        assert_eq!(assigned(&handles, &markers, &[None; 4], 3.0), [Some(2), Some(1), Some(0), None]);
+        let fixed = [Some(1), None, None, None];
+        assert_eq!(assigned(&handles, &markers, &fixed, 3.0), [Some(1), Some(2), Some(0), None]);
+    }
+}
