@@ -90,7 +90,7 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
         Match { handle, marker: Some(laid.handles.labels[m].clone()), distance_mm, sure }
     };
     let found: Vec<Match> = (0..handles.len()).map(of_handle).collect();
-    if 2 * found.iter().filter(|m| m.marker.is_some()).count() < handles.len().min(markers.len()) {
+    if 2 * found.iter().filter(|m| m.marker.is_some()).count() < handles.len().min(labels.len()) {
         return Err(misfit());
     }
     Ok(found)
