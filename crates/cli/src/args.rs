@@ -165,7 +165,7 @@ Examples:
   rhytid coverage FACE.safetensors TAKE.csv --plan 6 --take-examples dense.usd -o scans")]
     Coverage(Coverage),
 
-    /// Say what is in a mesh, animation, rig, take, handle table or project file.
+    /// Say what is in a file: mesh, animation, rig, take, table, project, setup or report.
     #[command(after_help = "\
 Examples:
   rhytid info neutral.obj
@@ -451,7 +451,8 @@ pub(crate) struct Prepare {
 /// `rhytid info`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Info {
-    /// A mesh (.obj, .ply, .glb, .gltf), rig (.safetensors), take (.csv, .c3d, .trc, .tsv), handle table (.csv) or project (.toml).
+    /// A mesh (.obj, .ply, .glb, .gltf), animation or blend shapes (.usd, .usda, .usdc, .usdz, .glb, .gltf), rig (.safetensors), take (.csv, .c3d, .trc,
+    /// .tsv), table of handles or markers (.csv), project or setup (.toml) or report (.json).
     pub file: PathBuf,
 
     /// Print JSON; docs/cli.md lists the keys.

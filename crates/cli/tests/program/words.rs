@@ -113,3 +113,55 @@ fn a_solve_ends_with_how_well_its_scans_come_back() {
     assert!(line("rest").contains("comes back within 0 mm (RMS), 0 mm at vertex"), "{said}");
     assert!(line("pinch").contains("comes back within 0"), "{said}");
 }
+
+#[test]
+fn info_knows_every_table_and_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let demo = demo().display().to_string();
+    let done = |command: &str| {
+        let output = rhytid(command).output().unwrap();
+        assert!(output.status.success(), "{command}: {}", stderr(&output));
+        output.stdout
+    };
+    done(&format!("export-shapes {demo}/face.safetensors -o {}", at("shapes.usd")));
+    std::fs::write(at("devices.json"), done("devices --json")).unwrap();
+    std::fs::write(at("findings.json"), done(&format!("doctor {demo}/face.toml --json"))).unwrap();
+    std::fs::write(at("info.json"), done(&format!("info {demo}/face.toml --json"))).unwrap();
+    done(&format!(
+        "coverage {demo}/face.safetensors {demo}/performance.csv --plan 1 --report {}",
+        at("plan")
+    ));
+    done(&format!(
+        "prepare {demo}/performance.csv --rig {demo}/face.safetensors -o {} --write-markers {} --report {}",
+        at("clean.csv"),
+        at("markers.csv"),
+        at("report")
+    ));
+    std::fs::write(at("anna.toml"), "rate = 120\n[map]\nchin = \"M1\"\n").unwrap();
+    std::fs::remove_file(at("plan/plan.html")).unwrap();
+    for (file, expected) in [
+        ("shapes.usd", "blend shapes of “demo”"),
+        ("devices.json", "report, devices"),
+        ("findings.json", "report, findings of the doctor"),
+        ("info.json", "report, description of a file"),
+        ("plan/plan.json", "plan.html, which is written beside it"),
+        ("report/report.json", "report, clean-up"),
+        ("markers.csv", "table of markers"),
+        ("anna.toml", "setup of a take"),
+    ] {
+        let said = String::from_utf8(done(&format!("info {}", at(file)))).unwrap();
+        assert!(said.contains(expected), "{file}: {said}");
+        let json: serde_json::Value =
+            serde_json::from_slice(&done(&format!("info {} --json", at(file)))).unwrap();
+        assert!(json["kind"].is_string() && json["file_bytes"].as_u64() > Some(0), "{json}");
+    }
+    std::fs::write(at("odd.json"), "{\"a\": 1}").unwrap();
+    std::fs::write(at("odd.toml"), "a = 1").unwrap();
+    for (file, expected) in
+        [("odd.json", "none of Rhytid's reports; its keys are a"), ("odd.toml", "unknown field `a`")]
+    {
+        let output = rhytid(&format!("info {}", at(file))).output().unwrap();
+        assert!(output.status.code() == Some(2) && stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}

@@ -3,20 +3,25 @@
 mod animation;
 mod project;
 mod raw_take;
+mod report;
 mod rig;
 mod shape;
+mod shapes;
 mod take;
 
+use crate::args::Setup;
 use crate::{args, output};
 use animation::AnimationInfo;
 use project::ProjectInfo;
 use raw_take::RawTakeInfo;
+use report::ReportInfo;
 use rhytid::formats::{mesh, tables};
 use rhytid::human;
 use rhytid::{Error, Handles, Result, rig_file};
 use rig::RigInfo;
 use serde::Serialize;
 use shape::{Shape, list, row};
+use shapes::ShapesInfo;
 use std::io::Read;
 use std::path::Path;
 use take::TakeInfo;
@@ -40,6 +45,10 @@ enum Content {
     RawTake(RawTakeInfo),
     Handles(HandlesInfo),
     Project(ProjectInfo),
+    Shapes(ShapesInfo),
+    Markers(MarkersInfo),
+    Setup(SetupInfo),
+    Report(ReportInfo),
 }
 
 #[derive(Serialize)]
@@ -47,6 +56,18 @@ struct HandlesInfo {
     handles: usize,
     labels: Vec<String>,
     handle_vertices: Vec<u32>,
+}
+
+#[derive(Serialize)]
+struct MarkersInfo {
+    /// Handle and marker.
+    markers: Vec<[String; 2]>,
+}
+
+/// What is known of an actor and a session.
+#[derive(Serialize)]
+struct SetupInfo {
+    keys: Vec<String>,
 }
 
 /// Prints what is in a file.
@@ -66,6 +87,14 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
         Content::Take(take) => ("take".to_owned(), take.rows()),
         Content::RawTake(take) => ("raw take".to_owned(), take.rows()),
         Content::Handles(handles) => ("handle table".to_owned(), vec![row("handles", list(&handles.labels))]),
+        Content::Shapes(file) => (format!("blend shapes of “{}”", file.name), file.rows()),
+        Content::Markers(table) => {
+            let pairs: Vec<String> =
+                table.markers.iter().map(|[handle, marker]| format!("{handle}={marker}")).collect();
+            ("table of markers".to_owned(), vec![row("markers", list(&pairs))])
+        }
+        Content::Setup(setup) => ("setup of a take".to_owned(), vec![row("says", list(&setup.keys))]),
+        Content::Report(report) => (format!("report, {}", report.of), report.rows()),
         Content::Project(project) => (format!("project of “{}”", project.name), project.rows()),
     };
     let title = format!("{}: {what}, {}", info.file, human::bytes(info.file_bytes));
@@ -75,7 +104,13 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
 fn read(path: &Path) -> Result<Content> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     Ok(match ending.as_str() {
-        "usd" | "usda" | "usdc" | "usdz" => Content::Animation(Box::new(AnimationInfo::read(path)?)),
+        "usd" | "usda" | "usdc" | "usdz" => match AnimationInfo::read(path) {
+            Ok(animation) => Content::Animation(Box::new(animation)),
+            Err(error) => match ShapesInfo::read(path) {
+                Ok(shapes) => Content::Shapes(shapes),
+                Err(_) => return Err(error),
+            },
+        },
         "glb" | "gltf" => match AnimationInfo::read(path) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // A mesh, or damaged, which its reader says better.
@@ -83,29 +118,56 @@ fn read(path: &Path) -> Result<Content> {
         },
         "obj" | "ply" => Content::Mesh(Shape::of(&mesh::read(path)?)),
         "safetensors" => Content::Rig(RigInfo::of(rig_file::read(path)?)),
-        "csv" if is_handle_table(path)? => {
+        "json" => Content::Report(ReportInfo::read(path)?),
+        "csv" if has_columns(path, &["handle", "marker"])? => {
+            let pairs = tables::read_markers(path)?.into_iter();
+            Content::Markers(MarkersInfo {
+                markers: pairs.map(|(handle, marker)| [handle, marker]).collect(),
+            })
+        }
+        "csv" if has_columns(path, &["vertex"])? => {
             let Handles { labels, vertices } = tables::read_handles(path)?;
             Content::Handles(HandlesInfo { handles: labels.len(), labels, handle_vertices: vertices })
         }
         "csv" if rhytid::formats::raw_take::is_take_csv(path) => Content::Take(TakeInfo::read(path)?),
         "csv" | "c3d" | "trc" | "tsv" => Content::RawTake(RawTakeInfo::read(path)?),
+        "toml" if is_setup(path) => {
+            let setup = Setup::read(path)?;
+            setup.clean_up()?;
+            Content::Setup(SetupInfo { keys: setup_keys(path)? })
+        }
         "toml" => Content::Project(ProjectInfo::of(rhytid::formats::project::read(path)?)),
         _ => {
             return Err(Error::input(format!(
                 "{}: expected a mesh (.obj, .ply, .glb, .gltf), an animation (.usd, .usda, .usdc, .usdz, .glb, .gltf), a rig \
-                 (.safetensors), a take (.csv, .c3d, .trc, .tsv), a handle table (.csv) or a project (.toml)",
+                 (.safetensors), a take (.csv, .c3d, .trc, .tsv), a table of handles or of markers (.csv), a project or a take's setup (.toml) or a \
+                 report (.json)",
                 path.display()
             )));
         }
     })
 }
 
-/// Takes and handle tables are both CSV; a take's header has no column `vertex`.
-fn is_handle_table(path: &Path) -> Result<bool> {
+/// Whether a TOML file is TAKE.toml rather than a project, which has a mesh.
+fn is_setup(path: &Path) -> bool {
+    setup_keys(path)
+        .is_ok_and(|keys| !keys.is_empty() && !keys.iter().any(|key| key == "mesh" || key == "handles"))
+}
+
+/// The keys at the top of a TOML file.
+fn setup_keys(path: &Path) -> Result<Vec<String>> {
+    let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
+    let table: toml::Table =
+        text.parse().map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
+    Ok(table.keys().cloned().collect())
+}
+
+/// Tables and takes are all CSV: their headers tell them apart.
+fn has_columns(path: &Path, columns: &[&str]) -> Result<bool> {
     let mut start = Vec::new();
     let file = std::fs::File::open(path).map_err(Error::io(path))?;
     file.take(256).read_to_end(&mut start).map_err(Error::io(path))?;
     let header = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let header = String::from_utf8_lossy(header);
-    Ok(header.split(',').any(|cell| cell.trim() == "vertex"))
+    Ok(columns.iter().all(|column| header.split(',').any(|cell| cell.trim() == *column)))
 }
