@@ -24,8 +24,6 @@ pub struct Case {
     pub quick: bool,
     /// Whether it is of the chapter's size: a device may be too small for it.
     pub large: bool,
-    /// Whether its stages are timed, for which it is evaluated more often: of the chapter's size, times mean something.
-    pub timed: bool,
     recipe: Recipe,
 }
 
@@ -48,7 +46,7 @@ impl Case {
         let mut all = Recipe::new(sizes);
         recipe(&mut all);
         let options = UploadOptions::frames(sizes.max_frames);
-        Self { name: name.into(), options, quick: false, large: false, timed: false, recipe: all }
+        Self { name: name.into(), options, quick: false, large: false, recipe: all }
     }
 
     fn of_sizes(sizes: Sizes) -> Self {
@@ -189,7 +187,6 @@ pub fn cases(suite: Suite) -> Vec<Case> {
     }));
     let mut chapter = Case::new("chapter", sizes(CHAPTER), |_| ());
     chapter.large = true;
-    chapter.timed = true;
     cases.push(chapter);
     if suite == Suite::Quick {
         cases.retain(|case| case.quick);

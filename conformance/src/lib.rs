@@ -43,7 +43,9 @@ pub use numbers::Numbers;
 pub use outcome::{Measured, Outcome, Verdict, device_label, kernel_name, stage_name};
 pub use report::Report;
 pub use run::{ReferenceOf, run_case, run_case_against, stored};
-pub use suite::{DeviceReport, missing_devices, no_device, required_backends, run_device, unknown_backends};
+pub use suite::{
+    DeviceReport, StageTime, missing_devices, no_device, required_backends, run_device, unknown_backends,
+};
 pub use twin::{Results, detail_params, evaluate, pivoted_weights, squared_differences};
 
 /// The commit that this program was built from, or `unknown`.

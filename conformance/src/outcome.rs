@@ -54,27 +54,13 @@ pub struct Outcome {
     pub stage: Option<&'static str>,
     /// How near to its reference; `None` where nothing was compared.
     pub measured: Option<Measured>,
-    /// Seconds that the device computed on this stage, where the case is timed and the device can tell.
-    pub seconds: Option<f64>,
-    /// Bytes that the stage must move at least, where the case is timed.
-    pub bytes: Option<u64>,
     /// Whether the case is one that every device can hold, so that [`Verdict::NotSupported`] is no excuse.
     pub required: bool,
 }
 
 impl Outcome {
     pub(crate) fn new(device: &str, name: String, verdict: Verdict, reason: String) -> Self {
-        Self {
-            device: device.to_owned(),
-            name,
-            verdict,
-            reason,
-            stage: None,
-            measured: None,
-            seconds: None,
-            bytes: None,
-            required: true,
-        }
+        Self { device: device.to_owned(), name, verdict, reason, stage: None, measured: None, required: true }
     }
 
     /// `normals/holes`.

@@ -61,7 +61,7 @@ impl Report {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{COMMIT, DeviceReport, Measured, Outcome, Suite, Verdict, stage_name};
+    use crate::{COMMIT, DeviceReport, Measured, Outcome, StageTime, Suite, Verdict, stage_name};
     use quick_junit::TestCaseStatus;
     use rhytid_core::{DeviceInfo, DeviceKind, Stage};
 
@@ -82,8 +82,6 @@ mod tests {
         passed.measured = Some(Measured { part_of_bound: 0.25, ulp: Some(3.5), mm: None });
         let mut positions = outcome(Verdict::Pass, "positions/chapter", "");
         positions.measured = Some(Measured { part_of_bound: 0.5, ulp: Some(1.5), mm: Some(1.25e-4) });
-        positions.seconds = Some(0.002);
-        positions.bytes = Some(20_000_000);
         let mut canary = outcome(Verdict::Pass, "positions/canary", "");
         canary.measured = Some(Measured { part_of_bound: 99.0, ulp: Some(99.0), mm: Some(99.0) });
         let mut outcomes = vec![
@@ -105,8 +103,14 @@ mod tests {
             memory_bytes: Some(1 << 30),
             max_binding_bytes: Some(128 << 20),
         };
+        let times = vec![StageTime { stage: "positions", seconds: 0.002, bytes: 2e7 }];
         let absent = crate::no_device("opencl", "no device was found", &[]);
-        Report::new(Suite::Full, 12e9, vec![DeviceReport::new(&device, outcomes, 3.0)], vec![absent])
+        Report::new(
+            Suite::Full,
+            12e9,
+            vec![DeviceReport::new(&device, outcomes, 3.0).with_times(times)],
+            vec![absent],
+        )
     }
 
     #[test]

@@ -5,16 +5,12 @@ use crate::reference::{Expected, Found, reference};
 use crate::{Built, Case, expectations};
 use half::f16;
 use rhytid_core::{BasisStorage, Device, DeviceErrorKind, Error, HandleFrames, Result, Rig, Session, Stage};
-use std::time::Duration;
 
 /// What a stage is compared with: [`reference()`], but for tests of the suite itself.
 pub type ReferenceOf = fn(&Found, Stage) -> Vec<Expected>;
 
 /// The most frames of a batch that are evaluated one by one too.
 const SINGLE_FRAMES: usize = 32;
-
-/// How often a timed case is evaluated; the fastest counts.
-const TIMED_RUNS: usize = 5;
 
 /// Runs `case` on `device`: one outcome for each stage, in the order of [`Stage::ALL`], with what `expectations.toml` says
 /// taken into account.
@@ -33,10 +29,6 @@ pub fn run_case(device: &Device, case: &Case) -> Vec<Outcome> {
 /// As [`run_case`], compared with something else and without expectations.
 pub fn run_case_against(device: &Device, case: &Case, reference: ReferenceOf) -> Vec<Outcome> {
     let built = case.build();
-    let mut bytes = [0; 6];
-    if case.timed {
-        bytes = Stage::ALL.map(|stage| stage_bytes(&built, case.options.basis, stage));
-    }
     let examined = device
         .upload(&built.rig, case.options)
         .and_then(|mut animator| examine(animator.session_mut(), case, built, reference));
@@ -53,12 +45,10 @@ pub fn run_case_against(device: &Device, case: &Case, reference: ReferenceOf) ->
             .into_iter()
             .zip(stages)
             .map(|(stage, examined)| {
-                let Examined { measured, problems, time } = examined;
+                let Examined { measured, problems } = examined;
                 let verdict = if problems.is_empty() { Verdict::Pass } else { Verdict::Fail };
                 let mut outcome = outcome(stage, verdict, problems.join("; "));
                 outcome.measured = measured;
-                outcome.seconds = time.map(|time| time.as_secs_f64());
-                outcome.bytes = case.timed.then_some(bytes[stage as usize]);
                 outcome
             })
             .collect(),
@@ -82,7 +72,6 @@ pub(crate) struct Examined {
     pub measured: Option<Measured>,
     /// What is wrong; empty if nothing is.
     pub problems: Vec<String>,
-    time: Option<Duration>,
 }
 
 /// Runs a case on a session that holds its rig.
@@ -117,9 +106,6 @@ pub(crate) fn examine(
                 .push("nothing was compared: another stage is not as long as it should be".into());
         }
         return Ok(examined);
-    }
-    if case.timed {
-        time(session, &batch, &mut examined)?;
     }
     repeat(session, &batch, &other, &stages, &mut examined)?;
 
@@ -192,18 +178,6 @@ fn same_bits(a: &[f32], b: &[f32]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
 
-/// The shortest time of each stage over some runs.
-fn time(session: &mut dyn Session, batch: &Batch<'_>, examined: &mut [Examined; 6]) -> Result<()> {
-    for _ in 0..TIMED_RUNS {
-        batch.evaluate(session)?;
-        let Some(times) = session.stage_times()? else { return Ok(()) };
-        for (examined, time) in examined.iter_mut().zip(times) {
-            examined.time = Some(examined.time.map_or(time, |best| best.min(time)));
-        }
-    }
-    Ok(())
-}
-
 /// Handle positions of some frames.
 struct Batch<'a> {
     handles: usize,
@@ -238,27 +212,4 @@ impl Batch<'_> {
         }
         Ok(stages)
     }
-}
-
-/// The bytes that a stage must read and write at least once for the batch.
-fn stage_bytes(built: &Built, basis: BasisStorage, stage: Stage) -> u64 {
-    let rig = &built.rig;
-    let (v, h, f) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len());
-    let (k, n, t) = (rig.influences(), rig.centers(), rig.triangles.len());
-    let frames = built.handle_positions.len() / (3 * h);
-    let basis_bytes = if basis == BasisStorage::F16 { 2 } else { 4 };
-    let c = rig.learned.as_ref().map_or(0, |learned| learned.example_weights.len() * 3);
-    let listens =
-        if c == 0 { 0 } else { 2 * rig.learned.as_ref().map_or(0, |learned| learned.anchors.len()) };
-    let (constant, of_frame) = match stage {
-        Stage::Strain => (12 * f + 12 * h, 12 * h + 4 * f),
-        Stage::LargeScale => (
-            12 * v + basis_bytes * (v * h + c) + 4 * listens + usize::from(c > 0) * 8 * v * k + 12 * h,
-            12 * h + 12 * v,
-        ),
-        Stage::LargeScaleNormals | Stage::Normals => (24 * t + 4 * (v + 1), 24 * v),
-        Stage::Detail => (8 * v * k + 4 * n * f + 12 * v * n + 4 * v, 4 * f + 12 * v),
-        Stage::Positions => (4 * v, 48 * v),
-    };
-    (constant + frames * of_frame) as u64
 }

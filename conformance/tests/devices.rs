@@ -3,12 +3,11 @@
 mod support;
 
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
-use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{
     Case, Outcome, Suite, Verdict, cases, check_must_pass, device_label, missing_devices, no_device,
     required_backends, run_canaries, run_case, stage_name, unknown_backends,
 };
-use rhytid_core::{Backend, Device, DeviceInfo, Stage};
+use rhytid_core::{Device, DeviceInfo, Stage};
 use std::io::Write;
 use std::process::ExitCode;
 use std::sync::{Arc, OnceLock};
@@ -72,10 +71,7 @@ impl Tested {
 }
 
 fn of_device(info: &DeviceInfo, head: &Arc<OnceLock<Option<Head>>>) -> Vec<Trial> {
-    let mut cases = cases(Suite::Full);
-    // Tests say what is right; how fast it is, `rhytid conform` says. That times are taken shows on the processor as well, where
-    // it costs the least.
-    cases.iter_mut().for_each(|case| case.timed &= info.backend == Cpu::NAME);
+    let cases = cases(Suite::Full);
     let tested = Arc::new(Tested {
         info: info.clone(),
         device: OnceLock::new(),

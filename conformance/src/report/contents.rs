@@ -82,7 +82,7 @@ impl DeviceReport {
             };
             let measured = || of_stage().filter_map(|o| o.measured);
             let largest = |numbers: &mut dyn Iterator<Item = f64>| numbers.reduce(f64::max);
-            let timed = of_stage().find_map(|o| o.seconds.zip(o.bytes));
+            let timed = self.times.iter().find(|time| time.stage == name);
             StageSummary {
                 stage: name,
                 kernel: kernel_name(stage),
@@ -90,8 +90,8 @@ impl DeviceReport {
                 part_of_bound: largest(&mut measured().map(|m| m.part_of_bound)).unwrap_or(0.0),
                 ulp: largest(&mut measured().filter_map(|m| m.ulp)),
                 mm: largest(&mut measured().filter_map(|m| m.mm)),
-                seconds: timed.map(|(seconds, _)| seconds),
-                bandwidth: timed.filter(|(seconds, _)| *seconds > 0.0).map(|(s, bytes)| bytes as f64 / s),
+                seconds: timed.map(|time| time.seconds),
+                bandwidth: timed.filter(|time| time.seconds > 0.0).map(|time| time.bytes / time.seconds),
             }
         })
     }

@@ -41,9 +41,6 @@ fn test_case(outcome: &Outcome) -> TestCase {
     }
     let mut case = TestCase::new(outcome.name.as_str(), status);
     case.set_classname(outcome.device.as_str());
-    if let Some(seconds) = outcome.seconds {
-        case.set_time(Duration::from_secs_f64(seconds));
-    }
     if let Some(measured) = outcome.measured {
         case.add_property(("part_of_bound", measured.part_of_bound.to_string().as_str()));
     }

@@ -41,8 +41,8 @@ fn page(report: &Report, out: &mut String) -> std::fmt::Result {
          `of bound` is the largest difference from the float64 twin as a part of what rounding may do (at most 1 passes).\n\
          `ulp` is the largest difference in units in the last place of the stage's largest number (of 1 for normals, of at\n\
          least 1 for strains), where rounding leaves the number determined at all; `mm` the same in millimetres. `ms` and\n\
-         `GB/s` are the device's own time at the chapter's size (530,000 vertices, 89 handles, 243 strain edges, 6\n\
-         examples, 16 influences, one frame), and the bytes that the stage must move over that time.",
+         `GB/s` are the device's own time for one frame of the face that `rhytid bench` measures (530,000 vertices, 89\n\
+         handles, six examples, the learned method), and the bytes that the stage must move over that time.",
         report.memory_bandwidth / 1e9
     )?;
     for device in &report.devices {

@@ -1,14 +1,16 @@
 //! `rhytid conform`
 
+use super::bench;
 use crate::progress::Ui;
 use crate::{args, exit, output};
 use rhytid::backends::Found;
 use rhytid::conformance::{
-    DeviceReport, Outcome, Report, Suite, missing_devices, no_device, read_bandwidth, required_backends,
-    run_device, unknown_backends,
+    DeviceReport, Memory, Outcome, Report, Suite, missing_devices, no_device, read_bandwidth,
+    required_backends, run_device, unknown_backends,
 };
 use rhytid::playback::find_device;
-use rhytid::{DeviceInfo, Error, Progress, Result};
+use rhytid::{DeviceInfo, Error, Method, Progress, Result};
+use rhytid_demo::{Size, sized_rig};
 use std::process::ExitCode;
 
 /// Runs the suite and reports. The exit code says whether every device passed and none that `REQUIRE_BACKENDS` or
@@ -27,7 +29,20 @@ pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
         }
     };
     let bandwidth = ui.timed("measure the memory", read_bandwidth).0;
-    let reports = devices.iter().map(|info| examine(info, suite, ui)).collect::<Result<_>>()?;
+    let mut reports = devices.iter().map(|info| examine(info, suite, ui)).collect::<Result<Vec<_>>>()?;
+    if suite == Suite::Full {
+        let rig = ui.timed("make a rig", || sized_rig(Size::CHAPTER, Method::default())).0;
+        let memory = Memory::new();
+        for (report, info) in reports.iter_mut().zip(&devices).filter(|(report, _)| report.passed()) {
+            ui.report("time the stages", 0, 1);
+            // A device that cannot hold the face has no times.
+            let times = bench::stage_times(info, &rig, &memory).unwrap_or_default();
+            *report = report.clone().with_times(times);
+            if ui.cancelled() {
+                return Err(Error::Cancelled);
+            }
+        }
+    }
     ui.clear();
     let report = Report::new(suite, bandwidth, reports, without_device);
     output::say(&report.to_terminal())?;

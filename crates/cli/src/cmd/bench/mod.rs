@@ -8,7 +8,7 @@ use crate::progress::Ui;
 use crate::{args, output};
 use growth::{Point, What};
 use measure::{Chapter, Measured, Whole};
-use rhytid::conformance::{COMMIT, Memory};
+use rhytid::conformance::{COMMIT, Memory, StageTime};
 use rhytid::human;
 use rhytid::playback::find_device;
 use rhytid::{
@@ -20,6 +20,18 @@ use std::io::Write;
 
 /// Milliseconds of the chapter's GeForce 8800 GTX (large scale, its normals, fine scale, normals), its face having 530,000 vertices.
 const CHAPTER: [f64; 4] = [4.0, 5.0, 13.0, 5.0];
+
+/// How long each stage takes a device for one frame at a time; empty where the device does not time them.
+///
+/// # Errors
+/// The device's.
+pub(super) fn stage_times(info: &DeviceInfo, rig: &Rig, memory: &Memory) -> Result<Vec<StageTime>> {
+    let options = UploadOptions::frames(1);
+    let (_, stages, _) = measure::measure(info, rig, None, options, memory)?;
+    let time =
+        |stage: Measured| StageTime { stage: stage.stage, seconds: stage.ms / 1e3, bytes: stage.bytes };
+    Ok(stages.into_iter().map(time).collect())
+}
 
 #[derive(Serialize)]
 struct BenchReport {
