@@ -13,7 +13,7 @@ use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
 pub(crate) use values::{HeadChoice, MissingChoice, StageChoice, UnitChoice};
-use values::{parse_gain, parse_millimetres, parse_rate};
+use values::{parse_gain, parse_millimetres, parse_rate, parse_region};
 
 const GLOBAL: &str = "Options of every command";
 
@@ -298,6 +298,11 @@ pub(crate) struct Animate {
     /// Wrinkles turned down or up: the folds times this, from 0, which leaves the large scale alone, to 2.
     #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
     pub detail: f64,
+
+    /// The same about a handle, or in a region that handles' names say (brows, lids, nose, cheeks, lips, chin, jaw, forehead, ears, neck); can be given
+    /// many times, and as [detail] in TAKE.toml.
+    #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region)]
+    pub detail_of: Vec<(String, f64)>,
 
     /// What becomes of the head's motion, where the take has it.
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]

@@ -92,7 +92,8 @@ pub(crate) fn take(
 ) -> Result<Take> {
     let is_clean = raw_take::is_take_csv(path);
     let refused = |what: &str| Err(Error::input(format!("{}: {what}", path.display())));
-    if let Some(setup) = setup.filter(|_| is_clean) {
+    let known = self::setup(setup)?;
+    if let Some(setup) = setup.filter(|_| is_clean && known.detail.is_empty()) {
         return refused(&format!(
             "is a clean take, so that --setup {} changes nothing; leave it out, or give the raw take",
             setup.display()
@@ -102,7 +103,7 @@ pub(crate) fn take(
     if !is_clean && (is_known || space.take_rate.is_some()) {
         return refused("is a raw take, which is cleaned: say its unit, axes and rate in --setup TAKE.toml");
     }
-    let clean_up = self::setup(setup)?.clean_up()?;
+    let clean_up = known.clean_up()?;
     let mut take = match playback::read_take(path, rig, missing.into(), &clean_up, ui) {
         Err(error) if is_clean => filled(path, rig, ui)?.ok_or(error)?,
         result => result?,

@@ -2,25 +2,8 @@
 
 use rhytid_core::{Error, Result, Rig};
 use rhytid_kernels::Real;
+use rhytid_playback::region_of;
 use rhytid_solve::{Topology, geodesic};
-
-/// Words in a label, and the region that they stand for; the first that is found counts.
-const WORDS: [(&str, &[&str]); 10] = [
-    ("brows", &["brow", "corrugator"]),
-    ("lids", &["lid", "eye", "canthus", "orbit"]),
-    ("nose", &["nose", "nostril", "nasal", "nasion", "alar", "columella"]),
-    ("cheeks", &["cheek", "zygom", "malar", "nasolabial", "buccal"]),
-    ("lips", &["lip", "mouth", "cupid", "philtrum", "commissure"]),
-    ("chin", &["chin", "mentalis", "menton"]),
-    ("jaw", &["jaw", "mandib", "gonion"]),
-    ("forehead", &["forehead", "frontal", "glabella"]),
-    ("ears", &["ear_", "tragus"]),
-    ("neck", &["neck", "throat"]),
-];
-
-/// The 68 landmarks of Multi-PIE and iBUG by their numbers, which labels as `mp36` carry.
-const LANDMARKS: [(&str, std::ops::Range<u32>); 5] =
-    [("jaw", 0..17), ("brows", 17..27), ("nose", 27..36), ("lids", 36..48), ("lips", 48..68)];
 
 /// A part of the vertices for each of some names; a vertex is in one at most.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +19,7 @@ impl Regions {
         let of_handle: Vec<String> = rig
             .labels
             .iter()
-            .map(|label| named(label).map_or_else(|| format!("near {label}"), str::to_owned))
+            .map(|label| region_of(label).map_or_else(|| format!("near {label}"), str::to_owned))
             .collect();
         let mut names = of_handle.clone();
         names.sort_by_key(|name| (name.starts_with("near "), name.clone()));
@@ -77,42 +60,9 @@ impl Regions {
     }
 }
 
-/// The region that a label names.
-fn named(label: &str) -> Option<&'static str> {
-    let lower = label.to_lowercase();
-    let by_word = WORDS.iter().find(|(_, words)| words.iter().any(|word| lower.contains(word)));
-    let number = || lower.strip_prefix("mp")?.parse::<u32>().ok();
-    let by_number = || number().and_then(|n| LANDMARKS.iter().find(|(_, range)| range.contains(&n)));
-    by_word.map(|(name, _)| *name).or_else(|| by_number().map(|(name, _)| *name))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn labels_name_regions() {
-        for (label, expected) in [
-            ("brow_l", Some("brows")),
-            ("LeftEyebrow3", Some("brows")),
-            ("UpperLid", Some("lids")),
-            ("eye.R", Some("lids")),
-            ("lip-corner", Some("lips")),
-            ("Chin", Some("chin")),
-            ("jaw07", Some("jaw")),
-            ("mp16", Some("jaw")),
-            ("mp17", Some("brows")),
-            ("mp35", Some("nose")),
-            ("mp36", Some("lids")),
-            ("mp67", Some("lips")),
-            ("mp68", None),
-            ("mp", None),
-            ("fps12", None),
-            ("M7", None),
-        ] {
-            assert_eq!(named(label), expected, "{label}");
-        }
-    }
 
     #[test]
     fn groups_are_of_the_mesh() {

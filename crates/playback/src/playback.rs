@@ -17,6 +17,8 @@ pub struct Playback<'a> {
     evaluator: Evaluator<'a>,
     /// Frames in a batch.
     batch: usize,
+    /// By how much folds are multiplied at each handle; empty where nowhere by another than 1.
+    gains: Vec<f32>,
 }
 
 /// What the device gave of some frames.
@@ -82,7 +84,14 @@ impl<'a> Playback<'a> {
     pub fn new(rig: &'a Rig, devices: &[DeviceInfo], frames: usize) -> Result<Self> {
         let batch = batch::batch_frames(rig).min(frames.max(1));
         let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_backends::open)?;
-        Ok(Self { rig, evaluator, batch })
+        Ok(Self { rig, evaluator, batch, gains: Vec::new() })
+    }
+
+    /// With folds that are stronger or weaker by region: `gains` for each of the H handles, as [`crate::handle_gains`] gives them. A vertex has the
+    /// mean of those of the handles that drive its folds.
+    #[must_use]
+    pub fn with_gains(self, gains: Vec<f32>) -> Self {
+        Self { gains, ..self }
     }
 
     /// The rig.
@@ -193,7 +202,7 @@ impl<'a> Playback<'a> {
         let handles = selection.take.handle_positions(&self.rig.labels)?;
         let of_the_take = options.fade_detail.then_some((&selection.take, &handles[..]));
         let mut fade = match options.stage {
-            OutputStage::Full => Fade::new(self.rig, options.detail, of_the_take)?,
+            OutputStage::Full => Fade::new(self.rig, options.detail, &self.gains, of_the_take)?,
             _ => None,
         };
         let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
@@ -262,7 +271,7 @@ mod tests {
         let rig = solve(&face, &NoProgress)?.cast::<f32>();
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
-        let mut playback = Playback { rig: &rig, evaluator, batch };
+        let mut playback = Playback { rig: &rig, evaluator, batch, gains: Vec::new() };
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
         let options = PlaybackOptions {
             stage: OutputStage::Full,

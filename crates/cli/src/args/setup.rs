@@ -1,8 +1,8 @@
 //! The setup: what is known of an actor and a capture session, as options of `prepare` and as the keys of TAKE.toml.
 
 use super::values::{
-    FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_pose, parse_rate, parse_seconds, rate,
-    seconds,
+    FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_pose, parse_rate, parse_region,
+    parse_seconds, rate, seconds,
 };
 use rhytid::capture::{Axes, Edit, Settings, Step};
 use rhytid::formats::tables;
@@ -78,6 +78,11 @@ pub(crate) struct Setup {
     #[serde(deserialize_with = "table")]
     pub poses: Vec<(String, usize)>,
 
+    /// For `animate`: by how much wrinkles are turned down or up about a handle or in a region, as `--detail-of`.
+    #[arg(skip)]
+    #[serde(deserialize_with = "gains")]
+    pub detail: Vec<(String, f64)>,
+
     /// Exchange two markers' labels from frame FROM to TO-1; can be given many times, as can the next two.
     #[arg(long, value_name = "A,B:FROM..TO")]
     #[serde(deserialize_with = "texts")]
@@ -138,6 +143,7 @@ impl Setup {
             filter: self.filter.or(other.filter),
             head_low_pass: self.head_low_pass.or(other.head_low_pass),
             poses: self.poses,
+            detail: if self.detail.is_empty() { other.detail } else { self.detail },
             swap: self.swap,
             drop: self.drop,
             hold: self.hold,
@@ -235,6 +241,15 @@ fn some_filter<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option
         other => other.to_string(),
     };
     text.parse().map(Some).map_err(|error| D::Error::custom(format!("“{text}”: {error}")))
+}
+
+fn gains<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<(String, f64)>, D::Error> {
+    let gains: Vec<(String, f64)> = table(from)?;
+    for (region, gain) in &gains {
+        parse_region(&format!("{region}={gain}"))
+            .map_err(|error| D::Error::custom(format!("“{region}”: {error}")))?;
+    }
+    Ok(gains)
 }
 
 fn table<'de, D: Deserializer<'de>, T: Deserialize<'de>>(

@@ -273,6 +273,14 @@ impl<const N: usize> Stretch<N> {
     }
 }
 
+/// `--detail-of`
+pub(super) fn parse_region(text: &str) -> Result<(String, f64), String> {
+    let parts = text.rsplit_once('=').filter(|(region, _)| !region.is_empty() && !region.contains(';'));
+    let (region, number) =
+        parts.ok_or_else(|| "expected a region and a gain, such as brows=0.5".to_owned())?;
+    Ok((region.to_owned(), parse_gain(number)?))
+}
+
 /// `--pose`
 pub(super) fn parse_pose(text: &str) -> Result<(String, usize), String> {
     let parts = text.rsplit_once('=').filter(|(example, _)| !example.is_empty());

@@ -8,7 +8,7 @@ use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
 use rhytid::formats::take::Missing;
 use rhytid::human;
-use rhytid::playback::{Playback, PlaybackOptions, Selection};
+use rhytid::playback::{Playback, PlaybackOptions, Selection, handle_gains};
 use rhytid::{AtomicFile, DeviceInfo, Error, Result, Rig, Take, rig_file};
 use std::ops::Range;
 use std::path::Path;
@@ -88,6 +88,8 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let hash = rig_file::hash(&args.rig)?;
     let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), &args.space, ui)?;
     let range = args.frames.within(take.frames())?;
+    let gains = gains(args)?;
+    let handle_gains = handle_gains(&rig.labels, &gains)?;
     let is_far = warn_far(&rig, &take, &range, ui)?;
     say_what_changes_nothing(args, &take, is_far);
     let selection = Selection::new(take, range.clone(), args.fps, args.velocities)?;
@@ -103,6 +105,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         missing: Missing::from(args.missing).into(),
         fade_detail: args.fade_detail,
         detail: Some(args.detail).filter(|gain| *gain != 1.0),
+        detail_of: detail_of(&gains),
         head: HeadMotion::from(args.head).into(),
     };
     let options = export::Options {
@@ -122,7 +125,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     };
 
     let devices = inputs::devices(device, ui)?;
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?.with_gains(handle_gains);
     let start = Instant::now();
     let written = playback.export(&selection, wanted, &args.output, &options, &provenance, ui)?;
     let (device, metres_per_unit) = (playback.device().clone(), rig.metres_per_unit);
@@ -166,6 +169,22 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
     Ok(true)
 }
 
+/// The gains by region: those of the command's line, and those of TAKE.toml of other regions.
+fn gains(args: &args::Animate) -> Result<Vec<(String, f64)>> {
+    let setup = inputs::setup(args.setup.as_deref())?;
+    let given = |region: &String| args.detail_of.iter().any(|(other, _)| other == region);
+    let others = setup.detail.into_iter().filter(|(region, _)| !given(region));
+    let mut gains: Vec<(String, f64)> = args.detail_of.iter().cloned().chain(others).collect();
+    gains.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(gains)
+}
+
+/// As it stands in files.
+fn detail_of(gains: &[(String, f64)]) -> Option<String> {
+    let gains: Vec<String> = gains.iter().map(|(region, gain)| format!("{region}={gain}")).collect();
+    (!gains.is_empty()).then(|| gains.join(";"))
+}
+
 /// Options that this take leaves nothing to do for: scripts give them to every take.
 fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
     let take_path = args.take.display();
@@ -187,6 +206,12 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     if args.fade_detail && args.stage != StageChoice::Full {
         return Err(Error::input(format!(
             "--fade-detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
+            OutputStage::from(args.stage)
+        )));
+    }
+    if !args.detail_of.is_empty() && args.stage != StageChoice::Full {
+        return Err(Error::input(format!(
+            "--detail-of is for --stage full, found --stage {}, which has no detail; leave one of them out",
             OutputStage::from(args.stage)
         )));
     }

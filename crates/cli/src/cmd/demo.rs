@@ -107,6 +107,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             missing: MissingChoice::Error,
             fade_detail: false,
             detail: 1.0,
+            detail_of: Vec::new(),
             head: HeadChoice::Keep,
             no_normals: false,
             velocities: false,

@@ -8,7 +8,7 @@ use rhytid::formats::animation_reader::{AnimationReader, Summary};
 use rhytid::formats::export::{Frame, HeadMotion, OutputStage, Provenance};
 use rhytid::formats::take::Missing;
 use rhytid::human;
-use rhytid::playback::{FrameRange, Playback, PlaybackOptions, Selection};
+use rhytid::playback::{FrameRange, Playback, PlaybackOptions, Selection, handle_gains};
 use rhytid::{Error, Progress, Result, Rig, RigidMotion, rig_file};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -61,7 +61,9 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     }
 
     let devices = inputs::devices(device, ui)?;
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
+    let gains = regions(provenance.detail_of.as_deref().unwrap_or_default());
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?
+        .with_gains(handle_gains(&rig.labels, &gains)?);
     let options = PlaybackOptions {
         stage: request.stage,
         normals: summary.normals,
@@ -160,6 +162,15 @@ impl Distances {
     fn rms(&self) -> f64 {
         (self.squares / self.count.max(1) as f64).sqrt()
     }
+}
+
+/// The gains by region that a file states.
+fn regions(stated: &str) -> Vec<(String, f64)> {
+    let gain = |part: &str| {
+        let (region, gain) = part.rsplit_once('=')?;
+        Some((region.to_owned(), gain.parse().ok()?))
+    };
+    stated.split(';').filter_map(gain).collect()
 }
 
 /// What the frames so far have come to.

@@ -329,3 +329,58 @@ fn detail_is_turned_down_and_up() {
         &["--detail is for --stage full", "which has no detail"],
     );
 }
+
+#[test]
+fn detail_is_turned_down_by_region() {
+    let (f, _) = demo();
+    f.write("anna.toml", "[detail]\nlids = 0\nchin = 2\n");
+    let region = "--detail-of lids=0 --detail-of chin=2";
+    for (name, options) in [
+        ("full.usd", ""),
+        ("smooth.usd", "--stage large-scale"),
+        ("region.usd", region),
+        ("region.glb", region),
+        ("setup.usd", "--setup anna.toml"),
+        ("setup2.usd", "--setup anna.toml --detail-of chin=1"),
+    ] {
+        animate(&f, "take.csv", name, options);
+        assert_eq!(verify(&f, name, "take.csv"), Some(0), "{name} says how it was made");
+    }
+    let is_same = std::fs::read(f.path("region.usd")).unwrap() == std::fs::read(f.path("setup.usd")).unwrap();
+    assert!(is_same, "the line and the setup say the same");
+    let [full, smooth, found] = ["full.usd", "smooth.usd", "region.usd"].map(|name| frames(&f, name));
+    let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
+    // The gain of a vertex is the mean of those of the handles that its influences join, so that there is no seam.
+    let gain_of_handle = |h: u32| match rhytid::playback::region_of(&rig.labels[h as usize]) {
+        Some("lids") => 0.0,
+        Some("chin") => 2.0,
+        _ => 1.0,
+    };
+    let k = rig.influences();
+    let gain = |v: usize| {
+        let influences = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..][..k]);
+        let of_edge = |e: u32| rig.strain_edges[e as usize].map(gain_of_handle).iter().sum::<f32>() / 2.0;
+        let (sum, all) = influences.fold((0.0, 0.0), |(sum, all), (e, w)| (sum + w * of_edge(*e), all + w));
+        if all > 0.0 { sum / all } else { 1.0 }
+    };
+    let gains: Vec<f32> = (0..rig.vertices()).map(gain).collect();
+    assert!(gains.iter().any(|g| *g < 0.2) && gains.iter().any(|g| *g > 1.5) && gains.contains(&1.0));
+    for frame in 0..full.len() {
+        for (i, found) in found[frame][0].iter().enumerate() {
+            let (full, smooth) = (full[frame][0][i], smooth[frame][0][i]);
+            let expected = smooth + gains[i / 3] * (full - smooth);
+            assert!((found - expected).abs() < 1e-5, "frame {frame}: {found} instead of {expected}");
+        }
+    }
+    f.refused(
+        "animate face.safetensors take.csv -o out/face.usd --detail-of tail=0.5",
+        &["“tail” is neither a handle of the rig nor a region", "brows", "lids"],
+    );
+    f.refused(
+        "animate face.safetensors take.csv -o out/face.usd --stage large-scale --detail-of lids=0.5",
+        &["--detail-of is for --stage full"],
+    );
+    animate(&f, "take.csv", "a.usd", &format!("{region} --frames 0..5"));
+    animate(&f, "take.csv", "b.usd", "--frames 5..9");
+    f.refused("stitch a.usd b.usd -o out/face.usd", &["--detail-of"]);
+}

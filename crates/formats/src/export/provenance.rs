@@ -32,6 +32,9 @@ pub struct Provenance {
     /// By how much detail is multiplied, from 0 to 2; `None` for 1, which files do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<f64>,
+    /// By how much it is multiplied by region besides, such as `brows=0.5;chin=1.2`; `None` where it is not, which files do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail_of: Option<String>,
     /// What became of the head's motion. Files from before there was this choice do not say: it was
     /// [`HeadMotion::Keep`].
     #[serde(default = "keep")]

@@ -161,6 +161,7 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
             missing: Missing::Hold.into(),
             fade_detail: true,
             detail: Some(0.5),
+            detail_of: Some("brows=0.5;chin=2".into()),
             head: HeadMotion::Drop.into(),
         },
     }

@@ -64,6 +64,7 @@ pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
         fps: Provenance::rate(number("fps")?),
         missing: Word::of(&text("missing")?),
         detail: number("detail"),
+        detail_of: text("detail_of"),
         // Older files have neither of these.
         fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
         head: text("head").map_or(HeadMotion::Keep.into(), |word| Word::of(&word)),

@@ -147,6 +147,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("--missing", y.missing.to_string(), x.missing.to_string()),
         ("with --fade-detail", has(y.fade_detail), has(x.fade_detail)),
         ("--detail", y.detail.unwrap_or(1.0).to_string(), x.detail.unwrap_or(1.0).to_string()),
+        ("--detail-of", y.detail_of.clone().unwrap_or_default(), x.detail_of.clone().unwrap_or_default()),
         ("--head", y.head.to_string(), x.head.to_string()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
         ("metres per unit", b.metres_per_unit.to_string(), a.metres_per_unit.to_string()),

@@ -71,6 +71,7 @@ pub(crate) fn custom_data(provenance: &Provenance) -> Value {
         ("head".into(), text(&provenance.head)),
     ];
     fields.extend(provenance.detail.map(|gain| ("detail".into(), Value::Double(gain))));
+    fields.extend(provenance.detail_of.as_ref().map(|regions| ("detail_of".into(), text(regions))));
     Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])
 }
 

@@ -1,0 +1,97 @@
+//! Regions of a face by the names of its handles, and folds that are stronger or weaker there.
+
+use rhytid_core::{Error, Result};
+
+/// Words in a label, and the region that they stand for; the first that is found counts.
+const WORDS: [(&str, &[&str]); 10] = [
+    ("brows", &["brow", "corrugator"]),
+    ("lids", &["lid", "eye", "canthus", "orbit"]),
+    ("nose", &["nose", "nostril", "nasal", "nasion", "alar", "columella"]),
+    ("cheeks", &["cheek", "zygom", "malar", "nasolabial", "buccal"]),
+    ("lips", &["lip", "mouth", "cupid", "philtrum", "commissure"]),
+    ("chin", &["chin", "mentalis", "menton"]),
+    ("jaw", &["jaw", "mandib", "gonion"]),
+    ("forehead", &["forehead", "frontal", "glabella"]),
+    ("ears", &["ear_", "tragus"]),
+    ("neck", &["neck", "throat"]),
+];
+
+/// The 68 landmarks of Multi-PIE and iBUG by their numbers, which labels as `mp36` carry.
+const LANDMARKS: [(&str, std::ops::Range<u32>); 5] =
+    [("jaw", 0..17), ("brows", 17..27), ("nose", 27..36), ("lids", 36..48), ("lips", 48..68)];
+
+/// The region that a handle's label names, such as `brows` of `brow_l`, `LeftEyebrow3` or `mp20`.
+pub fn region_of(label: &str) -> Option<&'static str> {
+    let lower = label.to_lowercase();
+    let by_word = WORDS.iter().find(|(_, words)| words.iter().any(|word| lower.contains(word)));
+    let number = || lower.strip_prefix("mp")?.parse::<u32>().ok();
+    let by_number = || number().and_then(|n| LANDMARKS.iter().find(|(_, range)| range.contains(&n)));
+    by_word.map(|(name, _)| *name).or_else(|| by_number().map(|(name, _)| *name))
+}
+
+/// For each handle by how much folds are multiplied there: 1, or what `gains` say of the handle, else of its region.
+///
+/// # Errors
+/// [`Error::Input`] if a name is neither a handle's nor that of a region which some handle is in.
+pub fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f32>> {
+    for (name, _) in gains {
+        if !labels.iter().any(|label| label == name || region_of(label) == Some(name)) {
+            let mut regions: Vec<&str> = labels.iter().filter_map(|label| region_of(label)).collect();
+            regions.sort_unstable();
+            regions.dedup();
+            return Err(Error::input(format!(
+                "“{name}” is neither a handle of the rig nor a region of its handles; the regions that their names say are {}",
+                if regions.is_empty() { "none".to_owned() } else { regions.join(", ") }
+            )));
+        }
+    }
+    let gain = |label: &String| {
+        let of =
+            |is: &dyn Fn(&str) -> bool| gains.iter().find(|(name, _)| is(name)).map(|(_, gain)| *gain as f32);
+        of(&|name| name == label).or_else(|| of(&|name| region_of(label) == Some(name))).unwrap_or(1.0)
+    };
+    Ok(labels.iter().map(gain).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_name_regions() {
+        for (label, expected) in [
+            ("brow_l", Some("brows")),
+            ("LeftEyebrow3", Some("brows")),
+            ("UpperLid", Some("lids")),
+            ("eye.R", Some("lids")),
+            ("lip-corner", Some("lips")),
+            ("Chin", Some("chin")),
+            ("jaw07", Some("jaw")),
+            ("mp16", Some("jaw")),
+            ("mp17", Some("brows")),
+            ("mp35", Some("nose")),
+            ("mp36", Some("lids")),
+            ("mp67", Some("lips")),
+            ("mp68", None),
+            ("mp", None),
+            ("fps12", None),
+            ("M7", None),
+        ] {
+            assert_eq!(region_of(label), expected, "{label}");
+        }
+    }
+
+    #[test]
+    fn a_handles_own_gain_wins_over_its_regions() {
+        let labels = ["brow_l", "brow_r", "chin", "M7"].map(str::to_owned);
+        let gains = |gains: &[(&str, f64)]| {
+            let gains: Vec<(String, f64)> =
+                gains.iter().map(|(name, gain)| ((*name).to_owned(), *gain)).collect();
+            handle_gains(&labels, &gains)
+        };
+        assert_eq!(gains(&[("brows", 0.5), ("brow_r", 1.5), ("M7", 0.0)]).unwrap(), [0.5, 1.5, 1.0, 0.0]);
+        assert_eq!(gains(&[]).unwrap(), [1.0; 4]);
+        let message = gains(&[("lips", 0.5)]).unwrap_err().to_string();
+        assert!(message.contains("“lips” is neither") && message.contains("are brows, chin"), "{message}");
+    }
+}
