@@ -74,7 +74,7 @@ const LOW_PASS: f64 = 12.0;
 /// A pose that is less like its example is worth a look.
 const LIKE: f64 = 0.6;
 
-/// So many standard deviations of a coordinate's noise the filter takes from a position at the most.
+/// So many standard deviations of a coordinate's noise the filter takes from a position at the most, unless it was asked for.
 const MOST_NOISE: f64 = 2.0;
 
 /// Cleans a take for a rig's handles.
@@ -131,7 +131,9 @@ pub fn clean(
     let cutoff = settings.low_pass.or((noise_mm > NOISY).then_some(LOW_PASS));
     let cutoff = cutoff.filter(|hz| !settings.skip.contains(&Step::LowPass) && *hz < 0.4 * tracks.rate);
     if let Some(hz) = cutoff {
-        filter(&mut tracks, hz, noise);
+        // Who asks for a cut-off means it.
+        let most = settings.low_pass.map_or(MOST_NOISE * noise, |_| f64::INFINITY);
+        filter(&mut tracks, hz, most);
     }
     let (poses, maps) = poses::find(&settings.poses, &tracks.columns, &target.examples, &target.rest)?;
     if !poses.is_empty() {
@@ -336,9 +338,9 @@ fn steps(displacements: &Tracks, filled: &[Filled], target: &Target) -> Vec<Even
     found.into_iter().map(of_step).collect()
 }
 
-/// Takes what is faster than `hz` from all positions, but no more of each than noise of this standard deviation makes: the height of a
-/// blink or a plosive, however fast, is none of it.
-fn filter(tracks: &mut Tracks, hz: f64, noise: f64) {
+/// Takes what is faster than `hz` from all positions, but from each no more than `most`: of what noise makes, the height of a blink or a plosive is no
+/// part, however fast it is.
+fn filter(tracks: &mut Tracks, hz: f64, most: f64) {
     let rate = tracks.rate;
     tracks.columns.par_iter_mut().for_each(|column| {
         let mut slow = column.clone();
@@ -348,7 +350,7 @@ fn filter(tracks: &mut Tracks, hz: f64, noise: f64) {
             slow.iter_mut().zip(values).for_each(|(p, x)| p[axis] = x);
         }
         let pairs = column.iter_mut().zip(slow);
-        pairs.for_each(|(p, slow)| *p -= (*p - slow).clamp_length_max(MOST_NOISE * noise));
+        pairs.for_each(|(p, slow)| *p -= (*p - slow).clamp_length_max(most));
     });
 }
 

@@ -20,7 +20,7 @@ pub struct Settings {
     pub skip: BTreeSet<Step>,
     /// Longer gaps are flagged, in seconds.
     pub max_gap: f64,
-    /// The markers' low-pass filter's cut-off in Hz; `None`: 20 Hz where the take is noisy, else none.
+    /// The markers' low-pass filter's cut-off in Hz; `None`: 12 Hz where the take is noisy, no more than its noise, else none.
     pub low_pass: Option<f64>,
     /// The head motion's low-pass filter's cut-off in Hz.
     pub head_low_pass: f64,

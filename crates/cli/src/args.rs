@@ -300,7 +300,7 @@ pub(crate) struct Animate {
     pub detail: f64,
 
     /// The same about a handle, or in a region that handles' names say (brows, lids, nose, cheeks, lips, chin, jaw, forehead, ears, neck); can be given
-    /// many times, and as [detail] in TAKE.toml.
+    /// many times, and as the table “detail” of TAKE.toml.
     #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region)]
     pub detail_of: Vec<(String, f64)>,
 

@@ -62,7 +62,8 @@ pub(crate) struct Setup {
 
     /// The markers' low-pass filter: its cut-off in Hz, or none [default: 12 where the take is noisy, else none].
     ///
-    /// It runs both ways, without delay, and takes no more from any position than noise makes, as it was measured of the take.
+    /// It runs both ways, without delay. Unless a cut-off is given, it takes no more from any position than noise makes, as it was measured of the
+    /// take.
     #[arg(long, value_name = "HZ|none", alias = "low-pass")]
     #[serde(alias = "low_pass", deserialize_with = "some_filter")]
     pub filter: Option<FilterChoice>,
