@@ -3,13 +3,12 @@ use crate::events::{confidence, event, filled_before, runs};
 use crate::gaps::Filled;
 use crate::head::{Head, rigid_markers};
 use crate::labels::{Matched, match_labels};
-use crate::low_pass::low_pass;
 use crate::placing::{Place, offsets};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
-    Axes, Event, Found, Kind, Pose, Report, StrainLimit, edits, gaps, gross_strain, head, neutral, outliers,
-    poses, proportions, slides, swaps,
+    Axes, Event, Found, Kind, Pose, Report, StrainLimit, edits, gaps, gross_strain, head, low_pass, neutral,
+    outliers, poses, proportions, slides, swaps,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -74,9 +73,6 @@ const LOW_PASS: f64 = 12.0;
 /// A pose that is less like its example is worth a look.
 const LIKE: f64 = 0.6;
 
-/// So many standard deviations of a coordinate's noise the filter takes from a position at the most, unless it was asked for.
-const MOST_NOISE: f64 = 2.0;
-
 /// Cleans a take for a rig's handles.
 ///
 /// # Errors
@@ -131,9 +127,8 @@ pub fn clean(
     let cutoff = settings.low_pass.or((noise_mm > NOISY).then_some(LOW_PASS));
     let cutoff = cutoff.filter(|hz| !settings.skip.contains(&Step::LowPass) && *hz < 0.4 * tracks.rate);
     if let Some(hz) = cutoff {
-        // Who asks for a cut-off means it.
-        let most = settings.low_pass.map_or(MOST_NOISE * noise, |_| f64::INFINITY);
-        filter(&mut tracks, hz, most);
+        // Who asks for a cut-off means it: all of what is faster is noise then.
+        low_pass::filter(&mut tracks, hz, settings.low_pass.is_none().then_some(noise));
     }
     let (poses, maps) = poses::find(&settings.poses, &tracks.columns, &target.examples, &target.rest)?;
     if !poses.is_empty() {
@@ -336,22 +331,6 @@ fn steps(displacements: &Tracks, filled: &[Filled], target: &Target) -> Vec<Even
         ..event(Kind::Step, step.marker, step.first..step.first + step.frames, 1.0)
     };
     found.into_iter().map(of_step).collect()
-}
-
-/// Takes what is faster than `hz` from all positions, but from each no more than `most`: of what noise makes, the height of a blink or a plosive is no
-/// part, however fast it is.
-fn filter(tracks: &mut Tracks, hz: f64, most: f64) {
-    let rate = tracks.rate;
-    tracks.columns.par_iter_mut().for_each(|column| {
-        let mut slow = column.clone();
-        for axis in 0..3 {
-            let mut values: Vec<f64> = column.iter().map(|p| p[axis]).collect();
-            low_pass(&mut values, hz, rate);
-            slow.iter_mut().zip(values).for_each(|(p, x)| p[axis] = x);
-        }
-        let pairs = column.iter_mut().zip(slow);
-        pairs.for_each(|(p, slow)| *p -= (*p - slow).clamp_length_max(most));
-    });
 }
 
 fn of_gap(gap: &Filled, is_left: bool) -> Event {

@@ -1,5 +1,38 @@
-//! A low-pass filter without delay: Butterworth's of second order, run forwards and backwards.
+//! A low-pass filter without delay: Butterworth's of second order, run forwards and backwards. It leaves what is too large to be noise.
+use crate::tracks::Tracks;
+use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
+
+/// From a marker that moves faster than the cut-off no more is taken than so many standard deviations of a coordinate's noise.
+const MOST: f64 = 2.0;
+/// What is taken is judged over so many frames before and after.
+const AROUND: usize = 4;
+/// Where it is so many times the noise, some of it is motion; and from the second on, it is all motion but for noise.
+const MOVES: [f64; 2] = [1.25, 1.5];
+
+/// Takes from all positions what is faster than `hz`: all of it, or, where a coordinate's noise has the standard deviation `noise`, what is no larger
+/// than noise. Where it is, a blink or a plosive is part of it, whose height stays but for [`MOST`] standard deviations.
+pub(crate) fn filter(tracks: &mut Tracks, hz: f64, noise: Option<f64>) {
+    let rate = tracks.rate;
+    tracks.columns.par_iter_mut().for_each(|column| {
+        let mut fast = column.clone();
+        for axis in 0..3 {
+            let mut values: Vec<f64> = column.iter().map(|p| p[axis]).collect();
+            low_pass(&mut values, hz, rate);
+            fast.iter_mut().zip(values).for_each(|(p, slow)| p[axis] -= slow);
+        }
+        for (f, p) in column.iter_mut().enumerate() {
+            *p -= fast[f];
+            if let Some(noise) = noise {
+                let around = &fast[f.saturating_sub(AROUND)..fast.len().min(f + AROUND + 1)];
+                let mean = around.iter().map(|x| x.length_squared()).sum::<f64>() / around.len() as f64;
+                let [some, all] = MOVES.map(|times| times * 3.0_f64.sqrt() * noise);
+                let motion = ((mean.sqrt() - some) / (all - some)).clamp(0.0, 1.0);
+                *p += motion * (fast[f] - fast[f].clamp_length_max(MOST * noise));
+            }
+        }
+    });
+}
 
 /// Filters `values`, sampled `rate` times a second, so that a sine of `cutoff` Hz keeps 1/√2 of its height. Constants and straight lines
 /// pass unchanged. A cut-off at or beyond 0.4 `rate` changes nothing, since nothing is left to remove.

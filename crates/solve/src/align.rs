@@ -15,6 +15,9 @@ const NEAR: [f64; 2] = [2e-4, 1e-3];
 /// The part of the surface that must stay, at least.
 const STAYS: f64 = 0.08;
 
+/// And so many of the vertices that are compared: some motion brings a handful of any mesh's near to where they were.
+const MANY: usize = 20;
+
 /// An example that moves by less as a whole, in metres, is in the neutral's place.
 const NOTHING: f64 = 2e-4;
 
@@ -65,13 +68,15 @@ pub fn misplaced(face: &Face) -> Vec<Misplaced> {
         let squares = here.iter().zip(&weights).map(|(x, w)| w * still.motion.apply(*x).distance_squared(*x));
         let moved = (squares.sum::<f64>() / total).sqrt() * face.metres_per_unit;
         let near = (2.0 * still.tolerance).max(NEAR[0] / face.metres_per_unit);
+        // How many stay, and their part of the surface.
         let stays = |motion: &Similarity| {
             let pairs = here.iter().zip(&neutral).zip(&weights);
             let near = pairs.filter(|((a, b), _)| motion.apply(**a).distance(**b) <= near);
-            near.map(|(_, w)| w).sum::<f64>()
+            near.fold((0, 0.0), |(many, area), (_, w)| (many + 1, area + w))
         };
-        let stay = stays(&still.motion);
-        let is_clear = stay >= (STAYS * total).max(MORE * stays(&Similarity::IDENTITY))
+        let (many, of_surface) = stays(&still.motion);
+        let is_clear = many >= MANY
+            && of_surface >= (STAYS * total).max(MORE * stays(&Similarity::IDENTITY).1)
             && near * face.metres_per_unit <= NEAR[1];
         let is_clear = is_clear || mask.len() >= 3;
         let centroid = here.iter().zip(&weights).map(|(x, w)| *x * (w / total)).sum::<DVec3>();
