@@ -1,30 +1,34 @@
 //! Files that appear whole.
 use crate::steady_file::SteadyFile;
+use crate::temporary::{self, Temporary};
 use crate::{Error, Result};
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// A file that appears under its name only when it is whole.
 ///
-/// Bytes go to a temporary file in the same folder; [`AtomicFile::finish`] renames it. Dropped before that,
-/// the temporary file is removed and whatever stood under the name is untouched.
+/// Bytes go to a file in the same folder that has no name, or a temporary one where the system does not know such files;
+/// [`AtomicFile::finish`] gives it its name. Dropped before that, it is gone and whatever stood under the name is untouched.
+/// A symbolic link stays, and is followed to its file; a file that is replaced keeps its mode, and its owner where that is
+/// allowed.
 #[derive(Debug)]
 pub struct AtomicFile {
     writer: BufWriter<SteadyFile>,
     path: PathBuf,
+    /// Where links lead.
+    target: PathBuf,
 }
 
 impl AtomicFile {
-    /// Opens a temporary file beside `path`.
+    /// Begins the file `path`, and removes what processes that were killed left in its folder.
     ///
     /// # Errors
-    /// [`Error::Input`] if the folder does not exist or `path` is a folder; [`Error::Io`].
+    /// [`Error::Input`] if the folder does not exist, or `path` is a folder, a device, a pipe, a socket or read-only;
+    /// [`Error::Io`].
     pub fn create(path: &Path) -> Result<Self> {
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
+        let target = followed(path)?;
+        let folder = folder_of(&target);
         let wrong = |what: &str| {
             Err(Error::input(format!("{}: the folder {} {what}", path.display(), folder.display())))
         };
@@ -36,22 +40,23 @@ impl AtomicFile {
         }
         // A separator at the end asks for a folder, and would fail only when all was done.
         let ends_in_separator = path.to_string_lossy().ends_with(std::path::is_separator);
-        if path.is_dir() || ends_in_separator {
-            return Err(Error::input(format!(
-                "{}: is a folder, expected the name of a file",
-                path.display()
-            )));
+        let refused = |what: &str| Err(Error::input(format!("{}: is {what}", path.display())));
+        match std::fs::metadata(&target) {
+            _ if ends_in_separator => return refused("a folder, expected the name of a file"),
+            Ok(found) if found.is_dir() => return refused("a folder, expected the name of a file"),
+            Ok(found) if !found.is_file() => {
+                return refused("a device, a pipe or a socket, expected the name of a file");
+            }
+            Ok(found) if found.permissions().readonly() => {
+                return refused("read-only; choose another name, or make it writable first");
+            }
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(Error::io(path)(e)),
+            _ => {}
         }
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".rhytid-").suffix(".partial");
-        #[cfg(unix)]
-        {
-            // A temporary file is private by default; what is renamed gets the rights of any new file.
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let file = builder.tempfile_in(folder).map_err(Error::io(path))?;
-        Ok(Self { writer: BufWriter::with_capacity(1 << 20, SteadyFile::new(file)), path: path.to_owned() })
+        temporary::sweep(folder);
+        let file = Temporary::create(folder).map_err(Error::io(path))?;
+        let writer = BufWriter::with_capacity(1 << 20, SteadyFile::new(file));
+        Ok(Self { writer, path: path.to_owned(), target })
     }
 
     /// The final name.
@@ -65,8 +70,7 @@ impl AtomicFile {
     /// # Errors
     /// [`Error::Io`].
     pub fn spool(&self) -> Result<File> {
-        let folder = self.writer.get_ref().get().path().parent().unwrap_or(Path::new("."));
-        tempfile::tempfile_in(folder).map_err(Error::io(&self.path))
+        tempfile::tempfile_in(folder_of(&self.target)).map_err(Error::io(&self.path))
     }
 
     /// For `map_err` on writes: names the final path.
@@ -74,17 +78,69 @@ impl AtomicFile {
         Error::io(&self.path)
     }
 
-    /// Flushes to disk and renames.
+    /// [`AtomicFile::finish`] under another name in the same folder, for one that tells what is in the file.
     ///
     /// # Errors
-    /// [`Error::Io`]; the temporary file is removed then.
-    pub fn finish(self) -> Result<()> {
-        let path = self.path;
-        let file = self.writer.into_inner().map_err(|e| Error::io(&path)(e.into_error()))?;
-        let file = file.finish().map_err(Error::io(&path))?;
-        file.persist(&path).map_err(|e| Error::io(&path)(e.error))?;
-        Ok(())
+    /// As [`AtomicFile::finish`].
+    pub fn finish_as(mut self, path: &Path) -> Result<()> {
+        self.path = path.to_owned();
+        self.target = path.to_owned();
+        self.finish()
     }
+
+    /// Flushes to disk and gives the file its name.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; nothing is left behind then.
+    pub fn finish(self) -> Result<()> {
+        let Self { writer, path, target } = self;
+        let file = writer.into_inner().map_err(|e| Error::io(&path)(e.into_error()))?;
+        let file = file.finish().map_err(Error::io(&path))?;
+        if let Ok(replaced) = std::fs::metadata(&target) {
+            keep(&replaced, file.file()).map_err(Error::io(&path))?;
+        }
+        file.persist(&target).map_err(Error::io(&path))
+    }
+}
+
+/// The folder that a file is in.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Longer chains of links are circles.
+const LINKS: usize = 40;
+
+/// Where symbolic links lead, whether there is a file or not.
+fn followed(path: &Path) -> Result<PathBuf> {
+    let mut at = path.to_owned();
+    for _ in 0..LINKS {
+        match std::fs::symlink_metadata(&at) {
+            Ok(found) if found.is_symlink() => {
+                let link = std::fs::read_link(&at).map_err(Error::io(path))?;
+                at = at.parent().unwrap_or(Path::new("")).join(link);
+            }
+            _ => return Ok(at),
+        }
+    }
+    Err(Error::input(format!("{}: is a link that leads in a circle", path.display())))
+}
+
+/// Gives a file the mode of the one that it replaces, and its owner. Who may not give a file away keeps it.
+#[cfg(unix)]
+fn keep(replaced: &Metadata, file: &File) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    let new = file.metadata()?;
+    if (new.uid(), new.gid()) != (replaced.uid(), replaced.gid()) {
+        let _ = fchown(file, Some(replaced.uid()), Some(replaced.gid()));
+    }
+    // After the owner, whose change takes bits away.
+    file.set_permissions(replaced.permissions())
+}
+
+#[cfg(not(unix))]
+fn keep(_: &Metadata, _: &File) -> io::Result<()> {
+    Ok(())
 }
 
 impl Write for AtomicFile {

@@ -39,6 +39,7 @@ pub mod rig_file;
 mod rigid;
 mod steady_file;
 mod take;
+mod temporary;
 
 pub use animator::Animator;
 pub use atomic_file::AtomicFile;

@@ -1,7 +1,7 @@
 //! Files that reach the disk while they are written.
+use crate::temporary::Temporary;
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
-use tempfile::NamedTempFile;
 
 /// After this many bytes the disk has to catch up.
 const STRETCH: u64 = 64 << 20;
@@ -11,48 +11,43 @@ const STRETCH: u64 = 64 << 20;
 /// the end, which also is when a fault of the disk would show.
 #[derive(Debug)]
 pub(crate) struct SteadyFile {
-    file: NamedTempFile,
+    file: Temporary,
     /// Bytes written since the disk had all.
     waiting: u64,
 }
 
 impl SteadyFile {
-    pub(crate) fn new(file: NamedTempFile) -> Self {
+    pub(crate) fn new(file: Temporary) -> Self {
         Self { file, waiting: 0 }
     }
 
-    /// The file below.
-    pub(crate) fn get(&self) -> &NamedTempFile {
-        &self.file
-    }
-
     /// Waits until the disk has everything.
-    pub(crate) fn finish(self) -> io::Result<NamedTempFile> {
-        self.file.as_file().sync_all()?;
+    pub(crate) fn finish(self) -> io::Result<Temporary> {
+        self.file.file().sync_all()?;
         Ok(self.file)
     }
 }
 
 impl Write for SteadyFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.file.write(bytes)?;
+        let written = self.file.file().write(bytes)?;
         self.waiting += written as u64;
         if self.waiting >= STRETCH {
-            self.file.as_file().sync_data()?;
-            forget(self.file.as_file());
+            self.file.file().sync_data()?;
+            forget(self.file.file());
             self.waiting = 0;
         }
         Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
+        self.file.file().flush()
     }
 }
 
 impl Seek for SteadyFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.file.seek(to)
+        self.file.file().seek(to)
     }
 }
 
@@ -68,11 +63,12 @@ fn forget(file: &File) {
 mod tests {
     use super::*;
     use std::io::Read;
+    use tempfile::NamedTempFile;
 
     #[test]
     fn every_byte_arrives() {
         let block = block();
-        let mut out = SteadyFile::new(NamedTempFile::new().unwrap());
+        let mut out = SteadyFile::new(Temporary::Named(NamedTempFile::new().unwrap()));
         let blocks = 2 * STRETCH as usize / block.len();
         (0..blocks).for_each(|_| out.write_all(&block).unwrap());
         out.write_all(b"the end").unwrap();
@@ -83,7 +79,9 @@ mod tests {
         expected.extend(b"the end");
         expected[5..18].copy_from_slice(b"the beginning");
         let mut found = Vec::new();
-        out.finish().unwrap().reopen().unwrap().read_to_end(&mut found).unwrap();
+        let file = out.finish().unwrap();
+        file.file().rewind().unwrap();
+        file.file().read_to_end(&mut found).unwrap();
         assert!(found == expected);
     }
 
@@ -98,14 +96,16 @@ mod tests {
         (0..blocks).for_each(|_| plain.write_all(&block).unwrap());
         plain.as_file().sync_data().unwrap();
         rustix::fs::fadvise(plain.as_file(), 0, None, rustix::fs::Advice::DontNeed).unwrap();
-        if in_memory(&plain) > STRETCH / 2 {
+        if in_memory(plain.path()) > STRETCH / 2 {
             rhytid_test_support::skip("temporary files stay in memory here");
             return;
         }
 
-        let mut out = SteadyFile::new(NamedTempFile::new().unwrap());
+        let file = NamedTempFile::new().unwrap();
+        let path = file.path().to_owned();
+        let mut out = SteadyFile::new(Temporary::Named(file));
         (0..2 * blocks).for_each(|_| out.write_all(&block).unwrap());
-        let kept = in_memory(out.get());
+        let kept = in_memory(&path);
         assert!(kept <= STRETCH / 2, "{kept} bytes of two stretches of {STRETCH} are still in memory");
     }
 
@@ -114,11 +114,11 @@ mod tests {
         (0..1 << 20).map(|i: u32| (i ^ i >> 9) as u8).collect()
     }
 
-    /// Bytes of `file` that are in memory. To find out by reading would fetch them.
+    /// Bytes of a file that are in memory. To find out by reading would fetch them.
     #[cfg(target_os = "linux")]
-    fn in_memory(file: &NamedTempFile) -> u64 {
+    fn in_memory(path: &std::path::Path) -> u64 {
         let arguments = ["--bytes", "--noheadings", "--output", "RES"];
-        let out = std::process::Command::new("fincore").args(arguments).arg(file.path()).output();
+        let out = std::process::Command::new("fincore").args(arguments).arg(path).output();
         let out =
             out.expect("fincore should be there: `cargo xtask setup` installs it, with util-linux-extra");
         let text = String::from_utf8_lossy(&out.stdout);

@@ -54,11 +54,13 @@
 
 pub mod animation;
 pub mod animation_reader;
+mod companion;
 pub mod export;
 mod file_kind;
 mod gltf;
 pub mod mesh;
 mod npy;
+mod outputs;
 pub mod project;
 pub mod raw_take;
 pub mod sequence;
@@ -67,3 +69,4 @@ pub mod take;
 pub mod usd;
 
 pub use file_kind::FileKind;
+pub use outputs::refuse_inputs;

@@ -6,6 +6,7 @@ use crate::{args, inputs, output};
 use rhytid::evaluate::{Regions, coverage};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
+use rhytid::formats::refuse_inputs;
 use rhytid::formats::take::Missing;
 use rhytid::human;
 use rhytid::playback::{Playback, PlaybackOptions, Selection, handle_gains};
@@ -79,6 +80,8 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
     check_options(args, Format::of(&args.output)?)?;
     inputs::rig_and_take(&args.rig, &args.take, "rhytid animate RIG TAKE -o OUT.usd")?;
+    let setup = args.setup.as_deref();
+    refuse_inputs(&[&args.output], [&*args.rig, &args.take].into_iter().chain(setup))?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;

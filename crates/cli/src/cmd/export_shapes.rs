@@ -2,9 +2,9 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::formats::FileKind;
 use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::{self, OutputStage, Shapes};
+use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::human;
 use rhytid::playback::{Playback, handle_shapes};
 use rhytid::{AtomicFile, Result, rig_file};
@@ -17,6 +17,7 @@ use rhytid::{AtomicFile, Result, rig_file};
 pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     inputs::expect(&args.rig, &[FileKind::Rig], "rhytid export-shapes RIG -o OUT.glb")?;
     Format::of(&args.output)?;
+    refuse_inputs(&[&args.output], [&*args.rig])?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;

@@ -4,7 +4,7 @@ use crate::args::UnitChoice;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
-use rhytid::formats::{FileKind, project, raw_take, tables};
+use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
 use rhytid::human;
 use rhytid::solve::Skin;
 use rhytid::{AtomicFile, Error, Face, Handles, Result};
@@ -29,6 +29,9 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     let project = project::read_project(&args.project)?;
     let table = table(args, &project)?;
     let picture = args.picture.clone().unwrap_or_else(|| table.with_extension("png"));
+    let files = project::files(&project, &args.project);
+    let read = files.iter().filter(|file| **file != table).map(PathBuf::as_path);
+    refuse_inputs(&[&table, &picture], read.chain(args.take.as_deref()))?;
     drop(AtomicFile::create(&table)?);
     drop(AtomicFile::create(&picture)?);
     let mut face = ui.timed("read", || project::load_without_handles(&project, &args.project)).0?;

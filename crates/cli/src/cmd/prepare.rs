@@ -4,10 +4,11 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{Cleaned, Kind, Match, Report};
 use rhytid::formats::tables::{self, MarkerRow};
-use rhytid::formats::{FileKind, take};
+use rhytid::formats::{FileKind, refuse_inputs, take};
 use rhytid::human;
 use rhytid::playback::read_raw_take;
 use rhytid::{AtomicFile, Error, Result, rig_file};
+use std::path::Path;
 
 /// Cleans a raw take, writes it as CSV, and says what was found.
 ///
@@ -23,12 +24,15 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
             args.output.display()
         )));
     }
+    let outputs: Vec<&Path> = std::iter::once(&*args.output).chain(args.write_markers.as_deref()).collect();
+    let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);
+    let tables = [&args.setup, &setup.markers].into_iter().filter_map(Option::as_deref);
+    refuse_inputs(&outputs, [&*args.raw, &args.rig].into_iter().chain(tables))?;
     drop(AtomicFile::create(&args.output)?);
     if let Some(path) = &args.write_markers {
         drop(AtomicFile::create(path)?);
     }
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);
     let mut clean_up = setup.clean_up()?;
     clean_up.settings.fps = args.fps;
     clean_up.world = args.world;

@@ -3,11 +3,12 @@
 use super::doctor;
 use crate::progress::{Ui, timed};
 use crate::{args, inputs, memory, output};
+use rhytid::formats::{project, refuse_inputs};
 use rhytid::human;
 use rhytid::playback::{ComesBack, comes_back};
 use rhytid::solve::{Account, Candidate, FreePart, Report, Severity};
 use rhytid::{AtomicFile, Error, Progress, Result, Rig, rig_file};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Parts without a handle that are named: a head has dozens, teeth and lashes.
@@ -70,10 +71,12 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading, from the doctor and from writing; [`Error::Cancelled`].
-pub(super) fn solve(project: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
-    inputs::project(project, "rhytid solve FACE.toml -o FACE.safetensors")?;
+pub(super) fn solve(path: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
+    inputs::project(path, "rhytid solve FACE.toml -o FACE.safetensors")?;
     check_output(output)?;
-    let (face, reading) = ui.timed("read", || rhytid::formats::project::read(project));
+    let files = project::files(&project::read_project(path)?, path);
+    refuse_inputs(&[output], files.iter().map(PathBuf::as_path))?;
+    let (face, reading) = ui.timed("read", || project::read(path));
     let face = face?;
     let (report, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
     show(&report, ui)?;

@@ -13,6 +13,7 @@ mod judging;
 mod memory;
 mod oracles;
 mod output;
+mod outputs;
 mod placing;
 mod prepare;
 mod raw_torture;

@@ -130,3 +130,65 @@ fn errors_name_the_file_that_was_asked_for() {
     assert!(matches!(file.finish(), Err(Error::Io { path: named, .. }) if named == path));
     assert_eq!(names(folder.path()), ["out.glb"]);
 }
+
+#[cfg(unix)]
+mod unix {
+    use super::{AtomicFile, fs, names, refused};
+    use std::io::Write;
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::path::Path;
+
+    fn write(path: &Path, text: &str) {
+        let mut file = AtomicFile::create(path).unwrap();
+        file.write_all(text.as_bytes()).unwrap();
+        file.finish().unwrap();
+    }
+
+    #[test]
+    fn a_file_that_is_replaced_keeps_its_mode() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        for mode in [0o600, 0o664, 0o755] {
+            fs::write(&path, "old").unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            write(&path, "new");
+            assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o7777, mode);
+        }
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+        refused(&path, &["out.csv: is read-only", "choose another name"]);
+        assert_eq!(names(folder.path()), ["out.csv"]);
+    }
+
+    #[test]
+    fn links_stay_and_are_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("there")).unwrap();
+        fs::write(at("there/file.csv"), "old").unwrap();
+        symlink("there/file.csv", at("link.csv")).unwrap();
+        symlink("link.csv", at("second.csv")).unwrap();
+        symlink("there/not_yet.csv", at("dangling.csv")).unwrap();
+        write(&at("second.csv"), "new");
+        write(&at("dangling.csv"), "made");
+        for link in ["link.csv", "second.csv", "dangling.csv"] {
+            assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink(), "{link}");
+        }
+        assert_eq!(fs::read_to_string(at("there/file.csv")).unwrap(), "new");
+        assert_eq!(fs::read_to_string(at("there/not_yet.csv")).unwrap(), "made");
+        symlink("b.csv", at("a.csv")).unwrap();
+        symlink("a.csv", at("b.csv")).unwrap();
+        refused(&at("a.csv"), &["a.csv: is a link that leads in a circle"]);
+    }
+
+    #[test]
+    fn what_is_no_regular_file_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let socket = folder.path().join("socket.csv");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        refused(&socket, &["socket.csv: is a device, a pipe or a socket"]);
+        symlink("socket.csv", folder.path().join("link.csv")).unwrap();
+        refused(&folder.path().join("link.csv"), &["link.csv: is a device, a pipe or a socket"]);
+        assert!(fs::symlink_metadata(&socket).is_ok());
+    }
+}

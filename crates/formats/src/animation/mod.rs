@@ -38,7 +38,7 @@ pub enum Format {
     Usdz,
     /// Binary glTF, `.glb`.
     Glb,
-    /// glTF text, `.gltf`, with its buffer beside it as `.bin`.
+    /// glTF text, `.gltf`, with its buffer beside it as `NAME.HASH.bin`.
     Gltf,
 }
 

@@ -71,6 +71,19 @@ pub fn load_without_handles(project: &Project, path: &Path) -> Result<Face> {
     })
 }
 
+/// The files that a project is read from, that of the project first; they need not be there.
+pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let edges = match &project.strain.edges {
+        Edges::File(edges) => Some(edges),
+        Edges::Auto => None,
+    };
+    let named = [&project.mesh.neutral, &project.handles.vertices].into_iter();
+    let named = named.chain(project.examples.iter().map(|example| &example.mesh));
+    let named = named.chain(&project.pins.vertices).chain(edges);
+    std::iter::once(path.to_owned()).chain(named.map(|file| folder.join(file))).collect()
+}
+
 /// The vertices that the section names, ascending.
 fn pinned_vertices(pins: &PinsSection, path: &Path, neutral: &Mesh, neutral_path: &Path) -> Result<Vec<u32>> {
     let mut pinned = Vec::new();

@@ -5,7 +5,7 @@ mod load;
 mod parse;
 mod sections;
 
-pub use load::{load, load_without_handles};
+pub use load::{files, load, load_without_handles};
 pub use parse::parse;
 pub use sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,

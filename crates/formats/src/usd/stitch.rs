@@ -4,11 +4,14 @@
 
 use super::build::prim;
 use super::layer::{Fields, Layer, Prim, Reference, Value};
-use super::read::{Parts, declarations, default_prim, open};
-use super::write::{Encoding, LayerWriter, custom_data};
+use super::read::{Parts, clips, declarations, default_prim, open};
+use super::write::{CrateWriter, Encoding, LayerWriter, custom_data};
 use crate::animation_reader::{AnimationReader, Summary};
+use crate::companion::{self, Companion};
+use crate::outputs::refuse_inputs;
 use rhytid_core::{Error, Result};
 use std::ffi::OsStr;
+use std::io::Cursor;
 use std::path::{Component, Path, PathBuf};
 
 /// What [`stitch`] wrote.
@@ -26,8 +29,18 @@ pub struct Stitched {
     pub time_codes: [f64; 2],
 }
 
+/// The manifests of stitched files.
+static MANIFEST: companion::Kind = companion::Kind {
+    extension: "manifest.usdc",
+    namers: &["usd", "usda", "usdc"],
+    names: |path| {
+        let layer = open(path).ok()?.layer;
+        Some(clips(&layer).map_or_else(Vec::new, |clips| clips.manifest.as_bytes().to_vec()))
+    },
+};
+
 /// Writes a USD file that plays `parts`, which stay where they are, one after the other, and its manifest
-/// `NAME.manifest.usda` beside it. The parts may come in any order; the file may be renamed.
+/// `NAME.HASH.manifest.usdc` beside it. The parts may come in any order; the file may be renamed.
 ///
 /// # Errors
 /// [`Error::Input`] if a part is no USD file of `rhytid animate`, two are not of the same rig and settings, there is a
@@ -43,19 +56,11 @@ pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
         }
     };
     let folder = folder_of(output)?;
-    let manifest = output.with_extension("manifest.usda");
     let opened = Parts::open(parts)?;
+    refuse_inputs(&[output], opened.parts().iter().map(|part| &*part.path))?;
     let mut assets = Vec::new();
     for part in opened.parts() {
         let part_folder = folder_of(&part.path)?;
-        for written in [output, &manifest] {
-            if part_folder == folder && part.path.file_name() == written.file_name() {
-                return Err(Error::input(format!(
-                    "{}: is one of the parts and would be overwritten; choose another name for the output",
-                    written.display()
-                )));
-            }
-        }
         assets.push(asset(&part.path, &part_folder, &folder)?);
     }
     let first_time_codes: Vec<f64> = opened.parts().iter().map(|part| part.first_time_code).collect();
@@ -63,18 +68,14 @@ pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
     let first = open(&opened.parts()[0].path)?.layer;
     let animated = animated(&first)?;
     let declared = Layer { metadata: Fields::new(), prims: declarations(animated).into_iter().collect() };
+    let declared = CrateWriter::create(Cursor::new(Vec::new()), &declared).and_then(CrateWriter::finish);
+    let mut manifest_file = Companion::create(output, &MANIFEST)?;
+    manifest_file.write(declared.map_err(Error::io(output))?.0.get_ref())?;
+    let manifest = manifest_file.path();
     let manifest_asset = asset(&manifest, &folder, &folder)?;
     let whole = layer(&first, animated, summary, manifest_asset, assets, &first_time_codes);
-
     let whole = LayerWriter::create(output, encoding, &whole)?;
-    let is_new = !manifest.exists();
-    LayerWriter::create(&manifest, Encoding::Text, &declared)?.finish()?;
-    let bytes = whole.finish().inspect_err(|_| {
-        if is_new {
-            // That it stays behind as well would be the lesser fault.
-            let _ = std::fs::remove_file(&manifest);
-        }
-    })?;
+    let bytes = manifest_file.finish(|| whole.finish())?;
     let time_codes = [summary.first_time_code, summary.time_code(summary.frames - 1)];
     Ok(Stitched { bytes, manifest, parts: opened.parts().len(), frames: summary.frames, time_codes })
 }

@@ -9,6 +9,7 @@ use crate::{args, output};
 use growth::{Point, What};
 use measure::{Chapter, Measured, Whole};
 use rhytid::conformance::{COMMIT, Memory, StageTime};
+use rhytid::formats::refuse_inputs;
 use rhytid::human;
 use rhytid::playback::find_device;
 use rhytid::{
@@ -73,6 +74,9 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         id => vec![find_device(id)?],
     };
     // Now, so that minutes of measuring are not lost to a folder that is not there.
+    if let Some(plot) = &args.plot {
+        refuse_inputs(&[plot], args.rig.as_deref())?;
+    }
     let chart = args.plot.as_deref().map(AtomicFile::create).transpose()?;
     let size = Size { vertices: args.vertices as usize, ..Size::CHAPTER };
     let method = Method::from(args.method);

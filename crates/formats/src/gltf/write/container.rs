@@ -2,12 +2,13 @@
 //!
 //! The JSON is known last and comes first in a `.glb`, so its binary chunk waits in an unnamed file.
 
+use crate::companion::{self, Companion};
 use crate::export::Options;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use rhytid_core::{AtomicFile, Error, Progress, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A GLB's header, and what stands before each of its two chunks.
 const GLB_HEADER: u64 = 12;
@@ -15,6 +16,10 @@ const CHUNK_HEADER: u64 = 8;
 
 /// What a file name keeps in a URI.
 const IN_URI: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b'~');
+
+/// The numbers beside a `.gltf`.
+static BIN: companion::Kind =
+    companion::Kind { extension: "bin", namers: &["gltf"], names: |path| std::fs::read(path).ok() };
 
 /// The two kinds of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +42,7 @@ pub(super) struct Container {
 
 enum Bin {
     Chunk(BufWriter<File>),
-    File(AtomicFile),
+    File(Box<Companion>),
 }
 
 /// How large a file may become.
@@ -73,7 +78,7 @@ impl Container {
         let file = AtomicFile::create(path)?;
         let bin = match kind {
             Kind::Glb => Bin::Chunk(BufWriter::with_capacity(1 << 20, file.spool()?)),
-            Kind::Gltf => Bin::File(AtomicFile::create(&bin_path(path))?),
+            Kind::Gltf => Bin::File(Box::new(Companion::create(path, &BIN)?)),
         };
         Ok(Self { file, bin, length: 0, limit })
     }
@@ -93,10 +98,11 @@ impl Container {
         self.length
     }
 
-    /// How the JSON refers to the binary part; `None` in a `.glb`.
+    /// How the JSON refers to the binary part that was written so far; `None` in a `.glb`.
     pub(super) fn uri(&self) -> Option<String> {
         let Bin::File(bin) = &self.bin else { return None };
-        let name = bin.path().file_name().unwrap_or_default().to_string_lossy();
+        let path = bin.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
         Some(utf8_percent_encode(&name, IN_URI).to_string())
     }
 
@@ -104,11 +110,10 @@ impl Container {
     pub(super) fn write(&mut self, bytes: &[u8]) -> Result<()> {
         self.length += bytes.len() as u64;
         self.check(self.length)?;
-        let written = match &mut self.bin {
-            Bin::Chunk(spool) => spool.write_all(bytes),
-            Bin::File(bin) => bin.write_all(bytes),
-        };
-        written.map_err(self.file.error())
+        match &mut self.bin {
+            Bin::Chunk(spool) => spool.write_all(bytes).map_err(self.file.error()),
+            Bin::File(bin) => bin.write(bytes),
+        }
     }
 
     fn check(&self, bytes: u64) -> Result<()> {
@@ -138,9 +143,7 @@ impl Container {
             Bin::File(bin) => {
                 // What can fail fails before the first name is given.
                 self.file.write_all(&json).and_then(|()| self.file.flush()).map_err(error)?;
-                let beside = bin.path().to_owned();
-                bin.finish()?;
-                self.file.finish().inspect_err(|_| drop(std::fs::remove_file(beside)))?;
+                bin.finish(|| self.file.finish())?;
             }
         }
         Ok(bytes)
@@ -180,11 +183,6 @@ fn glb(
     }
 }
 
-/// The buffer of the `.gltf` file `path`.
-fn bin_path(path: &Path) -> PathBuf {
-    path.with_extension("bin")
-}
-
 /// A spool that was written, to be read from its start.
 pub(super) fn rewound(mut spool: BufWriter<File>) -> io::Result<io::BufReader<File>> {
     spool.rewind()?;
@@ -219,8 +217,9 @@ mod tests {
             assert!(sentence(finish(whole - 1).unwrap_err()).contains("becomes larger"));
             assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
             assert_eq!(finish(whole).unwrap(), whole);
-            std::fs::remove_file(&path).unwrap();
-            let _ = std::fs::remove_file(path.with_extension("bin"));
+            for entry in std::fs::read_dir(folder.path()).unwrap() {
+                std::fs::remove_file(entry.unwrap().path()).unwrap();
+            }
         }
     }
 }

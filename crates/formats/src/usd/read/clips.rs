@@ -5,15 +5,15 @@ use crate::usd::build::{attribute, prim};
 use crate::usd::layer::{Attribute, Layer, Prim, Property, Specifier, Value};
 
 /// The files that a layer takes its samples from, relative to its own.
-pub(super) struct Clips<'a> {
+pub(crate) struct Clips<'a> {
     /// In the order of their time codes.
-    pub(super) assets: &'a [String],
+    pub(crate) assets: &'a [String],
     /// What has samples in them.
-    pub(super) manifest: &'a str,
+    pub(crate) manifest: &'a str,
 }
 
 /// The clips of the layer's default prim; `None` if it has none.
-pub(super) fn clips(layer: &Layer) -> Option<Clips<'_>> {
+pub(crate) fn clips(layer: &Layer) -> Option<Clips<'_>> {
     let set = dictionary(dictionary(&default_prim(layer)?.metadata, "clips")?, "default")?;
     match (field(set, "assetPaths")?, field(set, "manifestAssetPath")?) {
         (Value::Assets(assets), Value::Asset(manifest)) => Some(Clips { assets, manifest }),

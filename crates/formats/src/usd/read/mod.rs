@@ -19,12 +19,12 @@ mod text;
 
 use crate::animation_reader::AnimationReader;
 use animation::Animation;
-use clips::{Clips, clips, undeclared};
+use clips::{Clips, undeclared};
 use lookup::provenance;
 use rhytid_core::{Error, Result};
 use std::path::Path;
 
-pub(super) use clips::declarations;
+pub(super) use clips::{clips, declarations};
 pub(super) use lookup::default_prim;
 pub use open::{decode, open};
 pub use opened::{Opened, Samples};

@@ -15,6 +15,7 @@ mod surface;
 mod text;
 mod text_value;
 
+pub(super) use crate_file::CrateWriter;
 pub(crate) use face::Face;
 pub use layer_writer::{Encoding, LayerWriter};
 pub use sample::Sample;

@@ -56,11 +56,9 @@ fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
             assert_eq!(files_in(folder.path()).len(), usize::from(before.is_some()), "{extension}");
         }
         animation.export(&path).unwrap();
-        let expected = match extension {
-            "gltf" => vec!["face.bin".into(), "face.gltf".into()],
-            _ => vec![format!("face.{extension}")],
-        };
-        assert_eq!(files_in(folder.path()), expected);
+        let files = files_in(folder.path());
+        assert!(files.contains(&format!("face.{extension}")), "{files:?}");
+        assert_eq!(files.len(), if extension == "gltf" { 2 } else { 1 }, "{files:?}");
         assert!(std::fs::metadata(&path).unwrap().len() > 1000, "{extension}: replaced what stood there");
     }
 }

@@ -1,7 +1,7 @@
 //! Files that are cut, swapped or changed.
 
 use super::cases::{animation, cases, head};
-use super::tools::input_error;
+use super::tools::{bin_beside, input_error};
 use crate::animation::{Random, UvKind};
 use rhytid_core::Error;
 use rhytid_formats::animation;
@@ -45,18 +45,21 @@ fn cut_and_swapped_files_give_clear_errors() {
     std::fs::write(at("usd.glb"), "PXR-USDC and more").unwrap();
     refused("usd.glb", "JSON");
 
-    let bin = std::fs::read(at("a.bin")).unwrap();
-    std::fs::write(at("a.bin"), &bin[..bin.len() - 4]).unwrap();
+    let [a, b] = ["a.gltf", "b.gltf"].map(|name| bin_beside(&at(name)));
+    let bin = std::fs::read(&a).unwrap();
+    std::fs::write(&a, &bin[..bin.len() - 4]).unwrap();
     refused("a.gltf", "cut short");
     // Another file's numbers.
-    std::fs::copy(at("b.bin"), at("a.bin")).unwrap();
+    std::fs::copy(&b, &a).unwrap();
     assert!(matches!(read(&at("a.gltf")), Err(Error::Input(_))));
-    std::fs::remove_file(at("a.bin")).unwrap();
+    std::fs::remove_file(&a).unwrap();
     refused("a.gltf", "does not exist");
 
     let json = std::fs::read_to_string(at("b.gltf")).unwrap();
     for uri in ["../b.bin", "/etc/hostname", "https://example.com/b.bin", "data:,x", "..", ""] {
-        std::fs::write(at("c.gltf"), json.replace("b.bin", uri)).unwrap();
+        let name = b.file_name().unwrap().to_str().unwrap();
+        assert!(json.contains(name));
+        std::fs::write(at("c.gltf"), json.replace(name, uri)).unwrap();
         refused("c.gltf", "expected a file beside it");
     }
     assert!(matches!(animation::open(&at("none.glb")), Err(Error::Io { .. })));

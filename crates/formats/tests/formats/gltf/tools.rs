@@ -47,3 +47,12 @@ pub(super) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
         Ok(_) => panic!("expected an input error, found success"),
     }
 }
+
+/// The `.bin` that the `.gltf` file at `path` names; its name needs no escapes behind the stem.
+pub(super) fn bin_beside(path: &Path) -> PathBuf {
+    let document: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let uri = document["buffers"][0]["uri"].as_str().unwrap();
+    let mut parts = uri.rsplit('.');
+    assert_eq!(parts.next(), Some("bin"));
+    path.with_extension(format!("{}.bin", parts.next().unwrap()))
+}

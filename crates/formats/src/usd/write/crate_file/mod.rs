@@ -46,7 +46,7 @@ struct Sampled {
 }
 
 /// A crate file being written.
-pub(super) struct CrateWriter<W> {
+pub(crate) struct CrateWriter<W> {
     values: Values<W>,
     specs: Vec<Spec>,
     sampled: Vec<Sampled>,
@@ -54,7 +54,7 @@ pub(super) struct CrateWriter<W> {
 
 impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
     /// Writes everything of `layer` but samples. `out` stands at its beginning.
-    pub(super) fn create(mut out: W, layer: &Layer) -> io::Result<Self> {
+    pub(crate) fn create(mut out: W, layer: &Layer) -> io::Result<Self> {
         // The header says where the tables are, and comes last.
         out.write_all(&[0; HEADER_SIZE])?;
         let values = Values::new(out, HEADER_SIZE as u64)?;
@@ -84,7 +84,7 @@ impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
     }
 
     /// Writes the tables, and returns where it all went and how many bytes it is.
-    pub(super) fn finish(mut self) -> io::Result<(W, u64)> {
+    pub(crate) fn finish(mut self) -> io::Result<(W, u64)> {
         for sampled in std::mem::take(&mut self.sampled) {
             let rep = self.values.time_samples(&sampled.times, &sampled.values)?;
             let field = self.field("timeSamples", rep);
