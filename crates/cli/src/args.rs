@@ -12,7 +12,7 @@ pub(crate) use placing::{Handles, New, TakeSpace};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
-pub(crate) use values::{HeadChoice, MissingChoice, StageChoice, UnitChoice};
+pub(crate) use values::{Elsewhere, HeadChoice, MissingChoice, StageChoice, UnitChoice};
 use values::{parse_gain, parse_millimetres, parse_rate, parse_region};
 
 const GLOBAL: &str = "Options of every command";
@@ -247,6 +247,9 @@ pub(crate) struct Solve {
     #[arg(value_name = "FACE.toml")]
     pub project: PathBuf,
 
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
     /// The rig file to write.
     #[arg(short, long, value_name = "FACE.safetensors")]
     pub output: PathBuf,
@@ -289,6 +292,9 @@ pub(crate) struct Animate {
     /// For a raw take: what is known of the actor and the session, as for `prepare`.
     #[arg(long, value_name = "TAKE.toml")]
     pub setup: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
 
     /// Fade the folds out where they are driven by markers that were filled rather than measured, as the take's
     /// confidence says, and where a frame is far outside what the examples show.
@@ -403,6 +409,9 @@ pub(crate) struct Verify {
     #[arg(long, value_name = "TAKE.toml")]
     pub setup: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
     /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
@@ -437,6 +446,9 @@ pub(crate) struct Prepare {
     #[arg(long, value_name = "TAKE.toml")]
     pub setup: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
     /// Resample to N frames per second [default: the take's own rate].
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub fps: Option<f64>,
@@ -460,6 +472,9 @@ pub(crate) struct Info {
     /// .tsv), table of handles or markers (.csv), project or setup (.toml) or report (.json).
     pub file: PathBuf,
 
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]
     pub json: bool,
@@ -479,6 +494,9 @@ pub(crate) struct Doctor {
     /// The project file.
     #[arg(value_name = "FACE.toml")]
     pub project: PathBuf,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
 
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]

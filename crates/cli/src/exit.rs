@@ -1,5 +1,6 @@
 //! The end of the program: exit codes, and errors as one sentence on stderr.
 
+use crate::output;
 use crate::progress::Ui;
 use rhytid::{DeviceErrorKind, Error, Result};
 use std::io::{self, ErrorKind, Write};
@@ -20,7 +21,8 @@ pub(crate) fn install_panic_hook() {
         let place = place.unwrap_or_default();
         let backtrace = std::backtrace::Backtrace::capture();
         let mut stderr = io::stderr().lock();
-        let _ = writeln!(stderr, "error: internal error: {what}{place}; please report it");
+        let sentence = format!("error: internal error: {what}{place}; please report it");
+        let _ = writeln!(stderr, "{}", output::harmless(&sentence));
         if backtrace.status() == std::backtrace::BacktraceStatus::Captured {
             let _ = writeln!(stderr, "{backtrace}");
         }

@@ -4,7 +4,7 @@ use crate::args::{MissingChoice, Setup, TakeSpace, UnitChoice};
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
 use rhytid::formats::take::{self, Missing};
-use rhytid::formats::{FileKind, raw_take};
+use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, choose_devices, find_device};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take};
 use std::path::Path;
@@ -76,7 +76,7 @@ pub(crate) fn project(path: &Path, usage: &str) -> Result<()> {
     expect(path, &[FileKind::Project], usage)
 }
 
-/// The take in a file, with all of the rig's handles in every frame. `setup` is for raw takes, which are cleaned; `missing` and `space` are for
+/// The take in a file, with all of the rig's handles in every frame. `setup`, which names files within a reach, is for raw takes, which are cleaned; `missing` and `space` are for
 /// the take's CSV.
 ///
 /// # Errors
@@ -86,13 +86,13 @@ pub(crate) fn take(
     path: &Path,
     rig: &Rig,
     missing: MissingChoice,
-    setup: Option<&Path>,
+    (setup, reach): (Option<&Path>, Reach),
     space: &TakeSpace,
     ui: &Ui,
 ) -> Result<Take> {
     let is_clean = raw_take::is_take_csv(path);
     let refused = |what: &str| Err(Error::input(format!("{}: {what}", path.display())));
-    let known = self::setup(setup)?;
+    let known = self::setup(setup, reach)?;
     if let Some(setup) = setup.filter(|_| is_clean && known.detail.is_empty()) {
         return refused(&format!(
             "is a clean take, so that --setup {} changes nothing; leave it out, or give the raw take",
@@ -211,6 +211,6 @@ fn times(take: &mut Take, rate: Option<f64>, path: &Path, ui: &Ui) {
 ///
 /// # Errors
 /// As [`Setup::read`].
-pub(crate) fn setup(path: Option<&Path>) -> Result<Setup> {
-    path.map_or_else(|| Ok(Setup::default()), Setup::read)
+pub(crate) fn setup(path: Option<&Path>, reach: Reach) -> Result<Setup> {
+    path.map_or_else(|| Ok(Setup::default()), |path| Setup::read(path, reach))
 }

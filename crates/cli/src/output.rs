@@ -2,19 +2,22 @@
 
 use rhytid::{AtomicFile, Error, Result};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
-/// Writes `text` and a line end to standard output. A reader that went away (`| head`) is not an error.
+/// These make a line look like another one.
+const DIRECTIONS: [char; 9] = [
+    '\u{202a}', '\u{202b}', '\u{202c}', '\u{202d}', '\u{202e}', '\u{2066}', '\u{2067}', '\u{2068}',
+    '\u{2069}',
+];
+
+/// Writes `text`, made [`harmless`], and a line end to standard output. A reader that went away (`| head`) is not an error.
 ///
 /// # Errors
 /// [`Error::Io`] if standard output cannot be written: a full disk behind `>`.
 pub(crate) fn say(text: &str) -> Result<()> {
-    let mut out = io::stdout().lock();
-    match writeln!(out, "{text}").and_then(|()| out.flush()) {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        result => result.map_err(Error::io(Path::new("standard output"))),
-    }
+    line(&harmless(text))
 }
 
 /// Writes a value as indented JSON to standard output.
@@ -22,7 +25,32 @@ pub(crate) fn say(text: &str) -> Result<()> {
 /// # Errors
 /// As [`say`].
 pub(crate) fn json(value: &impl Serialize) -> Result<()> {
-    say(&serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?)
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?;
+    // Those below a space are escaped already; where JSON is not ASCII, it is within a string.
+    line(&escaped(&text, |c| format!("\\u{:04x}", u32::from(c))))
+}
+
+/// `text` without what a terminal would obey: of control characters only ends of lines are as they are.
+/// A name in a file can hold any.
+pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
+    escaped(text, |c| c.escape_default().to_string())
+}
+
+fn escaped(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
+    let is_harmful = |c: char| c.is_control() && c != '\n' || DIRECTIONS.contains(&c);
+    if !text.contains(is_harmful) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.chars().map(|c| if is_harmful(c) { escape(c) } else { c.to_string() }).collect())
+}
+
+/// As it is: a script for a shell.
+pub(crate) fn line(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        result => result.map_err(Error::io(Path::new("standard output"))),
+    }
 }
 
 /// Writes a file, whole.
@@ -44,4 +72,17 @@ pub(crate) fn table<const N: usize>(rows: &[[String; N]]) -> String {
         cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_would_obey_is_escaped() {
+        let plain = "Gesicht „Ö“ 顔\n  1.5 mm";
+        assert!(matches!(harmless(plain), Cow::Borrowed(text) if text == plain));
+        let said = harmless("a\u{1b}[2Jb\rc\u{7}\u{9b}0m\td\u{202e}e");
+        assert_eq!(said, r"a\u{1b}[2Jb\rc\u{7}\u{9b}0m\td\u{202e}e");
+    }
 }

@@ -1,7 +1,7 @@
 //! Progress, told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
-use crate::interrupt;
+use crate::{interrupt, output};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rhytid::Progress;
 use rhytid::human;
@@ -108,7 +108,7 @@ impl Ui {
 }
 
 fn write_above(step: Option<&Step>, text: &str) {
-    let write = || drop(writeln!(io::stderr().lock(), "{text}"));
+    let write = || drop(writeln!(io::stderr().lock(), "{}", output::harmless(text)));
     match step {
         Some(step) => step.bar.suspend(write),
         None => write(),

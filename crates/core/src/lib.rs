@@ -28,6 +28,7 @@ pub mod buffer_ring;
 mod error;
 mod face;
 pub mod human;
+pub mod input_file;
 mod learned;
 mod mesh;
 pub mod plan;

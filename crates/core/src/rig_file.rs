@@ -1,7 +1,9 @@
 //! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
 //!
 //! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
-use crate::{AtomicFile, Error, Faces, FoldStrains, Learned, Materials, Result, Rig, UpAxis, Uvs};
+use crate::{
+    AtomicFile, Error, Faces, FoldStrains, Learned, Materials, Result, Rig, UpAxis, Uvs, input_file,
+};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -75,7 +77,7 @@ struct VersionOnly {
 /// [`Error::Io`]; [`Error::Input`] if the file is cut short, of another version, lacks an array, or has a shape,
 /// an index or a number out of range.
 pub fn read(path: &Path) -> Result<Rig> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_RIG)?;
     decode(&bytes, &path.display().to_string())
 }
 

@@ -18,7 +18,7 @@ const ATTEMPTS: usize = 8;
 #[derive(Debug)]
 pub(crate) enum Temporary {
     /// It has no name.
-    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "there are no such files"))]
+    #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "there are no such files"))]
     Unnamed(File),
     /// It has a temporary one, and is locked.
     Named(NamedTempFile),

@@ -2,6 +2,7 @@
 //! so the companion is named by what is in it, `face.1f0c….bin`, and comes first: whatever happens in between, the file that
 //! names one has the one that it was written with.
 
+use crate::named_file::folder_of;
 use rhytid_core::{AtomicFile, Error, Result};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
@@ -106,10 +107,6 @@ fn hash_of<'a>(name: &'a OsStr, main: &Path, kind: &Kind) -> Option<&'a [u8]> {
     let hash = name.strip_prefix(b".")?.strip_suffix(kind.extension.as_bytes())?.strip_suffix(b".")?;
     let is_hash = hash.len() == DIGITS && hash.iter().all(|digit| matches!(digit, b'0'..=b'9' | b'a'..=b'f'));
     is_hash.then_some(hash)
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 #[cfg(test)]

@@ -59,6 +59,7 @@ pub mod export;
 mod file_kind;
 mod gltf;
 pub mod mesh;
+mod named_file;
 mod npy;
 mod outputs;
 pub mod project;
@@ -69,4 +70,5 @@ pub mod take;
 pub mod usd;
 
 pub use file_kind::FileKind;
+pub use named_file::{Reach, named_file};
 pub use outputs::refuse_inputs;

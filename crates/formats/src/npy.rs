@@ -2,7 +2,7 @@
 //! the numbers after it. Read here, since the crates for it bring a parser of Python along that takes longer to compile than
 //! any other reader.
 
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, input_file};
 use std::path::Path;
 
 /// An array of numbers in C order.
@@ -17,7 +17,7 @@ pub(crate) struct Array {
 /// # Errors
 /// [`Error::Input`] if it is none, or is cut off; [`Error::Io`].
 pub(crate) fn read(path: &Path) -> Result<Array> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_RIG)?;
     parse(&bytes).map_err(|what| Error::input(format!("{}: {what}", path.display())))
 }
 

@@ -1,5 +1,6 @@
 //! Outputs that would land on what they are made from.
 
+use crate::named_file::folder_of;
 use rhytid_core::{Error, Result};
 use same_file::is_same_file;
 use std::path::{Path, PathBuf};
@@ -42,8 +43,7 @@ fn are_one(a: &Path, b: &Path) -> bool {
 /// Whether two outputs are one, which need not be there yet.
 fn is_one(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| -> Option<PathBuf> {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+        Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?))
     };
     are_one(a, b) || place(a).is_some_and(|a| place(b).is_some_and(|b| a == b))
 }

@@ -10,14 +10,14 @@
 //!
 //! ```no_run
 //! use rhytid::formats::export::{Options, Provenance};
-//! use rhytid::formats::{project, take::Missing};
+//! use rhytid::formats::{Reach, project, take::Missing};
 //! use rhytid::playback::{CleanUp, Playback, PlaybackOptions, Selection, choose_devices, read_take};
 //! use rhytid::{NoProgress, rig_file};
 //! use std::path::Path;
 //!
 //! # fn main() -> rhytid::Result<()> {
 //! // Once per face. Without a solver, rig_file::read gives a rig that was written before.
-//! let rig = rhytid::solve::solve(&project::read(Path::new("face.toml"))?, &NoProgress)?.cast();
+//! let rig = rhytid::solve::solve(&project::read(Path::new("face.toml"), Reach::Below)?, &NoProgress)?.cast();
 //! rig_file::write(Path::new("face.safetensors"), &rig)?;
 //!
 //! // Once per take, be it clean or as a capture system wrote it.

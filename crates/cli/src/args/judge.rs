@@ -1,7 +1,7 @@
 //! The arguments of the commands that say how good something is: a rig, a take on it, devices.
 
-use super::TakeSpace;
 use super::values::{MethodChoice, MissingChoice, StorageChoice};
+use super::{Elsewhere, TakeSpace};
 use std::path::PathBuf;
 
 /// `rhytid evaluate`
@@ -36,6 +36,9 @@ pub(crate) struct Evaluate {
     #[arg(long, value_name = "TAKE.toml", requires = "take")]
     pub setup: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
     /// The folder to write evaluation.html, with maps drawn on the face, and evaluation.json to; made if it does not exist.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
@@ -65,6 +68,9 @@ pub(crate) struct Coverage {
     /// For a raw take: what is known of the actor and the session, as for `prepare`.
     #[arg(long, value_name = "TAKE.toml")]
     pub setup: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
 
     /// How many expressions and how many strain edges to list.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]

@@ -1,6 +1,6 @@
 //! Flags of what makes a project of other people's files.
 
-use super::values::{UnitChoice, parse_rate};
+use super::values::{Elsewhere, UnitChoice, parse_rate};
 use rhytid::capture::Axes;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -10,6 +10,9 @@ use std::str::FromStr;
 pub(crate) struct Handles {
     /// The project file; its table of handles need not be there yet.
     pub project: PathBuf,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
 
     /// The take whose markers are to be found on the mesh.
     #[arg(required_unless_present = "count", conflicts_with = "count")]
@@ -50,9 +53,9 @@ pub(crate) struct New {
     /// The neutral scan.
     pub neutral: PathBuf,
 
-    /// The folder to write the project to; made if it does not exist.
-    #[arg(short, long, value_name = "FOLDER", default_value = "rhytid-face")]
-    pub output: PathBuf,
+    /// The folder to write the project to; made if it does not exist [default: the neutral's].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
 
     /// The folder with the expression scans [default: poses, examples, expressions or scans beside the neutral, or its own].
     #[arg(long, value_name = "FOLDER")]

@@ -5,9 +5,9 @@ use super::values::{
     parse_seconds, rate, seconds,
 };
 use rhytid::capture::{Axes, Edit, Settings, Step};
-use rhytid::formats::tables;
+use rhytid::formats::{Reach, named_file, tables};
 use rhytid::playback::{CleanUp, FrameRange};
-use rhytid::{Error, Result};
+use rhytid::{Error, Result, input_file};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};
@@ -104,9 +104,10 @@ impl Setup {
     /// Reads TAKE.toml.
     ///
     /// # Errors
-    /// [`Error::Input`] names the line: no TOML, an unknown key, a value of the wrong type or out of its range; [`Error::Io`].
-    pub(crate) fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    /// [`Error::Input`] names the line: no TOML, an unknown key, a value of the wrong type or out of its range; a table out of
+    /// `reach`; [`Error::Io`].
+    pub(crate) fn read(path: &Path, reach: Reach) -> Result<Self> {
+        let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
         let wrong = |offset: usize, what: &str| {
             let line = 1 + bytes[..offset].iter().filter(|&&byte| byte == b'\n').count();
             Error::input(format!("{}, line {line}: {what}", path.display()))
@@ -117,7 +118,7 @@ impl Setup {
             wrong(error.span().map_or(0, |span| span.start), &error.message().replace('\n', ", "))
         })?;
         // Relative to the file, as in a project.
-        setup.markers = setup.markers.map(|table| path.parent().unwrap_or(Path::new("")).join(table));
+        setup.markers = setup.markers.map(|table| named_file(path, &table, "markers", reach)).transpose()?;
         Ok(setup)
     }
 
@@ -274,7 +275,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("take.toml");
         std::fs::write(&path, text).unwrap();
-        Setup::read(&path)
+        Setup::read(&path, Reach::Below)
     }
 
     #[test]

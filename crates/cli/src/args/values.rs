@@ -1,11 +1,27 @@
 //! The values of flags, where they are more than a number or a path.
 
 use clap::ValueEnum;
+use rhytid::formats::Reach;
 use rhytid::formats::export::{HeadMotion, OutputStage};
 use rhytid::playback::FrameRange;
 use rhytid::{BasisStorage, Method};
 use serde::Deserialize;
 use std::str::FromStr;
+
+/// `--allow-elsewhere`
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub(crate) struct Elsewhere {
+    /// Let files name others outside their own folder, as is right for files of people you trust.
+    #[arg(long)]
+    allow_elsewhere: bool,
+}
+
+impl Elsewhere {
+    /// Where files that others name may be.
+    pub(crate) fn reach(self) -> Reach {
+        if self.allow_elsewhere { Reach::Anywhere } else { Reach::Below }
+    }
+}
 
 /// `--stage`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -89,7 +89,14 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         rig = rig.shell();
     }
     let hash = rig_file::hash(&args.rig)?;
-    let take = inputs::take(&args.take, &rig, args.missing, args.setup.as_deref(), &args.space, ui)?;
+    let take = inputs::take(
+        &args.take,
+        &rig,
+        args.missing,
+        (args.setup.as_deref(), args.elsewhere.reach()),
+        &args.space,
+        ui,
+    )?;
     let range = args.frames.within(take.frames())?;
     let gains = gains(args)?;
     let handle_gains = handle_gains(&rig.labels, &gains)?;
@@ -174,7 +181,7 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
 
 /// The gains by region: those of the command's line, and those of TAKE.toml of other regions.
 fn gains(args: &args::Animate) -> Result<Vec<(String, f64)>> {
-    let setup = inputs::setup(args.setup.as_deref())?;
+    let setup = inputs::setup(args.setup.as_deref(), args.elsewhere.reach())?;
     let given = |region: &String| args.detail_of.iter().any(|(other, _)| other == region);
     let others = setup.detail.into_iter().filter(|(region, _)| !given(region));
     let mut gains: Vec<(String, f64)> = args.detail_of.iter().cloned().chain(others).collect();

@@ -7,11 +7,11 @@ use rhytid::{Error, Result};
 /// Prints the completions.
 ///
 /// # Errors
-/// As [`output::say`].
+/// As [`output::line`].
 pub(super) fn run(args: &args::Completions) -> Result<()> {
     // Into memory first: clap_complete panics where its writer fails.
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut args::Args::command(), "rhytid", &mut script);
     let script = String::from_utf8(script).map_err(|e| Error::Internal(e.to_string()))?;
-    output::say(script.trim_end())
+    output::line(script.trim_end())
 }

@@ -8,7 +8,7 @@ use rhytid::formats::project::{
     self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection,
     MeshSection, Method, PinsSection, Project, StrainSection, Units,
 };
-use rhytid::formats::{mesh, tables, take};
+use rhytid::formats::{Reach, mesh, tables, take};
 use rhytid::human;
 use rhytid::playback::FrameRange;
 use rhytid::{Error, Face, Mesh, Progress, Result, StrainEdges, Take};
@@ -78,7 +78,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     drop((face, take));
 
     let rig = dir.join("face.safetensors");
-    let solved = solve::solve(&dir.join("face.toml"), &rig, ui)?;
+    let solved = solve::solve(&dir.join("face.toml"), &rig, Reach::Below, ui)?;
     steps.add("read it back", "face.toml and the files it names".to_owned(), solved.reading);
     steps.add("examine the face", "no errors: it can be solved".to_owned(), solved.examining);
     let made = format!(
@@ -95,6 +95,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     for (file, range, compressed) in ranges {
         let whole = range == FrameRange::default();
         let job = args::Animate {
+            elsewhere: args::Elsewhere::default(),
             space: args::TakeSpace::default(),
             setup: None,
             rig: rig.clone(),

@@ -24,7 +24,7 @@ struct Examination<'a> {
 /// As [`rhytid::formats::project::read`]: what cannot be read cannot be examined.
 pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
     inputs::project(&args.project, "rhytid doctor FACE.toml")?;
-    let face = rhytid::formats::project::read(&args.project)?;
+    let face = rhytid::formats::project::read(&args.project, args.elsewhere.reach())?;
     let report = rhytid::solve::examine(&face);
     let count = |severity| report.findings.iter().filter(|f| f.severity == severity).count();
     let examination = Examination {

@@ -18,7 +18,7 @@ const NAMED: usize = 4;
 pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
     inputs::project(&args.project, "rhytid evaluate FACE.toml")?;
     let device = inputs::named_device(&args.device)?;
-    let face = ui.timed("read", || project::read(&args.project)).0?;
+    let face = ui.timed("read", || project::read(&args.project, args.elsewhere.reach())).0?;
     // Before the solve, so that a mistake is told at once.
     let meshes = args
         .truth
@@ -35,8 +35,14 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
         };
         let truth = match (meshes, &args.take) {
             (Some(meshes), Some(take)) => {
-                let take =
-                    inputs::take(take, rig, args.missing, args.setup.as_deref(), &TakeSpace::default(), ui)?;
+                let take = inputs::take(
+                    take,
+                    rig,
+                    args.missing,
+                    (args.setup.as_deref(), args.elsewhere.reach()),
+                    &TakeSpace::default(),
+                    ui,
+                )?;
                 let frames = args.truth_frames.as_ref().map(|path| tables::read_frames(path, take.frames()));
                 Some(Truth::new(meshes, frames.transpose()?, take)?)
             }

@@ -34,7 +34,9 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     refuse_inputs(&[&table, &picture], read.chain(args.take.as_deref()))?;
     drop(AtomicFile::create(&table)?);
     drop(AtomicFile::create(&picture)?);
-    let mut face = ui.timed("read", || project::load_without_handles(&project, &args.project)).0?;
+    let mut face = ui
+        .timed("read", || project::load_without_handles(&project, &args.project, args.elsewhere.reach()))
+        .0?;
     let millimetres = face.metres_per_unit * 1e3;
     let lines = match &args.take {
         Some(take) => {

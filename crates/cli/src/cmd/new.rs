@@ -4,7 +4,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, place_handles};
 use rhytid::formats::project::{self, Units};
-use rhytid::formats::{FileKind, mesh, raw_take, tables};
+use rhytid::formats::{FileKind, Reach, mesh, named_file, raw_take, tables};
 use rhytid::human;
 use rhytid::solve::{Severity, Skin, examine};
 use rhytid::{Error, Example, Face, Handles, Mesh, RawTake, Result, Settings, UpAxis};
@@ -35,8 +35,9 @@ const HANDLES: usize = 90;
 /// [`Error::Input`] if the folder has a project already, or of the files; [`Error::Io`].
 pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     inputs::expect(&args.neutral, &[FileKind::Mesh, FileKind::Gltf], "rhytid new NEUTRAL.obj -o FOLDER")?;
-    let project = args.output.join("face.toml");
-    let table = args.output.join("markers.csv");
+    let folder = args.output.as_deref().or(args.neutral.parent()).unwrap_or(Path::new(""));
+    let project = folder.join("face.toml");
+    let table = folder.join("markers.csv");
     for file in [&project, &table] {
         if file.exists() {
             return Err(Error::input(format!(
@@ -64,14 +65,19 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     };
     let (face, placed) = ui.timed("place handles", || placed(face, raw.as_ref())).0?;
 
-    std::fs::create_dir_all(&args.output).map_err(Error::io(&args.output))?;
+    if !folder.as_os_str().is_empty() {
+        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    }
     let distances: Option<Vec<f64>> =
         placed.as_ref().map(|placed| placed.iter().map(|d| d * face.metres_per_unit * 1e3).collect());
     tables::write_handles(&table, &face.handles, distances.as_deref())?;
     let doubtful: Vec<bool> = distances.iter().flatten().map(|distance| *distance > 8.0).collect();
     rhytid::report::write_handles(&table.with_extension("png"), &face, &doubtful, &[])?;
-    let text = project_text(args, &face, &examples, unit_name)?;
-    project::parse(&text, &project.display().to_string())?;
+    let text = project_text(args, folder, &face, &examples, unit_name)?;
+    let parsed = project::parse(&text, &project.display().to_string())?;
+    let files = [&parsed.mesh.neutral].into_iter().chain(parsed.examples.iter().map(|example| &example.mesh));
+    let is_elsewhere = |file: &PathBuf| named_file(&project, file, "", Reach::Below).is_err();
+    let elsewhere = if files.into_iter().any(is_elsewhere) { " --allow-elsewhere" } else { "" };
     output::file(&project, text.as_bytes())?;
     ui.clear();
     for finding in examine(&face).findings.iter().filter(|finding| finding.severity > Severity::Note) {
@@ -80,12 +86,12 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     if ui.is_quiet() {
         return Ok(());
     }
-    say(args, &face, unit_name, &left_out, take.as_deref(), distances.as_deref())
+    say((folder, elsewhere), &face, unit_name, &left_out, take.as_deref(), distances.as_deref())
 }
 
 /// What was decided, and what comes next.
 fn say(
-    args: &args::New,
+    (folder, elsewhere): (&Path, &str),
     face: &Face,
     unit: &str,
     left_out: &[PathBuf],
@@ -123,18 +129,18 @@ fn say(
                 face.handles.labels.len(),
                 take.display(),
                 median,
-                args.output.join("markers.png").display()
+                folder.join("markers.png").display()
             ),
             _ => format!("{}, spread over the face: no take was found", face.handles.labels.len()),
         },
     ));
     let [project, rig] =
-        ["face.toml", "face.safetensors"].map(|name| args.output.join(name).display().to_string());
+        ["face.toml", "face.safetensors"].map(|name| folder.join(name).display().to_string());
     let take = take.map_or_else(|| "TAKE.csv".to_owned(), |take| take.display().to_string());
     output::say(&format!(
-        "{project}: a project, made\n{}\nNext:\n  rhytid solve {project} -o {rig}\n  rhytid animate {rig} {take} -o {}",
+        "{project}: a project, made\n{}\nNext:\n  rhytid solve {project}{elsewhere} -o {rig}\n  rhytid animate {rig} {take} -o {}",
         output::table(&rows),
-        args.output.join("face.usd").display()
+        folder.join("face.usd").display()
     ))
 }
 
@@ -225,11 +231,12 @@ fn placed(mut face: Face, raw: Option<&RawTake>) -> Result<(Face, Option<Vec<f64
 /// The project file with a comment at each choice.
 fn project_text(
     args: &args::New,
+    folder: &Path,
     face: &Face,
     examples: &[(PathBuf, Example)],
     unit: &str,
 ) -> Result<String> {
-    let quoted = |path: &Path| toml_text(&relative(&args.output, path));
+    let quoted = |path: &Path| toml_text(&relative(folder, path));
     let unit = if unit.parse::<f64>().is_ok() { unit.to_owned() } else { format!("{unit:?}") };
     let up = if face.up_axis == UpAxis::Y { "y" } else { "z" };
     let mut text = format!(
@@ -257,7 +264,7 @@ fn project_text(
 /// A text in TOML; in single quotes where it can be, so that backslashes are what they are.
 fn toml_text(text: &str) -> String {
     if text.contains('\'') || text.contains(char::is_control) {
-        format!("{text:?}")
+        toml::Value::from(text).to_string()
     } else {
         format!("'{text}'")
     }

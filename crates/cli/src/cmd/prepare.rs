@@ -25,7 +25,7 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
         )));
     }
     let outputs: Vec<&Path> = std::iter::once(&*args.output).chain(args.write_markers.as_deref()).collect();
-    let setup = args.known.clone().or(inputs::setup(args.setup.as_deref())?);
+    let setup = args.known.clone().or(inputs::setup(args.setup.as_deref(), args.elsewhere.reach())?);
     let tables = [&args.setup, &setup.markers].into_iter().filter_map(Option::as_deref);
     refuse_inputs(&outputs, [&*args.raw, &args.rig].into_iter().chain(tables))?;
     drop(AtomicFile::create(&args.output)?);

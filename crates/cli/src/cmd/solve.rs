@@ -3,7 +3,7 @@
 use super::doctor;
 use crate::progress::{Ui, timed};
 use crate::{args, inputs, memory, output};
-use rhytid::formats::{project, refuse_inputs};
+use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::human;
 use rhytid::playback::{ComesBack, comes_back};
 use rhytid::solve::{Account, Candidate, FreePart, Report, Severity};
@@ -39,7 +39,7 @@ pub(super) struct Solved {
 /// # Errors
 /// As [`solve`].
 pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
-    let solved = solve(&args.project, &args.output, ui)?;
+    let solved = solve(&args.project, &args.output, args.elsewhere.reach(), ui)?;
     if ui.is_quiet() {
         return Ok(());
     }
@@ -71,12 +71,12 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading, from the doctor and from writing; [`Error::Cancelled`].
-pub(super) fn solve(path: &Path, output: &Path, ui: &Ui) -> Result<Solved> {
+pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result<Solved> {
     inputs::project(path, "rhytid solve FACE.toml -o FACE.safetensors")?;
     check_output(output)?;
     let files = project::files(&project::read_project(path)?, path);
     refuse_inputs(&[output], files.iter().map(PathBuf::as_path))?;
-    let (face, reading) = ui.timed("read", || project::read(path));
+    let (face, reading) = ui.timed("read", || project::read(path, reach));
     let face = face?;
     let (report, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
     show(&report, ui)?;

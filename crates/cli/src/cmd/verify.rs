@@ -25,7 +25,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid verify OUT --rig RIG --take TAKE")?;
     let device = inputs::named_device(&args.device)?;
     let file = args.file.display();
-    let mut reader = animation::open(&args.file)?;
+    let mut reader = animation::open_within(&args.file, args.elsewhere.reach())?;
     let fail = |what: String| Err(Error::input(format!("{file}: {what}")));
     let Some(provenance) = reader.summary().provenance.clone() else {
         return fail("does not say how it was made; export it again with this program".into());
@@ -41,7 +41,14 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             args.rig.display()
         ));
     }
-    let take = inputs::take(&args.take, &rig, request.missing, args.setup.as_deref(), &args.space, ui)?;
+    let take = inputs::take(
+        &args.take,
+        &rig,
+        request.missing,
+        (args.setup.as_deref(), args.elsewhere.reach()),
+        &args.space,
+        ui,
+    )?;
     let summary = reader.summary().clone();
     let range = request.frames.within(take.frames())?;
     let selection = Selection::new(take, range, request.fps, summary.velocities)?;

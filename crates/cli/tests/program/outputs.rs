@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 use crate::common::{Fixture, assert_refused, list};
+use rhytid::formats::{Reach, animation::open_within};
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -135,7 +136,7 @@ fn started(f: &Fixture, args: &str) -> Child {
 
 /// Whether what is in `out/` is `names` files, the first of which can be read from its first to its last frame.
 fn frames(f: &Fixture, name: &str) -> usize {
-    let mut animation = rhytid::formats::animation::open(&f.path(name)).unwrap();
+    let mut animation = open_within(&f.path(name), Reach::Anywhere).unwrap();
     let frames = animation.summary().frames;
     let mut positions = Vec::new();
     for frame in 0..frames {

@@ -21,7 +21,7 @@ fn a_raw_take_finds_its_vertices() {
     let folder = raw.folder.path();
     project(folder);
     let [face, take] = ["face.toml", "raw.trc"].map(|name| raw.path(name).display().to_string());
-    let output = rhytid(&format!("handles {face} {take} --frame 0")).output().unwrap();
+    let output = rhytid(&format!("handles {face} {take} --frame 0 --allow-elsewhere")).output().unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(said.contains("cap0, cap1, cap2, cap3: off the skin") && said.contains("markers.png"), "{said}");
@@ -47,7 +47,7 @@ fn a_raw_take_finds_its_vertices() {
 
     // A table that is there is not touched, and mistakes are named.
     let refused = |command: &str, expected: &str| {
-        let output = rhytid(&format!("handles {command}")).output().unwrap();
+        let output = rhytid(&format!("handles {command} --allow-elsewhere")).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{command}");
         assert!(stderr(&output).contains(expected), "{command}: {}", stderr(&output));
     };
@@ -64,7 +64,9 @@ fn handles_are_spread_evenly_on_both_sides() {
     let raw = Raw::new();
     project(raw.folder.path());
     let [face, table] = ["face.toml", "spread.csv"].map(|name| raw.path(name).display().to_string());
-    let output = rhytid(&format!("handles {face} --count 40 -o {table} --at tip=7")).output().unwrap();
+    let output = rhytid(&format!("handles {face} --count 40 -o {table} --at tip=7 --allow-elsewhere"))
+        .output()
+        .unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
     let handles = tables::read_handles(Path::new(&table)).unwrap();
     assert!((40..=41).contains(&handles.labels.len()), "{}", handles.labels.len());
@@ -218,7 +220,7 @@ fn another_actors_capture_animates_a_head_that_nobody_prepared() {
                 && said.contains(&format!("{markers}, from")),
             "{said}"
         );
-        done(&format!("solve {face}/face.toml -o {face}/face.safetensors"));
+        done(&format!("solve {face}/face.toml --allow-elsewhere -o {face}/face.safetensors"));
         let animate = format!("animate {face}/face.safetensors {take} -o {face}/face.usd --device cpu");
         let output = rhytid(&format!("{animate} --frames {frames}")).output().unwrap();
         let warned = stderr(&output);

@@ -22,6 +22,7 @@ mod checked;
 use crate::animation_reader::AnimationReader;
 use crate::export::{Exporter, Options, Scene, Shapes, Written};
 use crate::gltf::write::{self as gltf, Kind};
+use crate::named_file::Reach;
 use crate::usd::{read, write as usd};
 use checked::Checked;
 use rhytid_core::{Error, Progress, Result};
@@ -111,14 +112,23 @@ pub fn write_shapes(
     }
 }
 
-/// Opens the animation in the format that the extension of `path` names.
+/// Opens the animation in the format that the extension of `path` names. Its parts, where it has been stitched, are below
+/// its folder.
 ///
 /// # Errors
 /// [`Error::Input`] if the extension is of no known format, the file is damaged, or it holds anything
 /// but one animated mesh; [`Error::Io`].
 pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
+    open_within(path, Reach::Below)
+}
+
+/// As [`open`], with the parts within `reach`.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_within(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>> {
     match Format::of(path)? {
-        Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path),
+        Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach),
         Format::Glb | Format::Gltf => crate::gltf::read::open(path),
     }
 }

@@ -1,8 +1,9 @@
 //! Groups of vertices, as DCC tools write them into OBJ files: `g NAME` before the faces of each.
 
-use super::like::read_mesh_like;
+use super::like::like;
 use super::obj;
-use rhytid_core::{Error, Mesh, Result};
+use super::read::{Format, decode};
+use rhytid_core::{Error, Mesh, Result, input_file};
 use std::path::Path;
 
 /// The groups of an OBJ file in the order of their names, each with its vertices, ascending: those of its faces. The mesh in the
@@ -15,8 +16,8 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
         return Err(fault("groups are read from .obj; export the mesh with its groups in this format"));
     }
-    let mesh = read_mesh_like(neutral, neutral_path, path)?;
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
+    let mesh = like(decode(&bytes, Format::Obj, &path.display().to_string())?, neutral, neutral_path, path)?;
     let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
     // Those that the next face is in, and its vertices. A face stands on one statement.
     let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), mesh.faces.iter());

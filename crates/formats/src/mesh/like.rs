@@ -10,12 +10,11 @@ use std::path::Path;
 /// # Errors
 /// As [`super::read()`], and [`Error::Input`] if the number of vertices differs or a face joins others.
 pub fn read_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<[f64; 3]>> {
-    Ok(read_mesh_like(neutral, neutral_path, path)?.positions)
+    Ok(like(read(path)?, neutral, neutral_path, path)?.positions)
 }
 
-/// The same with all that is in the file.
-pub(super) fn read_mesh_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Mesh> {
-    let mesh = read(path)?;
+/// `mesh`, which was read from `path`, if it is like the neutral.
+pub(super) fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Mesh> {
     let (path, like) = (path.display(), neutral_path.display());
     let cure = "an example needs the neutral's vertices in the same order: export both from the same mesh, without \
                 merging, splitting or reordering vertices";

@@ -2,7 +2,7 @@
 
 use super::check::check;
 use super::{gltf, obj, ply};
-use rhytid_core::{Error, Mesh, Result};
+use rhytid_core::{Error, Mesh, Result, input_file};
 use std::path::Path;
 
 /// The formats that [`read`] knows.
@@ -44,7 +44,7 @@ impl Format {
 /// [`Error::Input`] if the extension is unknown or the file is not a valid mesh (see [`check`]); [`Error::Io`].
 pub fn read(path: &Path) -> Result<Mesh> {
     let format = Format::of(path)?;
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let name = path.display().to_string();
     let folder = path.parent().unwrap_or(Path::new(""));
     decode_with(&bytes, format, &name, &|uri| gltf::read_beside(folder, uri, &name))

@@ -1,25 +1,26 @@
 //! A [`Project`] and the files it names to a [`Face`].
 use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
+use crate::named_file::{Reach, named_file};
 use crate::tables::text::{did_you_mean, quoted};
 use crate::{mesh, tables};
 use rayon::prelude::*;
 use rhytid_core::{Error, Example, Face, Handles, Mesh, Pins, Result, Settings, StrainEdges};
 use std::path::{Path, PathBuf};
 
-/// Reads everything that `project` names. `path` is the project file: paths are relative to its folder, and it
-/// is named in errors.
+/// Reads everything that `project` names within `reach`. `path` is the project file: paths are relative to its folder, and
+/// it is named in errors.
 ///
 /// # Errors
-/// [`Error::Input`]: a file that does not exist, whatever the readers of meshes, handles and strain edges find
+/// [`Error::Input`]: a file that does not exist or is out of reach, whatever the readers of meshes, handles and strain edges find
 /// wrong, an example that does not match the neutral, a handle past the neutral's last vertex. [`Error::Io`].
-pub fn load(project: &Project, path: &Path) -> Result<Face> {
-    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral")?;
-    let handles_path = existing(path, &project.handles.vertices, "[handles] vertices")?;
-    let mut face = load_without_handles(project, path)?;
+pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
+    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
+    let handles_path = existing(path, &project.handles.vertices, "[handles] vertices", reach)?;
+    let mut face = load_without_handles(project, path, reach)?;
     face.handles = tables::read_handles(&handles_path)?;
     check_vertices(&face.handles, &handles_path, face.neutral.positions.len(), &neutral_path)?;
     if let Edges::File(edges) = &project.strain.edges {
-        let edges_path = existing(path, edges, "[strain] edges")?;
+        let edges_path = existing(path, edges, "[strain] edges", reach)?;
         face.settings.strain_edges =
             StrainEdges::Given(tables::read_strain_edges(&edges_path, &face.handles.labels)?);
     }
@@ -30,13 +31,13 @@ pub fn load(project: &Project, path: &Path) -> Result<Face> {
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_without_handles(project: &Project, path: &Path) -> Result<Face> {
-    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral")?;
+pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
+    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
     let neutral = mesh::read(&neutral_path)?;
 
     let read_example = |example: &ExampleSection| {
         let key = format!("[[example]] {:?}: mesh", example.name);
-        let example_path = existing(path, &example.mesh, &key)?;
+        let example_path = existing(path, &example.mesh, &key, reach)?;
         let positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
         Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
     };
@@ -46,7 +47,7 @@ pub fn load_without_handles(project: &Project, path: &Path) -> Result<Face> {
 
     let pins = Pins {
         auto: project.pins.auto,
-        vertices: pinned_vertices(&project.pins, path, &neutral, &neutral_path)?,
+        vertices: pinned_vertices(&project.pins, path, &neutral, &neutral_path, reach)?,
     };
     let stem = || path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     Ok(Face {
@@ -85,10 +86,16 @@ pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
 }
 
 /// The vertices that the section names, ascending.
-fn pinned_vertices(pins: &PinsSection, path: &Path, neutral: &Mesh, neutral_path: &Path) -> Result<Vec<u32>> {
+fn pinned_vertices(
+    pins: &PinsSection,
+    path: &Path,
+    neutral: &Mesh,
+    neutral_path: &Path,
+    reach: Reach,
+) -> Result<Vec<u32>> {
     let mut pinned = Vec::new();
     if let Some(file) = &pins.vertices {
-        let file = existing(path, file, "[pins] vertices")?;
+        let file = existing(path, file, "[pins] vertices", reach)?;
         pinned.extend(tables::read_vertices(&file, neutral.positions.len())?);
     }
     let refused =
@@ -130,17 +137,17 @@ fn pinned_vertices(pins: &PinsSection, path: &Path, neutral: &Mesh, neutral_path
     Ok(pinned)
 }
 
-/// `file` as seen from the project file, if it is there.
-fn existing(project: &Path, file: &Path, key: &str) -> Result<PathBuf> {
-    let path = project.parent().unwrap_or(Path::new("")).join(file);
-    let complaint = match path.metadata() {
-        Ok(metadata) if metadata.is_dir() => "is a folder, expected a file",
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            "does not exist; paths are relative to the project file"
-        }
-        _ => return Ok(path),
-    };
-    Err(Error::input(format!("{}: {key} names {}, which {complaint}", project.display(), path.display())))
+/// `file` as seen from the project file, if it is there and within reach.
+fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<PathBuf> {
+    let path = named_file(project, file, key, reach)?;
+    match path.metadata() {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::input(format!(
+            "{}: {key} names {}, which does not exist; paths are relative to the project file",
+            project.display(),
+            path.display()
+        ))),
+        _ => Ok(path),
+    }
 }
 
 fn check_vertices(handles: &Handles, path: &Path, count: usize, neutral: &Path) -> Result<()> {

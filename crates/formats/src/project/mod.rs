@@ -12,16 +12,17 @@ pub use sections::{
     Method, PinsSection, Project, StrainSection, Units,
 };
 
+use crate::named_file::Reach;
 use crate::tables::write_checked;
-use rhytid_core::{Error, Face, Result};
+use rhytid_core::{Error, Face, Result, input_file};
 use std::path::Path;
 
-/// Reads a project file and everything it names.
+/// Reads a project file and everything it names within `reach`.
 ///
 /// # Errors
 /// [`Error::Input`] as of [`parse()`] and [`load()`]; [`Error::Io`].
-pub fn read(path: &Path) -> Result<Face> {
-    load(&read_project(path)?, path)
+pub fn read(path: &Path, reach: Reach) -> Result<Face> {
+    load(&read_project(path)?, path, reach)
 }
 
 /// Reads a project file alone, not what it names.
@@ -29,7 +30,7 @@ pub fn read(path: &Path) -> Result<Face> {
 /// # Errors
 /// [`Error::Input`] as of [`parse()`]; [`Error::Io`].
 pub fn read_project(path: &Path) -> Result<Project> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     let name = path.display().to_string();
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let line = crate::tables::text::line_of(&bytes, e.valid_up_to());

@@ -10,7 +10,7 @@ mod trc;
 mod units;
 
 use crate::take::{self, Missing};
-use rhytid_core::{Error, RawTake, Result};
+use rhytid_core::{Error, RawTake, Result, input_file};
 use std::io::Read;
 use std::path::Path;
 
@@ -32,7 +32,7 @@ enum Kind {
 /// [`Error::Input`]: a file that is damaged or cut short before its first frame, has no frames or no markers, or says
 /// nothing of its rate; a `rate` that is none. [`Error::Io`].
 pub fn read(path: &Path, rate: Option<f64>) -> Result<RawTake> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     decode(&bytes, &path.display().to_string(), rate)
 }
 

@@ -2,7 +2,7 @@
 use super::rows::Rows;
 use super::text::quoted;
 use super::write_checked;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, input_file};
 use std::path::Path;
 
 /// A handle and its marker.
@@ -23,7 +23,7 @@ pub struct MarkerRow {
 /// # Errors
 /// [`Error::Input`]: no such columns, no handle in a row, a handle or a marker that occurs twice. [`Error::Io`].
 pub fn read_markers(path: &Path) -> Result<Vec<(String, String)>> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     decode(&bytes, &path.display().to_string())
 }
 

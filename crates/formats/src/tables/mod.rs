@@ -4,7 +4,7 @@ pub(crate) mod rows;
 pub(crate) mod text;
 
 pub use markers::{MarkerRow, read_markers, write_markers};
-use rhytid_core::{AtomicFile, Error, Handles, Result};
+use rhytid_core::{AtomicFile, Error, Handles, Result, input_file};
 use rows::Rows;
 use std::collections::HashMap;
 use std::io::Write;
@@ -24,7 +24,7 @@ const DISTANCE: &str = "distance_mm";
 /// [`Error::Input`]: a header other than that, an empty label or one that occurs twice, a vertex that is not a
 /// whole number, no rows at all. [`Error::Io`].
 pub fn read_handles(path: &Path) -> Result<Handles> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     decode_handles(&bytes, &path.display().to_string())
 }
 
@@ -82,7 +82,7 @@ pub fn read_frames(path: &Path, frames: usize) -> Result<Vec<usize>> {
 
 /// Whole numbers below `count` from the column `name_of`; `last` says what the last of them is.
 fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<Vec<usize>> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     let name = path.display().to_string();
     let mut rows = Rows::open(&bytes, &name)?;
     let Some(column) = rows.header().iter().position(|cell| cell == name_of) else {
@@ -173,7 +173,7 @@ pub(crate) fn write_checked(
 /// [`Error::Input`]: a header other than that, an unknown label, an edge from a handle to itself, one that
 /// occurs twice (in either direction), no rows at all. [`Error::Io`].
 pub fn read_strain_edges(path: &Path, labels: &[String]) -> Result<Vec<[u32; 2]>> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     decode_strain_edges(&bytes, &path.display().to_string(), labels)
 }
 

@@ -11,7 +11,7 @@ use crate::tables::text::{listed, quoted};
 use crate::tables::write_checked;
 use cells::{in_frame, number, shown};
 use columns::{AXES, match_columns};
-use rhytid_core::{Error, RawTake, Result, Take};
+use rhytid_core::{Error, RawTake, Result, Take, input_file};
 use std::path::Path;
 
 pub use missing::Missing;
@@ -28,7 +28,7 @@ pub use missing::Missing;
 /// a time that does not increase; a cell that is not a number; a confidence that is not from 0 to 1; a marker that is
 /// missing from a frame, or with [`Missing::Hold`] from all frames; no frames. [`Error::Io`].
 pub fn read(path: &Path, wanted: Option<&[String]>, missing: Missing) -> Result<Take> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     decode(&bytes, &path.display().to_string(), wanted, missing)
 }
 

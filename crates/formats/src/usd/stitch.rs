@@ -8,6 +8,7 @@ use super::read::{Parts, clips, declarations, default_prim, open};
 use super::write::{CrateWriter, Encoding, LayerWriter, custom_data};
 use crate::animation_reader::{AnimationReader, Summary};
 use crate::companion::{self, Companion};
+use crate::named_file;
 use crate::outputs::refuse_inputs;
 use rhytid_core::{Error, Result};
 use std::ffi::OsStr;
@@ -130,7 +131,7 @@ fn layer(
 
 /// The folder that `path` is in, without links.
 fn folder_of(path: &Path) -> Result<PathBuf> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = named_file::folder_of(path);
     folder.canonicalize().map_err(Error::io(folder))
 }
 

@@ -1,5 +1,6 @@
 //! What every mistake in a project file is called, and in the files it names.
 use rhytid_core::{Bind, Error, StrainEdges, UpAxis};
+use rhytid_formats::Reach;
 use rhytid_formats::project::{parse, read};
 use std::path::Path;
 
@@ -244,7 +245,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn reading(folder: &Path) -> String {
-    match read(&folder.join("face.toml")) {
+    match read(&folder.join("face.toml"), Reach::Below) {
         Err(Error::Input(sentence)) => sentence,
         other => panic!("expected an input error, found {other:?}"),
     }
@@ -253,7 +254,7 @@ fn reading(folder: &Path) -> String {
 #[test]
 fn a_whole_project_becomes_a_face() {
     let folder = folder();
-    let face = read(&folder.path().join("face.toml")).unwrap();
+    let face = read(&folder.path().join("face.toml"), Reach::Below).unwrap();
     assert_eq!((face.name.as_str(), face.metres_per_unit, face.up_axis), ("face", 0.01, UpAxis::Y));
     assert_eq!((face.neutral.positions.len(), face.neutral.positions[2]), (4, [1.0, 1.0, 0.0]));
     assert_eq!((face.handles.labels, face.handles.vertices), (vec!["a".into(), "b".into()], vec![0, 2]));
@@ -271,7 +272,7 @@ fn choices_arrive_in_the_face() {
     let text = PROJECT.replace("neutral =", "name = \"Ada\"\nup = \"Z\"\nneutral =")
         + "bind = \"nearest\"\n[strain]\nedges = \"edges.csv\"\n[fine_scale]\nmax_influences = 3\n";
     std::fs::write(folder.path().join("face.toml"), text).unwrap();
-    let face = read(&folder.path().join("face.toml")).unwrap();
+    let face = read(&folder.path().join("face.toml"), Reach::Below).unwrap();
     assert_eq!((face.name.as_str(), face.up_axis), ("Ada", UpAxis::Z));
     assert_eq!((face.settings.bind, face.settings.max_influences), (Bind::Nearest, 3));
     assert_eq!(face.settings.strain_edges, StrainEdges::Given(vec![[1, 0]]));
@@ -333,7 +334,7 @@ fn an_example_with_another_vertex_count_is_named() {
 fn a_project_that_is_not_there_or_not_text_is_named() {
     let folder = folder();
     let path = folder.path().join("absent.toml");
-    assert!(matches!(read(&path), Err(Error::Io { path: p, .. }) if p == path));
+    assert!(matches!(read(&path, Reach::Below), Err(Error::Io { path: p, .. }) if p == path));
     std::fs::write(folder.path().join("face.toml"), b"[mesh]\n# caf\xe9\n").unwrap();
     assert!(
         reading(folder.path())

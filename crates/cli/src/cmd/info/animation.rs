@@ -1,8 +1,8 @@
 //! `rhytid info` of an animation.
 
 use super::shape::{row, up};
-use rhytid::formats::animation;
 use rhytid::formats::export::Provenance;
+use rhytid::formats::{Reach, animation};
 use rhytid::human;
 use rhytid::{Result, UpAxis};
 use serde::Serialize;
@@ -28,8 +28,8 @@ pub(super) struct AnimationInfo {
 }
 
 impl AnimationInfo {
-    pub(super) fn read(path: &Path) -> Result<Self> {
-        let reader = animation::open(path)?;
+    pub(super) fn read(path: &Path, reach: Reach) -> Result<Self> {
+        let reader = animation::open_within(path, reach)?;
         let summary = reader.summary();
         Ok(Self {
             name: summary.name.clone(),

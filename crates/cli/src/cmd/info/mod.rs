@@ -15,9 +15,9 @@ use animation::AnimationInfo;
 use project::ProjectInfo;
 use raw_take::RawTakeInfo;
 use report::ReportInfo;
-use rhytid::formats::{mesh, tables};
+use rhytid::formats::{Reach, mesh, tables};
 use rhytid::human;
-use rhytid::{Error, Handles, Result, rig_file};
+use rhytid::{Error, Handles, Result, input_file, rig_file};
 use rig::RigInfo;
 use serde::Serialize;
 use shape::{Shape, list, row};
@@ -76,7 +76,11 @@ struct SetupInfo {
 /// [`Error::Input`] if the file is not whole or of no known kind; [`Error::Io`].
 pub(super) fn run(args: &args::Info) -> Result<()> {
     let file_bytes = std::fs::metadata(&args.file).map_err(Error::io(&args.file))?.len();
-    let info = Info { file: args.file.display().to_string(), file_bytes, content: read(&args.file)? };
+    let info = Info {
+        file: args.file.display().to_string(),
+        file_bytes,
+        content: read(&args.file, args.elsewhere.reach())?,
+    };
     if args.json {
         return output::json(&info);
     }
@@ -101,17 +105,17 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
     output::say(&format!("{title}\n{}", output::table(&rows)))
 }
 
-fn read(path: &Path) -> Result<Content> {
+fn read(path: &Path, reach: Reach) -> Result<Content> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     Ok(match ending.as_str() {
-        "usd" | "usda" | "usdc" | "usdz" => match AnimationInfo::read(path) {
+        "usd" | "usda" | "usdc" | "usdz" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             Err(error) => match ShapesInfo::read(path) {
                 Ok(shapes) => Content::Shapes(shapes),
                 Err(_) => return Err(error),
             },
         },
-        "glb" | "gltf" => match AnimationInfo::read(path) {
+        "glb" | "gltf" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // A mesh, or damaged, which its reader says better.
             Err(_) => Content::Mesh(Shape::of(&mesh::read(path)?)),
@@ -132,11 +136,11 @@ fn read(path: &Path) -> Result<Content> {
         "csv" if rhytid::formats::raw_take::is_take_csv(path) => Content::Take(TakeInfo::read(path)?),
         "csv" | "c3d" | "trc" | "tsv" => Content::RawTake(RawTakeInfo::read(path)?),
         "toml" if is_setup(path) => {
-            let setup = Setup::read(path)?;
+            let setup = Setup::read(path, reach)?;
             setup.clean_up()?;
             Content::Setup(SetupInfo { keys: setup_keys(path)? })
         }
-        "toml" => Content::Project(ProjectInfo::of(rhytid::formats::project::read(path)?)),
+        "toml" => Content::Project(ProjectInfo::of(rhytid::formats::project::read(path, reach)?)),
         _ => {
             return Err(Error::input(format!(
                 "{}: expected a mesh (.obj, .ply, .glb, .gltf), an animation (.usd, .usda, .usdc, .usdz, .glb, .gltf), a rig \
@@ -156,7 +160,8 @@ fn is_setup(path: &Path) -> bool {
 
 /// The keys at the top of a TOML file.
 fn setup_keys(path: &Path) -> Result<Vec<String>> {
-    let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
+    let text = String::from_utf8_lossy(&bytes);
     let table: toml::Table =
         text.parse().map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
     Ok(table.keys().cloned().collect())

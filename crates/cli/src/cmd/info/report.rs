@@ -2,7 +2,7 @@
 
 use super::shape::row;
 use rhytid::human;
-use rhytid::{Error, Result};
+use rhytid::{Error, Result, input_file};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -34,7 +34,7 @@ pub(super) struct ReportInfo {
 
 impl ReportInfo {
     pub(super) fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
         let refused = |what: String| Error::input(format!("{}: {what}", path.display()));
         let top: Map<String, Value> = serde_json::from_slice(&bytes)
             .map_err(|error| refused(format!("is no JSON object, as Rhytid's reports are: {error}")))?;

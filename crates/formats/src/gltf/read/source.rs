@@ -1,8 +1,9 @@
 //! A file's JSON and its numbers, of which no more is read than is asked for.
 
+use crate::named_file::{folder_of, is_below};
 use ::gltf::json::Root;
 use percent_encoding::percent_decode_str;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, input_file};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -25,17 +26,26 @@ pub(super) fn open(path: &Path) -> Result<(Root, Source)> {
     if length >= 4 && whole.read(0, 4, "its first bytes")? == b"glTF" {
         return glb(whole);
     }
+    if length > input_file::LARGEST_MESH_OR_TAKE {
+        return Err(whole.fault("is far too large for the JSON of a .gltf".into()));
+    }
     let json = whole.read(0, length, "its JSON")?;
     let root = root(&json, path)?;
     let bin = beside(&root, path)?;
-    let file = File::open(&bin).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => Error::input(format!(
-            "{}: keeps its numbers in {}, which does not exist; put the two files together again",
-            path.display(),
-            bin.display()
-        )),
-        _ => Error::io(&bin)(error),
-    })?;
+    let wrong = |what: &str| {
+        Err(Error::input(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display())))
+    };
+    match bin.metadata() {
+        Ok(found)
+            if found.is_file()
+                && is_below(folder_of(path), Path::new(bin.file_name().unwrap_or_default())) => {}
+        Ok(_) => return wrong("which is no file beside it; put the two files together again"),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            return wrong("which does not exist; put the two files together again");
+        }
+        Err(error) => return Err(Error::io(&bin)(error)),
+    }
+    let file = File::open(&bin).map_err(Error::io(&bin))?;
     Ok((root, Source::whole(file, &bin)?))
 }
 

@@ -1,11 +1,15 @@
 //! The buffers of a glTF document.
 
+use crate::named_file::is_below;
 use ::gltf::json::Root;
 use base64::Engine;
 use percent_encoding::percent_decode_str;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, input_file};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::io::ErrorKind;
 use std::path::Path;
+use std::rc::Rc;
 
 /// Fetches what a relative URI refers to.
 pub(in super::super) type External<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>>;
@@ -13,7 +17,7 @@ pub(in super::super) type External<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>>;
 /// The bytes of every buffer of a document.
 pub(super) struct Buffers {
     /// `None` where the document names no source: a placeholder that an unsupported extension would fill.
-    buffers: Vec<Option<Vec<u8>>>,
+    buffers: Vec<Option<Rc<[u8]>>>,
     /// All of them together, in bytes.
     pub total: u64,
 }
@@ -25,28 +29,37 @@ impl Buffers {
         name: &str,
         external: External<'_>,
     ) -> Result<Self> {
-        let mut buffers = Vec::new();
+        let mut buffers: Vec<Option<Rc<[u8]>>> = Vec::new();
+        // Each is read once, however many buffers it is.
+        let mut files: HashMap<&str, Rc<[u8]>> = HashMap::new();
+        let mut total = 0;
         for (i, buffer) in root.buffers.iter().enumerate() {
+            let mut counted = |bytes: Vec<u8>| {
+                total += bytes.len() as u64;
+                Rc::<[u8]>::from(bytes)
+            };
             let data = match &buffer.uri {
-                Some(uri) if uri.starts_with("data:") => Some(data_uri(uri).ok_or_else(|| {
+                Some(uri) if uri.starts_with("data:") => Some(counted(data_uri(uri).ok_or_else(|| {
                     Error::input(format!(
                         "{name}: buffer {i} is not valid base64 data; the file may be cut short or damaged"
                     ))
-                })?),
-                Some(uri) => Some(external(uri)?),
+                })?)),
+                Some(uri) => Some(match files.entry(uri) {
+                    Entry::Occupied(entry) => Rc::clone(entry.get()),
+                    Entry::Vacant(entry) => Rc::clone(entry.insert(counted(external(uri)?))),
+                }),
                 // The first buffer without a source is a GLB's own second half.
-                None if i == 0 => blob.take(),
+                None if i == 0 => blob.take().map(counted),
                 None => None,
             };
             let expected = buffer.byte_length.0;
-            if let Some(found) = data.as_ref().map(Vec::len).filter(|&n| (n as u64) < expected) {
+            if let Some(found) = data.as_ref().map(|data| data.len()).filter(|&n| (n as u64) < expected) {
                 return Err(Error::input(format!(
                     "{name}: buffer {i} has {found} bytes, expected {expected}; it is cut short"
                 )));
             }
             buffers.push(data);
         }
-        let total = buffers.iter().flatten().map(|b| b.len() as u64).sum();
         Ok(Self { buffers, total })
     }
 
@@ -86,15 +99,21 @@ pub(in super::super) fn read_beside(folder: &Path, uri: &str, name: &str) -> Res
             "{name}: keeps its numbers at {uri}, expected a file beside it; download it and save the mesh as GLB"
         )));
     }
-    let file = folder.join(&*percent_decode_str(uri).decode_utf8_lossy());
-    std::fs::read(&file).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => Error::input(format!(
-            "{name}: keeps its numbers in {}, which does not exist; put the two files together again or save \
-             the mesh as GLB",
-            file.display()
-        )),
-        _ => Error::io(&file)(error),
-    })
+    let decoded = percent_decode_str(uri).decode_utf8_lossy();
+    let file = folder.join(&*decoded);
+    let wrong =
+        |what: &str| Err(Error::input(format!("{name}: keeps its numbers in {}, {what}", file.display())));
+    if !is_below(folder, Path::new(&*decoded)) {
+        return wrong("expected a file beside it or below; put it there or save the mesh as GLB");
+    }
+    match file.metadata() {
+        Ok(found) if found.is_file() => input_file::read(&file, input_file::LARGEST_MESH_OR_TAKE),
+        Ok(_) => wrong("which is no file; save the mesh as GLB"),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            wrong("which does not exist; put the two files together again or save the mesh as GLB")
+        }
+        Err(error) => Err(Error::io(&file)(error)),
+    }
 }
 
 fn data_uri(uri: &str) -> Option<Vec<u8>> {

@@ -18,11 +18,12 @@ mod source;
 mod text;
 
 use crate::animation_reader::AnimationReader;
+use crate::named_file::{Reach, named_file};
 use animation::Animation;
 use clips::{Clips, undeclared};
 use lookup::provenance;
 use rhytid_core::{Error, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub(super) use clips::{clips, declarations};
 pub(super) use lookup::default_prim;
@@ -38,18 +39,18 @@ pub fn decode_animation(bytes: Vec<u8>, name: &str) -> Result<Box<dyn AnimationR
     Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned())?))
 }
 
-/// Opens the animation in the file `path`, whether it is in there or in parts that the file plays.
+/// Opens the animation in the file `path`, whether it is in there or in parts within `reach` that the file plays.
 ///
 /// # Errors
 /// [`Error::Input`] if a file is damaged or holds anything but one animated mesh; [`Error::Io`].
-pub fn open_animation(path: &Path) -> Result<Box<dyn AnimationReader>> {
+pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>> {
     let name = path.display().to_string();
     let opened = open(path)?;
     let Some(Clips { assets, manifest }) = clips(&opened.layer) else {
         return Ok(Box::new(Animation::new(opened, name)?));
     };
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let paths: Vec<_> = assets.iter().map(|asset| folder.join(asset)).collect();
+    let named = |asset: &str, what| named_file(path, Path::new(asset), what, reach);
+    let paths: Vec<PathBuf> = assets.iter().map(|asset| named(asset, "assetPaths")).collect::<Result<_>>()?;
     let parts = Parts::open(&paths)?;
     // The parts may have been written anew since, and so may the manifest, for a file that was renamed.
     let root = default_prim(&opened.layer);
@@ -58,7 +59,7 @@ pub fn open_animation(path: &Path) -> Result<Box<dyn AnimationReader>> {
             "{name}: its parts are others than when they were stitched; stitch them again"
         )));
     }
-    let manifest = folder.join(manifest);
+    let manifest = named(manifest, "manifestAssetPath")?;
     if !manifest.exists() {
         return Err(Error::input(format!(
             "{name}: its manifest {} is not there, without which USD plays the first part only; stitch the parts again",

@@ -3,9 +3,10 @@
 
 use crate::animation::{Animation, UvKind, with_everything};
 use rhytid_core::{Error, UpAxis};
+use rhytid_formats::animation::{open, open_within};
 use rhytid_formats::export::{HeadMotion, OutputStage, Word};
 use rhytid_formats::take::Missing;
-use rhytid_formats::{animation::open, usd};
+use rhytid_formats::{Reach, usd};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -284,7 +285,13 @@ fn the_parts_may_be_beside_or_above_the_output() {
     for output in ["parts/stitched.usda", "out/deep/stitched.usda"] {
         let output = folder.path().join(output);
         usd::stitch(&paths, &output).unwrap();
-        assert_eq!(open(&output).unwrap().summary().frames, FRAMES);
+        assert_eq!(open_within(&output, Reach::Anywhere).unwrap().summary().frames, FRAMES);
+        // What is above is read only when that is asked for.
+        let below = open(&output).map(|reader| reader.summary().frames).map_err(|error| error.to_string());
+        match output.starts_with(folder.path().join("parts")) {
+            true => assert_eq!(below, Ok(FRAMES)),
+            false => assert!(below.as_ref().is_err_and(|e| e.contains("--allow-elsewhere")), "{below:?}"),
+        }
         let text = std::fs::read_to_string(&output).unwrap();
         assert!(!text.contains(folder.path().to_str().unwrap()), "{text}");
     }

@@ -1,0 +1,108 @@
+//! Files that are read whole: none that never ends, none that cannot fit, none that changes meanwhile.
+
+use crate::{Error, Result, human};
+use std::fs::{File, Metadata};
+use std::io::Read;
+use std::path::Path;
+
+/// Bytes of the largest table, project, setup or report that is read.
+pub const LARGEST_TEXT: u64 = 1 << 28;
+
+/// Bytes of the largest mesh or take that is read: 4,000,000 vertices in OBJ are a sixteenth of it.
+pub const LARGEST_MESH_OR_TAKE: u64 = 1 << 33;
+
+/// Bytes of the largest rig, or array of frames, that is read.
+pub const LARGEST_RIG: u64 = 1 << 36;
+
+/// Reads a file, or a pipe to its end.
+///
+/// # Errors
+/// [`Error::Input`] if `path` is a folder or a device, there is more than `limit` bytes (of a file nothing is read then), or
+/// the file becomes shorter or longer while it is read; [`Error::Io`].
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    let wrong = |what: String| Err(Error::input(format!("{}: {what}", path.display())));
+    // Before it is opened, which for some devices does something.
+    let found = std::fs::metadata(path).map_err(Error::io(path))?;
+    if found.is_dir() {
+        return wrong("is a folder, expected a file; check the path".into());
+    }
+    if is_device(&found) {
+        return wrong("is a device, expected a file; check the path".into());
+    }
+    let file = File::open(path).map_err(Error::io(path))?;
+    let announced = file.metadata().map_err(Error::io(path))?;
+    let too_large = |has: String| {
+        wrong(format!("{has}, expected at most {}; is it what its name says?", human::bytes(limit)))
+    };
+    if announced.is_file() && announced.len() > limit {
+        return too_large(format!("has {}", human::bytes(announced.len())));
+    }
+    let mut bytes = Vec::new();
+    if announced.is_file() {
+        let reserved = bytes.try_reserve_exact(usize::try_from(announced.len()).unwrap_or(usize::MAX));
+        if reserved.is_err() {
+            let size = human::bytes(announced.len());
+            return wrong(format!("has {size}, more than the memory that is left; close other programs"));
+        }
+    }
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(Error::io(path))?;
+    let read = bytes.len() as u64;
+    match () {
+        () if announced.is_file() && read != announced.len() => wrong(format!(
+            "had {} bytes when it was opened, and {read} when it was read; wait until it is written, and try again",
+            announced.len()
+        )),
+        () if read > limit => too_large("goes on and on".into()),
+        () => Ok(bytes),
+    }
+}
+
+#[cfg(unix)]
+fn is_device(found: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    found.file_type().is_char_device() || found.file_type().is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_device(_: &Metadata) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_end_or_does_not_fit_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("face.obj");
+        std::fs::write(&path, "v 0 0 0\n").unwrap();
+        assert_eq!(read(&path, 8).unwrap(), b"v 0 0 0\n");
+        let said = |path: &Path, limit| read(path, limit).unwrap_err().to_string();
+        assert!(said(&path, 7).contains("has 8 bytes, expected at most 7 bytes"), "{}", said(&path, 7));
+        assert!(said(folder.path(), 7).contains("is a folder, expected a file"));
+        // Larger than any disk, and nothing of it is read.
+        File::options().write(true).open(&path).unwrap().set_len(1 << 42).unwrap();
+        assert!(said(&path, LARGEST_RIG).contains("expected at most"), "{}", said(&path, LARGEST_RIG));
+        #[cfg(unix)]
+        assert!(said(Path::new("/dev/zero"), 7).contains("is a device"));
+        #[cfg(target_os = "linux")]
+        assert!(said(Path::new("/proc/self/status"), 1 << 20).contains("had 0 bytes when it was opened"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_read_to_its_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("take.csv");
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        for (limit, is_read) in [(8, true), (7, false)] {
+            let writer = std::thread::spawn({
+                let path = path.clone();
+                move || std::fs::write(path, "time,a_x\n".get(..8).unwrap())
+            });
+            assert_eq!(read(&path, limit).is_ok(), is_read);
+            let _ = writer.join().unwrap();
+        }
+    }
+}
