@@ -80,7 +80,7 @@ fn a_project_names_files_elsewhere_only_if_the_user_says_so() {
         f.write("in/face.toml", project.replace(&format!("\"{name}"), &format!("\"../{name}")));
         for file in ["neutral.obj", "markers.csv", "poses"] {
             if !file.starts_with(name.trim_end_matches('/')) {
-                copy(&f.path(file), &f.path(&format!("in/{file}")));
+                copy(&f.path(file), &f.path(format!("in/{file}")));
             }
         }
         for command in ["solve in/face.toml -o rig.safetensors", "doctor in/face.toml", "info in/face.toml"] {
