@@ -40,7 +40,7 @@ pub use case::{Built, Case, Suite, cases, timing_case};
 pub use compare::{Difference, worst_difference};
 pub use must_pass::{check_must_pass, must_pass};
 pub use numbers::Numbers;
-pub use outcome::{Measured, Outcome, Verdict, device_label, kernel_name, stage_name};
+pub use outcome::{Measured, Outcome, StageName, Verdict, device_label, kernel_name, stage_name};
 pub use report::Report;
 pub use run::{ReferenceOf, run_case, run_case_against, stored};
 pub use suite::{

@@ -1,10 +1,10 @@
 //! The outcome of a case on a device, in one of five different words.
 use rhytid_core::{DeviceInfo, Stage};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
 /// The five words.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Verdict {
     /// Every number was within its rounding, and every repetition gave the same bits.
     Pass,
@@ -25,7 +25,7 @@ impl fmt::Display for Verdict {
 }
 
 /// How far a stage was from its reference, where it was farthest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The largest difference as a part of what is allowed there: at most 1 passes. Infinite where it is not a number.
     pub part_of_bound: f64,
@@ -39,8 +39,11 @@ pub struct Measured {
     pub mm: Option<f64>,
 }
 
+/// As [`stage_name`] has it. Written as `&'static str`, serde would want to borrow it from what is read.
+pub type StageName = &'static str;
+
 /// How one stage of one case went on one device; or one of the few other things that a suite looks at.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// As [`device_label`] has it, or a backend's name where it has no device.
     pub device: String,
@@ -51,7 +54,8 @@ pub struct Outcome {
     /// What failed, is not supported or was waived, in a sentence; empty for [`Verdict::Pass`].
     pub reason: String,
     /// The stage, where it is about one.
-    pub stage: Option<&'static str>,
+    #[serde(default, deserialize_with = "some_stage_name")]
+    pub stage: Option<StageName>,
     /// How near to its reference; `None` where nothing was compared.
     pub measured: Option<Measured>,
     /// Whether the case is one that every device can hold, so that [`Verdict::NotSupported`] is no excuse.
@@ -94,6 +98,16 @@ pub fn stage_name(stage: Stage) -> &'static str {
         Stage::Positions => "positions",
         Stage::Normals => "normals",
     }
+}
+
+pub(crate) fn read_stage_name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
+    let text = String::deserialize(from)?;
+    let name = Stage::ALL.map(stage_name).into_iter().find(|name| **name == text);
+    name.ok_or_else(|| serde::de::Error::custom(format!("there is no stage {text}")))
+}
+
+fn some_stage_name<'de, D: Deserializer<'de>>(from: D) -> Result<Option<&'static str>, D::Error> {
+    read_stage_name(from).map(Some)
 }
 
 /// The kernel that computes a stage.

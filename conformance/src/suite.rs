@@ -1,8 +1,9 @@
 //! A suite on a device.
 use crate::outcome::{Outcome, Verdict, device_label};
+use crate::outcome::{StageName, read_stage_name};
 use crate::{Case, Suite, cases, check_must_pass, run_canaries, run_case};
 use rhytid_core::{Device, DeviceInfo};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use wildmatch::WildMatch;
 
@@ -24,10 +25,11 @@ pub struct DeviceReport {
 }
 
 /// How long a stage takes for a frame.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageTime {
     /// As [`crate::stage_name`] has it.
-    pub stage: &'static str,
+    #[serde(deserialize_with = "read_stage_name")]
+    pub stage: StageName,
     /// Seconds of a frame.
     pub seconds: f64,
     /// Bytes that it has to move at least.

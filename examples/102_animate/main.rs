@@ -4,7 +4,7 @@
 //! cargo run --release -p rhytid-examples --example 102_animate -- face.usd
 //! ```
 use rhytid::formats::export::{Options, Provenance};
-use rhytid::playback::{Playback, PlaybackOptions, Selection, choose_devices};
+use rhytid::playback::{Guard, Playback, PlaybackOptions, Selection, choose_devices};
 use rhytid::solve::solve;
 use rhytid::{NoProgress, Result};
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ fn main() -> Result<()> {
 
     // Two seconds of it. Velocities would need the frames before and after: true in place of false.
     let selection = Selection::new(take, 0..48, None, false)?;
-    let devices = choose_devices("auto", &NoProgress)?.devices;
+    let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;
     let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
     // How it was made, in the file: `rhytid verify` would read it.
     let provenance = Provenance::default();

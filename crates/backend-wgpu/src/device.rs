@@ -72,12 +72,11 @@ impl Backend for Wgpu {
     type Session = WgpuSession;
 
     fn devices() -> Result<Vec<DeviceInfo>> {
-        Ok(adapters().iter().enumerate().map(|(index, adapter)| info(index, adapter)).collect())
+        Ok(adapters().iter().map(|(index, adapter)| info(*index, adapter)).collect())
     }
 
     fn open(device: &DeviceInfo) -> Result<Self> {
-        let found =
-            adapters().into_iter().enumerate().map(|(index, adapter)| (info(index, &adapter), adapter));
+        let found = adapters().into_iter().map(|(index, adapter)| (info(index, &adapter), adapter));
         let mut found = found.filter(|(info, _)| info == device);
         let (_, adapter) = found.next().ok_or_else(|| {
             let message = format!("there is no {} ({}) any more", device.name, device.driver);
@@ -106,9 +105,12 @@ fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     wgpu::Limits::default().or_worse_values_from(&adapter.limits())
 }
 
-/// What can run the kernels: GPUs before software, and Vulkan before the older APIs.
+/// OpenGL's devices count from here, so that none of them takes the place of another API's whose driver is broken.
+const OPENGL: usize = 8;
+
+/// What can run the kernels, with the place that it has in the list of all: GPUs before software.
 #[cfg(not(target_arch = "wasm32"))]
-fn adapters() -> Vec<wgpu::Adapter> {
+fn adapters() -> Vec<(usize, wgpu::Adapter)> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::all()));
     adapters.retain(|adapter| {
         let flags = adapter.get_downlevel_capabilities().flags;
@@ -117,21 +119,22 @@ fn adapters() -> Vec<wgpu::Adapter> {
     });
     adapters.sort_by_key(|adapter| {
         let info = adapter.get_info();
-        let kind = match info.device_type {
+        match info.device_type {
             wgpu::DeviceType::DiscreteGpu => 0,
             wgpu::DeviceType::IntegratedGpu => 1,
             wgpu::DeviceType::VirtualGpu => 2,
             wgpu::DeviceType::Other => 3,
             wgpu::DeviceType::Cpu => 4,
-        };
-        (kind, info.backend == wgpu::Backend::Gl)
+        }
     });
-    adapters
+    let (gl, newer): (Vec<_>, Vec<_>) =
+        adapters.into_iter().partition(|adapter| adapter.get_info().backend == wgpu::Backend::Gl);
+    newer.into_iter().enumerate().chain((OPENGL..).zip(gl)).collect()
 }
 
 /// A browser answers later: see [`Wgpu::request`].
 #[cfg(target_arch = "wasm32")]
-fn adapters() -> Vec<wgpu::Adapter> {
+fn adapters() -> Vec<(usize, wgpu::Adapter)> {
     Vec::new()
 }
 

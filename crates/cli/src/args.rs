@@ -238,6 +238,17 @@ Examples:
   rhytid man
   rhytid man ~/.local/share/man/man1")]
     Man(Man),
+
+    /// Look at drivers for another process of this program, which they cannot end then.
+    #[command(hide = true)]
+    Look(Look),
+}
+
+/// `rhytid look`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Look {
+    /// What to look at.
+    pub request: Vec<String>,
 }
 
 /// `rhytid solve`

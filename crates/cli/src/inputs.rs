@@ -1,6 +1,7 @@
 //! Inputs of several commands: a device, and a take with its setup.
 
 use crate::args::{MissingChoice, Setup, TakeSpace, UnitChoice};
+use crate::guard::guard;
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
 use rhytid::formats::take::{self, Missing};
@@ -17,7 +18,7 @@ const FEW_STEPS: usize = 10;
 /// # Errors
 /// As [`find_device`].
 pub(crate) fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
-    if wanted == "auto" { Ok(None) } else { find_device(wanted).map(Some) }
+    if wanted == "auto" { Ok(None) } else { find_device(wanted, guard()).map(Some) }
 }
 
 /// The processor, for what is soon done.
@@ -25,7 +26,7 @@ pub(crate) fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
 /// # Errors
 /// As [`find_device`].
 pub(crate) fn processor() -> Result<DeviceInfo> {
-    find_device("cpu:0")
+    find_device("cpu:0", guard())
 }
 
 /// The device that was named; else those that conform, the fastest first, which is said.
@@ -36,7 +37,7 @@ pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceIn
     if let Some(device) = named {
         return Ok(vec![device]);
     }
-    let chosen = choose_devices("auto", ui)?;
+    let chosen = choose_devices("auto", guard(), ui)?;
     ui.clear();
     if let Some(reason) = chosen.reason.filter(|_| !ui.is_quiet()) {
         ui.line(&format!("auto takes {reason}"));

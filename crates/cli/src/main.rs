@@ -4,6 +4,7 @@
 mod args;
 mod cmd;
 mod exit;
+mod guard;
 mod inputs;
 mod interrupt;
 mod memory;

@@ -125,7 +125,7 @@ impl BasisStorage {
 }
 
 /// What kind of processor is behind a device.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DeviceKind {
     /// A processor; behind a GPU's API it is a software driver.
@@ -145,7 +145,7 @@ pub enum DeviceKind {
 pub struct DeviceInfo {
     /// [`Backend::NAME`].
     pub backend: &'static str,
-    /// Counts from 0 within the backend.
+    /// Counts from 0 within the backend; OpenGL's devices in wgpu from 8, whatever other APIs have.
     pub index: usize,
     /// The device's own name.
     pub name: String,

@@ -1,42 +1,33 @@
 //! The choice of a device: one by its id, or `auto`, the fastest that passes the quick conformance suite.
 //!
-//! A processor behind a GPU's API comes after all others, the CPU backend among them: the two do the same work on the same
+//! A processor behind a GPU's API is not even tried where the processor itself passes: the two do the same work on the same
 //! cores about as fast, so that chance would choose between them, and with them between two roundings.
-//!
-//! `auto` tries a device once for each version of its driver and of this program, and caches the outcome in the user's cache
-//! folder.
 
-use etcetera::BaseStrategy;
-use rhytid_backends::Found;
-use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
-use rhytid_core::{AtomicFile, Device, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Stage};
-use serde::{Deserialize, Serialize};
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::time::Instant;
-
-/// Every device present; a backend whose driver fails is a warning, since the others still work.
-fn present() -> Vec<DeviceInfo> {
-    let Found { devices, failed } = rhytid_backends::devices();
-    for (backend, error) in failed {
-        log::warn!("the backend {backend} is left out: {error}");
-    }
-    devices
-}
+use crate::guard::Guard;
+use crate::trial::{Broken, Cache, Trial, cache_file, read_cache, try_guarded, write_cache};
+use crate::{listing, manifests};
+use rhytid_core::{DeviceErrorKind, DeviceInfo, Error, Progress, Result};
 
 /// The device with this id, or the first of a backend that is named alone.
 ///
 /// # Errors
 /// [`Error::Device`] lists those present: a device asked for and absent is never replaced by another.
-pub fn find_device(id: &str) -> Result<DeviceInfo> {
-    let first = format!("{id}:0");
-    let id = if id.contains(':') { id } else { &first };
-    if let Some(device) = rhytid_backends::find(id) {
-        return Ok(device);
-    }
-    let present = present();
-    let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();
+pub fn find_device(id: &str, guard: Guard) -> Result<DeviceInfo> {
     let backend = id.split(':').next().unwrap_or_default();
+    if let Some(found) = listing::list(backend, guard) {
+        let found = found.map_err(|error| Error::Device {
+            kind: DeviceErrorKind::Driver,
+            device: id.to_owned(),
+            message: listing::message_of(&error),
+        })?;
+        if let Some(device) = found.into_iter().find(|device| device.id() == id || device.backend == id) {
+            return Ok(device);
+        }
+    }
+    let found = listing::devices_but(guard, &[]);
+    warn(&found);
+    let present = found.devices;
+    let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();
     let left_out = rhytid_backends::LEFT_OUT.iter().find(|(name, _)| *name == backend);
     let hint = left_out.map(|(name, how)| format!("; this program was built without {name}: {how}"));
     Err(Error::Device {
@@ -59,78 +50,100 @@ pub struct Choice {
     pub reason: Option<String>,
 }
 
-/// The device with the id `wanted`; for `auto` those that pass the quick conformance suite, fastest first.
+/// The device with the id `wanted`; for `auto` those that pass the quick conformance suite, fastest first. A device is tried once
+/// for each version of its driver and of this program; the outcome is kept in the user's cache folder.
 ///
 /// # Errors
 /// As [`find_device`]; for `auto` [`Error::Device`] if none passes, and [`Error::Cancelled`].
-pub fn choose_devices(wanted: &str, progress: &dyn Progress) -> Result<Choice> {
+pub fn choose_devices(wanted: &str, guard: Guard, progress: &dyn Progress) -> Result<Choice> {
     if wanted == "auto" {
-        return auto(progress);
+        return auto(guard, progress);
     }
-    Ok(Choice { devices: vec![find_device(wanted)?], reason: None })
+    Ok(Choice { devices: vec![find_device(wanted, guard)?], reason: None })
 }
 
-/// What was found out about a device.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Trial {
-    backend: String,
-    name: String,
-    driver: String,
-    /// What failed: `kernel/case`, or the device's error. Empty where everything passed.
-    failed: Vec<String>,
-    /// Of a face of 65,536 vertices with positions and normals read back; 0 where something failed.
-    frames_per_second: f64,
-}
-
-impl Trial {
-    fn is_of(&self, device: &DeviceInfo) -> bool {
-        self.backend == device.backend && self.name == device.name && self.driver == device.driver
+/// Every device here, looked at anew: what `auto` remembers of devices and drivers that failed is forgotten.
+pub fn devices(guard: Guard) -> rhytid_backends::Found {
+    if let Some(path) = cache_file() {
+        let mut known = read_cache(&path);
+        let before = known.clone();
+        known.broken.clear();
+        known.devices.retain(|trial| trial.failed.is_empty());
+        // Where it cannot be forgotten, it could not have been remembered.
+        let _ = if known == before { Ok(()) } else { write_cache(&path, &known) };
     }
+    listing::devices_but(guard, &[])
 }
 
-/// What lies in the cache folder.
-#[derive(Debug, Default, Serialize, Deserialize)]
-struct Cache {
-    program: String,
-    devices: Vec<Trial>,
+/// A backend whose driver fails is a warning, since the others still work.
+fn warn(found: &rhytid_backends::Found) {
+    for (backend, error) in &found.failed {
+        log::warn!("the backend {backend} is left out: {error}");
+    }
 }
 
 /// The devices that pass the quick suite, fastest first.
-fn auto(progress: &dyn Progress) -> Result<Choice> {
+fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
     let cache = cache_file();
     let mut known = cache.as_deref().map(read_cache).unwrap_or_default();
-    let present = present();
-    let mut tried = Vec::new();
-    let mut is_new = false;
-    for (i, device) in present.iter().enumerate() {
-        let outcome = known.devices.iter().find(|tried| tried.is_of(device)).cloned();
-        let outcome = match outcome {
-            Some(outcome) => outcome,
+    let before = known.clone();
+    let mut found = remembering(&mut known, guard);
+    warn(&found);
+    // The processor first: where it passes, software drivers are not tried.
+    found.devices.sort_by_key(|device| (device.is_software_driver(), device.backend != "cpu"));
+    let (total, mut tried) = (found.devices.len(), Vec::<(DeviceInfo, Trial)>::new());
+    let mut untried = 0;
+    for (i, device) in found.devices.into_iter().enumerate() {
+        if device.is_software_driver() && tried.iter().any(|(_, trial)| trial.failed.is_empty()) {
+            untried += 1;
+            continue;
+        }
+        let trial = match known.devices.iter().find(|tried| tried.is_of(&device)) {
+            Some(trial) => trial.clone(),
             None => {
-                progress.report("try the devices", i as u64, present.len() as u64);
-                is_new = true;
-                let outcome = try_device(device, progress)?;
-                known.devices.push(outcome.clone());
-                outcome
+                progress.report("try the devices", i as u64, total as u64);
+                let trial = try_guarded(&device, guard, progress)?;
+                known.devices.push(trial.clone());
+                trial
             }
         };
-        tried.push((device.clone(), outcome));
+        tried.push((device, trial));
     }
-    if is_new {
-        progress.report("try the devices", present.len() as u64, present.len() as u64);
+    if known != before {
+        progress.report("try the devices", total as u64, total as u64);
         if let Some(path) = &cache
             && let Err(error) = write_cache(path, &known)
         {
             log::warn!("what was found out about the devices is not cached: {error}");
         }
     }
-    let (devices, reason) = rank(tried)?;
+    let (devices, reason) = rank(tried, untried)?;
     Ok(Choice { devices, reason: Some(reason) })
 }
 
-/// Fastest first, without those that failed and with software drivers last, and a sentence that says why the first is the first.
-fn rank(mut tried: Vec<(DeviceInfo, Trial)>) -> Result<(Vec<DeviceInfo>, String)> {
-    let total = tried.len();
+/// The devices that are here; what failed before with the drivers that are installed now is not looked at again.
+fn remembering(known: &mut Cache, guard: Guard) -> rhytid_backends::Found {
+    let installed = manifests::installed();
+    known.broken.retain(|broken| broken.installed == installed);
+    let broken: Vec<String> = known.broken.iter().map(|broken| broken.backend.clone()).collect();
+    let mut found = listing::devices_but(guard, &broken);
+    for (backend, error) in &found.failed {
+        let why = listing::message_of(error);
+        known.broken.push(Broken { backend: (*backend).to_owned(), installed: installed.clone(), why });
+    }
+    for Broken { backend, why, .. } in known.broken.iter().filter(|known| broken.contains(&known.backend)) {
+        if let Some(&name) = rhytid_backends::names().iter().find(|name| *name == backend) {
+            let why = format!("{why} (so it was before; `rhytid devices` looks again)");
+            found.failed.push((name, listing::failure(name, why)));
+        }
+    }
+    found
+}
+
+/// Fastest first, without those that failed and with software drivers last, and a sentence that says why the first is the first;
+/// `untried` of them were not looked at.
+fn rank(mut tried: Vec<(DeviceInfo, Trial)>, untried: usize) -> Result<(Vec<DeviceInfo>, String)> {
+    let total = tried.len() + untried;
     let failed: Vec<String> = tried
         .iter()
         .filter(|(_, tried)| !tried.failed.is_empty())
@@ -160,6 +173,11 @@ fn rank(mut tried: Vec<(DeviceInfo, Trial)>) -> Result<(Vec<DeviceInfo>, String)
         (peers, 0) => (peers, String::new()),
         (peers, software) => (peers, format!("; software drivers come last: {software}")),
     };
+    let last = if untried > 0 {
+        format!("; {untried} behind which is the processor too are not tried")
+    } else {
+        last
+    };
     let why = format!(
         "{} ({}): the fastest of {peers} that pass the quick conformance suite ({total} found{last}), {:.0} frames/s of 65,536 vertices",
         first.id(),
@@ -167,78 +185,6 @@ fn rank(mut tried: Vec<(DeviceInfo, Trial)>) -> Result<(Vec<DeviceInfo>, String)
         best.frames_per_second
     );
     Ok((tried.into_iter().map(|(device, _)| device).collect(), why))
-}
-
-/// Runs the quick suite on a device, and measures its speed if it passes.
-fn try_device(info: &DeviceInfo, progress: &dyn Progress) -> Result<Trial> {
-    let outcome = match rhytid_backends::open(info) {
-        Ok(device) => {
-            let report = run_device(&device, Suite::Quick, |_, _, _| !progress.cancelled());
-            if progress.cancelled() {
-                return Err(Error::Cancelled);
-            }
-            let failed = report.outcomes.iter().filter(|outcome| !outcome.is_acceptable());
-            let failed: Vec<String> = failed.map(|outcome| outcome.name.clone()).collect();
-            if failed.is_empty() { measure(&device).map_err(|e| vec![e.to_string()]) } else { Err(failed) }
-        }
-        Err(error) => Err(vec![error.to_string()]),
-    };
-    let (failed, frames_per_second) = match outcome {
-        Ok(speed) => (Vec::new(), speed),
-        Err(failed) => (failed, 0.0),
-    };
-    Ok(Trial {
-        backend: info.backend.to_owned(),
-        name: info.name.clone(),
-        driver: info.driver.clone(),
-        failed,
-        frames_per_second,
-    })
-}
-
-/// Frames per second as `animate` needs them: evaluated in batches, positions and normals read back.
-fn measure(device: &Device) -> Result<f64> {
-    let case = timing_case();
-    let built = case.build();
-    let frames = built.handle_positions.len() / (3 * built.rig.handles.len());
-    let mut animator = device.upload(&built.rig, case.options)?;
-    let mut out = Vec::new();
-    let mut best = f64::MAX;
-    for _ in 0..2 {
-        let start = Instant::now();
-        animator.evaluate(&built.handle_positions)?;
-        animator.read(Stage::Positions, &mut out)?;
-        animator.read(Stage::Normals, &mut out)?;
-        best = best.min(start.elapsed().as_secs_f64());
-    }
-    Ok(frames as f64 / best)
-}
-
-fn cache_file() -> Option<PathBuf> {
-    let strategy = etcetera::choose_base_strategy().ok()?;
-    Some(strategy.cache_dir().join("rhytid").join("devices.json"))
-}
-
-/// What makes outcomes of an older program worthless.
-fn program() -> String {
-    format!("{} {COMMIT}", env!("CARGO_PKG_VERSION"))
-}
-
-/// What is remembered of this program; a file that is not there or not readable is nothing.
-fn read_cache(path: &Path) -> Cache {
-    let memory: Option<Cache> =
-        std::fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    let memory = memory.filter(|memory| memory.program == program());
-    memory.unwrap_or_else(|| Cache { program: program(), devices: Vec::new() })
-}
-
-fn write_cache(path: &Path, memory: &Cache) -> Result<()> {
-    let json = serde_json::to_vec_pretty(memory).map_err(|e| Error::Internal(e.to_string()))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
-    let mut file = AtomicFile::create(path)?;
-    file.write_all(&json).map_err(Error::io(path))?;
-    file.finish()
 }
 
 #[cfg(test)]
@@ -274,7 +220,7 @@ mod tests {
             tried("wrong", 5000.0, &["normals/holes"]),
             tried("middling", 200.0, &[]),
         ];
-        let (devices, why) = rank(all).unwrap();
+        let (devices, why) = rank(all, 0).unwrap();
         let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
         assert_eq!(names, ["fast", "middling", "slow"]);
         assert!(why.contains("fast") && why.contains("fastest of 3") && why.contains("4 found"), "{why}");
@@ -291,7 +237,7 @@ mod tests {
         (cpu.0.backend, cpu.0.kind) = ("cpu", DeviceKind::Cpu);
         let gpu = tried("gpu", 100.0, &[]);
 
-        let (devices, why) = rank(vec![pocl.clone(), gpu, lavapipe.clone(), cpu]).unwrap();
+        let (devices, why) = rank(vec![pocl.clone(), gpu, lavapipe.clone(), cpu], 0).unwrap();
         let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
         assert_eq!(names, ["processor", "gpu", "lavapipe", "pocl"]);
         assert!(
@@ -299,15 +245,15 @@ mod tests {
             "{why}"
         );
 
-        let (devices, why) = rank(vec![pocl, lavapipe]).unwrap();
+        let (devices, why) = rank(vec![pocl, lavapipe], 0).unwrap();
         assert_eq!(devices[0].name, "lavapipe");
         assert!(why.contains("fastest of 2") && !why.contains("come last"), "{why}");
     }
 
     #[test]
     fn devices_that_all_fail_are_an_error_that_says_why() {
-        let error = rank(vec![tried("wrong", 0.0, &["normals/holes"])]).unwrap_err().to_string();
+        let error = rank(vec![tried("wrong", 0.0, &["normals/holes"])], 0).unwrap_err().to_string();
         assert!(error.contains("normals/holes"), "{error}");
-        assert!(rank(Vec::new()).unwrap_err().to_string().contains("no device was found"));
+        assert!(rank(Vec::new(), 0).unwrap_err().to_string().contains("no device was found"));
     }
 }

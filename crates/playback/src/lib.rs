@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use rhytid_core::NoProgress;
-//! use rhytid_playback::{Playback, PlaybackOptions, Selection, choose_devices};
+//! use rhytid_playback::{Guard, Playback, PlaybackOptions, Selection, choose_devices};
 //!
 //! # let face = rhytid_demo::face(1_000);
 //! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
@@ -13,7 +13,7 @@
 //! // `rig` from rhytid_core::rig_file::read, `take` from read_take.
 //! let selection = Selection::all(take)?;
 //! // Or "auto".
-//! let devices = choose_devices("cpu:0", &NoProgress)?.devices;
+//! let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress)?.devices;
 //! let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
 //! let mut highest = f32::MIN;
 //! playback.play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {
@@ -33,19 +33,25 @@ mod devices;
 mod evaluator;
 mod export;
 mod fade;
+mod guard;
+mod listing;
+mod manifests;
 mod pipeline;
 mod playback;
 mod regions;
 mod selection;
 mod shapes;
 mod takes;
+mod trial;
 mod uncertainty;
 mod velocities;
 
 pub use batch::{batch_frames, frame_bytes, rig_bytes};
 pub use comes_back::{ComesBack, comes_back};
-pub use devices::{Choice, choose_devices, find_device};
+pub use devices::{Choice, choose_devices, devices, find_device};
 pub use evaluator::{Evaluator, Open};
+pub use guard::{Guard, PATIENCE, Signs};
+pub use listing::answer;
 pub use playback::{Playback, PlaybackOptions};
 pub use regions::{handle_gains, region_of};
 pub use selection::{FrameRange, Selection, uneven_step};

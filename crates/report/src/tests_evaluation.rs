@@ -54,7 +54,8 @@ fn rig() -> Rig {
 fn an_evaluation_is_drawn_on_the_face() {
     let mut face = rhytid_demo::face(2_000);
     face.examples[1].name = "<b>grin</b>".into();
-    let device = rhytid_playback::choose_devices("cpu:0", &NoProgress).unwrap().devices;
+    let device =
+        rhytid_playback::choose_devices("cpu:0", rhytid_playback::Guard::NONE, &NoProgress).unwrap().devices;
     let (rig, found, maps) =
         evaluate(&face, |rig| Ok((Regions::by_handles(rig), None)), &device, &NoProgress).unwrap();
     let folder = TempDir::new().unwrap();

@@ -11,7 +11,7 @@
 //! ```no_run
 //! use rhytid::formats::export::{Options, Provenance};
 //! use rhytid::formats::{Reach, project, take::Missing};
-//! use rhytid::playback::{CleanUp, Playback, PlaybackOptions, Selection, choose_devices, read_take};
+//! use rhytid::playback::{CleanUp, Guard, Playback, PlaybackOptions, Selection, choose_devices, read_take};
 //! use rhytid::{NoProgress, rig_file};
 //! use std::path::Path;
 //!
@@ -23,7 +23,7 @@
 //! // Once per take, be it clean or as a capture system wrote it.
 //! let take = read_take(Path::new("take.csv"), &rig, Missing::Error, &CleanUp::default(), &NoProgress)?;
 //! let selection = Selection::all(take)?;
-//! let devices = choose_devices("auto", &NoProgress)?.devices;
+//! let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;
 //! let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
 //! let (how, made) = (Options::default(), Provenance::default());
 //! let file = Path::new("face.usd");

@@ -1,6 +1,6 @@
 //! A newcomer's program: loads a rig, takes any device, plays a take and reads positions.
 use rhytid::formats::take::Missing;
-use rhytid::playback::{CleanUp, Playback, PlaybackOptions, Selection, choose_devices, read_take};
+use rhytid::playback::{CleanUp, Guard, Playback, PlaybackOptions, Selection, choose_devices, read_take};
 use rhytid::{NoProgress, Result, rig_file};
 use std::path::Path;
 
@@ -8,7 +8,7 @@ fn main() -> Result<()> {
     let rig = rig_file::read(Path::new("face.safetensors"))?;
     let take = read_take(Path::new("performance.csv"), &rig, Missing::Error, &CleanUp::default(), &NoProgress)?;
     let selection = Selection::all(take)?;
-    let devices = choose_devices("auto", &NoProgress)?.devices;
+    let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;
     let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
     let (mut frames, mut farthest) = (0, 0.0_f32);
     playback.play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {

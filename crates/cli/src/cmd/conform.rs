@@ -1,17 +1,20 @@
 //! `rhytid conform`
 
 use super::bench;
+use crate::guard::guard;
 use crate::progress::Ui;
 use crate::{args, exit, output};
 use rhytid::backends::Found;
 use rhytid::conformance::{
-    DeviceReport, Memory, Outcome, Report, Suite, missing_devices, no_device, read_bandwidth,
+    DeviceReport, Memory, Outcome, Report, StageTime, Suite, missing_devices, no_device, read_bandwidth,
     required_backends, run_device, unknown_backends,
 };
-use rhytid::playback::find_device;
+use rhytid::playback::{Guard, PATIENCE, Signs, answer, devices, find_device};
 use rhytid::{DeviceInfo, Error, Method, Progress, Result};
 use rhytid_demo::{Size, sized_rig};
+use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// Runs the suite and reports. The exit code says whether every device passed and none that `REQUIRE_BACKENDS` or
 /// `REQUIRE_DEVICES` name is missing.
@@ -21,28 +24,15 @@ use std::process::ExitCode;
 pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     let suite = if args.quick { Suite::Quick } else { Suite::Full };
     let (devices, without_device) = match &args.device {
-        Some(id) => (vec![find_device(id)?], Vec::new()),
+        Some(id) => (vec![find_device(id, guard())?], Vec::new()),
         None => {
-            let found = rhytid::backends::devices();
+            let found = devices(guard());
             let without_device = without_device(&found)?;
             (found.devices, without_device)
         }
     };
     let bandwidth = ui.timed("measure the memory", read_bandwidth).0;
-    let mut reports = devices.iter().map(|info| examine(info, suite, ui)).collect::<Result<Vec<_>>>()?;
-    if suite == Suite::Full {
-        let rig = ui.timed("make a rig", || sized_rig(Size::CHAPTER, Method::default())).0;
-        let memory = Memory::new();
-        for (report, info) in reports.iter_mut().zip(&devices).filter(|(report, _)| report.passed()) {
-            ui.report("time the stages", 0, 1);
-            // A device that cannot hold the face has no times.
-            let times = bench::stage_times(info, &rig, &memory).unwrap_or_default();
-            *report = report.clone().with_times(times);
-            if ui.cancelled() {
-                return Err(Error::Cancelled);
-            }
-        }
-    }
+    let reports = devices.iter().map(|info| examine(info, suite, ui)).collect::<Result<Vec<_>>>()?;
     ui.clear();
     let report = Report::new(suite, bandwidth, reports, without_device);
     output::say(&report.to_terminal())?;
@@ -52,20 +42,96 @@ pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(exit::OURS) })
 }
 
+/// A case takes so long at most, whatever else a machine does.
+const CASE: Duration = PATIENCE.saturating_mul(2);
+
+/// Times are taken for so long at most: a device that got there has passed everything.
+const TIMES: Duration = Duration::from_secs(600);
+
+/// Runs the suite on a device behind the guard, so that a driver that crashes or hangs is an outcome.
 fn examine(info: &DeviceInfo, suite: Suite, ui: &Ui) -> Result<DeviceReport> {
-    let device = match rhytid::backends::open(info) {
-        Ok(device) => device,
-        Err(error) => return Ok(DeviceReport::not_opened(info, &error)),
-    };
     ui.clear();
     if !ui.is_quiet() {
         ui.line(&format!("{} ({})", info.id(), info.name));
     }
-    let report = run_device(&device, suite, |_, done, total| {
-        ui.report("conform", done as u64, total as u64);
-        !ui.cancelled()
+    if !guard().is_on() {
+        let found = found(info, suite, |done, total| ui.report("conform", done as u64, total as u64));
+        return Ok(found.report(info));
+    }
+    let name = if suite == Suite::Quick { QUICK } else { FULL };
+    let answer = guard().ask(&[CONFORM, &info.id(), name], &info.id(), &[], ui, |sign| {
+        let Some((done, total)) = sign.split_once(' ') else {
+            ui.report("time the stages", 0, 1);
+            return TIMES;
+        };
+        ui.report("conform", done.parse().unwrap_or_default(), total.parse().unwrap_or(1));
+        CASE
     });
-    if ui.cancelled() { Err(Error::Cancelled) } else { Ok(report) }
+    let unreadable = |error| Error::Internal(format!("what was found of {}: {error}", info.id()));
+    match answer.and_then(|answer| toml::from_str::<Conformance>(&answer).map_err(unreadable)) {
+        Ok(found) => Ok(found.report(info)),
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(error) => Ok(DeviceReport::not_opened(info, &error)),
+    }
+}
+
+const CONFORM: &str = "conform";
+const QUICK: &str = "quick";
+const FULL: &str = "full";
+
+/// What a child found out: the parts of a [`DeviceReport`] that are not known before.
+#[derive(Serialize, Deserialize)]
+struct Conformance {
+    wall_seconds: f64,
+    outcomes: Vec<Outcome>,
+    times: Vec<StageTime>,
+}
+
+impl Conformance {
+    fn report(self, info: &DeviceInfo) -> DeviceReport {
+        DeviceReport::new(info, self.outcomes, self.wall_seconds).with_times(self.times)
+    }
+}
+
+/// `rhytid look`, the guard's child.
+///
+/// # Errors
+/// As [`answer`].
+pub(super) fn look(request: &[String]) -> Result<()> {
+    let [what, id, suite] = request else { return answer(request) };
+    if what != CONFORM {
+        return answer(request);
+    }
+    let info = find_device(id, Guard::NONE)?;
+    let suite = if suite == QUICK { Suite::Quick } else { Suite::Full };
+    let found = found(&info, suite, |done, total| {
+        Signs.tell(&if done < total { format!("{done} {total}") } else { "times".to_owned() });
+    });
+    Signs.answer(&toml::to_string(&found).map_err(|error| Error::Internal(error.to_string()))?)
+}
+
+/// Runs the suite, and times the stages of a device that passes the full one; `before` is told how many cases are done, all of them
+/// before the times.
+fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(usize, usize)) -> Conformance {
+    let device = match rhytid::backends::open(info) {
+        Ok(device) => device,
+        Err(error) => {
+            let DeviceReport { outcomes, wall_seconds, .. } = DeviceReport::not_opened(info, &error);
+            return Conformance { wall_seconds, outcomes, times: Vec::new() };
+        }
+    };
+    let report = run_device(&device, suite, |_, done, total| {
+        before(done, total);
+        true
+    });
+    let mut times = Vec::new();
+    if suite == Suite::Full && report.passed() {
+        before(1, 1);
+        let rig = sized_rig(Size::CHAPTER, Method::default());
+        // A device that cannot hold the face has no times.
+        times = bench::stage_times(info, &rig, &Memory::new()).unwrap_or_default();
+    }
+    Conformance { wall_seconds: report.wall_seconds, outcomes: report.outcomes, times }
 }
 
 /// The outcomes of the backends, and of the devices that are required, that are not here.

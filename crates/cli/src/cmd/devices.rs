@@ -1,5 +1,6 @@
 //! `rhytid devices`
 
+use crate::guard::guard;
 use crate::{args, output};
 use rhytid::backends::Missing;
 use rhytid::human;
@@ -49,7 +50,7 @@ pub(super) fn run(args: &args::Devices) -> Result<()> {
 }
 
 fn listing() -> Listing {
-    let found = rhytid::backends::devices();
+    let found = rhytid::playback::devices(guard());
     let left_out = found.missing();
     let devices = found.devices.into_iter().map(|info| Listed {
         id: info.id(),

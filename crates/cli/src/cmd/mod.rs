@@ -48,6 +48,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Demo(args) => demo::run(args, ui)?,
         Command::Completions(args) => completions::run(args)?,
         Command::Man(args) => man::run(args, ui)?,
+        Command::Look(args) => conform::look(&args.request)?,
     }
     Ok(ExitCode::SUCCESS)
 }

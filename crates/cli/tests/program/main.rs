@@ -5,6 +5,7 @@ mod bad_rig;
 mod bench;
 mod common;
 mod device_choice;
+mod drivers;
 mod end_to_end;
 mod exports;
 mod fade_and_head;

@@ -4,13 +4,13 @@ use rhytid_evaluate::coverage::{coverage, take_sigma};
 use rhytid_evaluate::{Comparison, Regions, Truth, evaluate};
 use rhytid_formats::sequence::Sequence;
 use rhytid_formats::{mesh, tables, take};
-use rhytid_playback::choose_devices;
+use rhytid_playback::{Guard, choose_devices};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 use std::path::Path;
 
 fn device() -> Vec<DeviceInfo> {
-    choose_devices("cpu:0", &NoProgress).unwrap().devices
+    choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices
 }
 
 /// A face of the shared data without examples.

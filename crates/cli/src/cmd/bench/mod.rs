@@ -4,6 +4,7 @@ mod growth;
 mod measure;
 mod plot;
 
+use crate::guard::guard;
 use crate::progress::Ui;
 use crate::{args, output};
 use growth::{Point, What};
@@ -11,7 +12,7 @@ use measure::{Chapter, Measured, Whole};
 use rhytid::conformance::{COMMIT, Memory, StageTime};
 use rhytid::formats::refuse_inputs;
 use rhytid::human;
-use rhytid::playback::find_device;
+use rhytid::playback::{devices, find_device};
 use rhytid::{
     AtomicFile, BasisStorage, DeviceInfo, Error, Method, Progress, Result, Rig, UploadOptions, rig_file,
 };
@@ -70,8 +71,8 @@ struct DeviceTimes {
 /// As reading a rig's; [`Error::Device`] if the device that was asked for is absent or fails; [`Error::Cancelled`].
 pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     let devices = match args.device.as_str() {
-        "all" => rhytid::backends::devices().devices,
-        id => vec![find_device(id)?],
+        "all" => devices(guard()).devices,
+        id => vec![find_device(id, guard())?],
     };
     // Now, so that minutes of measuring are not lost to a folder that is not there.
     if let Some(plot) = &args.plot {

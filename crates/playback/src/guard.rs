@@ -1,0 +1,251 @@
+//! Drivers that are not known yet are looked at in processes of their own: one that crashes, hangs or ends its process takes
+//! no more than that with it.
+
+use rhytid_core::{DeviceErrorKind, Error, Progress, Result};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// A child that says nothing for so long is hanging: several times what a slow driver takes on a busy machine.
+pub const PATIENCE: Duration = Duration::from_secs(6);
+
+/// Its last line, without which the child was cut short.
+const END: &str = "rhytid: done";
+/// Begins lines that are no answer, but tell that work goes on.
+const SIGN: &str = "rhytid: ";
+/// Begins lines of the answer. Others are a driver's.
+const ANSWER: &str = "rhytid| ";
+
+/// What stands between this process and drivers.
+#[derive(Debug, Clone, Copy)]
+pub struct Guard {
+    child: Option<fn() -> Command>,
+}
+
+impl Guard {
+    /// Drivers are looked at in this process, which ends if one of them makes it.
+    pub const NONE: Self = Self { child: None };
+
+    /// Drivers are looked at in children that `command` starts: this program again, whose `main` hands the arguments that are
+    /// added there to [`crate::answer`], and prints nothing else on standard output.
+    pub const fn new(command: fn() -> Command) -> Self {
+        Self { child: Some(command) }
+    }
+
+    /// Whether there are children.
+    pub fn is_on(self) -> bool {
+        self.child.is_some()
+    }
+
+    /// What a child answers to `request`; `device` is named in errors, and the child's environment
+    /// gets these `variables`. It may say nothing for [`PATIENCE`], and behind each of its
+    /// [`Signs`] for as long as `sign`, which is called with it, says.
+    ///
+    /// # Errors
+    /// [`Error::Device`] says how the child ended without an answer; [`Error::Cancelled`].
+    pub fn ask(
+        self,
+        request: &[&str],
+        device: &str,
+        variables: &[(&str, &Path)],
+        progress: &dyn Progress,
+        mut sign: impl FnMut(&str) -> Duration,
+    ) -> Result<String> {
+        let fault = |message: String| Error::Device {
+            kind: DeviceErrorKind::Driver,
+            device: device.to_owned(),
+            message,
+        };
+        let command = self.child.ok_or_else(|| Error::Internal("no command for a child".into()))?;
+        let mut child = command()
+            .args(request)
+            .envs(variables.iter().copied())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .map(Killed)
+            .map_err(|error| fault(format!("no process could be started to look at it: {error}")))?;
+        let lines = lines(&mut child.0);
+        let (mut answer, mut ended) = (String::new(), false);
+        let (mut heard, mut patience) = (Instant::now(), PATIENCE);
+        loop {
+            if progress.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            match lines.recv_timeout(Duration::from_millis(20)) {
+                Ok(line) => {
+                    heard = Instant::now();
+                    if line == END {
+                        ended = true;
+                    } else if let Some(text) = line.strip_prefix(SIGN) {
+                        patience = sign(text);
+                    } else if let Some(text) = line.strip_prefix(ANSWER) {
+                        answer += text;
+                        answer += "\n";
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) if heard.elapsed() > patience => {
+                    let seconds = patience.as_secs();
+                    return Err(fault(format!("its driver hangs: nothing was heard of it for {seconds} s")));
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        if ended {
+            // What a driver does when its process ends is of no interest.
+            return Ok(answer);
+        }
+        while heard.elapsed() <= patience {
+            if let Some(status) = child.0.try_wait().map_err(|error| fault(error.to_string()))? {
+                return Err(fault(how(status)));
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Err(fault("its driver hangs, having closed what it was to answer on".into()))
+    }
+}
+
+/// Signs of life, from the child to whoever waits for it.
+#[derive(Debug, Clone, Copy)]
+pub struct Signs;
+
+impl Signs {
+    /// Tells a sign, one line.
+    pub fn tell(self, text: &str) {
+        // Whoever no longer listens has ended this process, or will.
+        let mut out = std::io::stdout().lock();
+        let _ = writeln!(out, "{SIGN}{text}").and_then(|()| out.flush());
+    }
+
+    /// Tells the answer, and that it is whole.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn answer(self, text: &str) -> Result<()> {
+        let mut out = std::io::stdout().lock();
+        let mut lines = text.lines();
+        let told = lines.try_for_each(|line| writeln!(out, "{ANSWER}{line}"));
+        let told = told.and_then(|()| writeln!(out, "{END}")).and_then(|()| out.flush());
+        told.map_err(Error::io(Path::new("standard output")))
+    }
+}
+
+/// Ends with whoever waits for it.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        // Of one that has ended already there is nothing to kill.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The lines of a child's standard output, as they come.
+fn lines(child: &mut Child) -> Receiver<String> {
+    let (send, receive) = channel();
+    if let Some(out) = child.stdout.take() {
+        std::thread::spawn(move || {
+            // No line of an answer is longer.
+            let mut out = BufReader::new(out.take(1 << 28));
+            let mut line = String::new();
+            while matches!(out.read_line(&mut line), Ok(read) if read > 0) {
+                if send.send(line.trim_end_matches('\n').to_owned()).is_err() {
+                    break;
+                }
+                line.clear();
+            }
+        });
+    }
+    receive
+}
+
+fn how(status: ExitStatus) -> String {
+    #[cfg(unix)]
+    {
+        use std::os::unix::process::ExitStatusExt;
+        if let Some(signal) = status.signal() {
+            let name = match signal {
+                4 => "an illegal instruction, ",
+                6 => "abort, ",
+                7 => "a bus error: is the disk with its cache full?, ",
+                8 => "a division by zero, ",
+                9 => "killed: is there too little memory?, ",
+                11 => "a wrong address, ",
+                _ => "",
+            };
+            return format!("its driver crashes ({name}signal {signal})");
+        }
+    }
+    match status.code() {
+        Some(code) => format!("its driver ends the program that looks at it, with exit code {code}"),
+        None => "its driver ends the program that looks at it".into(),
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use rhytid_core::NoProgress;
+
+    fn shell() -> Command {
+        let mut command = Command::new("sh");
+        command.arg("-c");
+        command
+    }
+
+    fn asked(script: &str) -> Result<(String, Vec<String>), String> {
+        let mut signs = Vec::new();
+        let guard = Guard::new(shell);
+        let answer = guard.ask(&[script], "vulkan", &[], &NoProgress, |sign| {
+            signs.push(sign.to_owned());
+            Duration::from_secs(1)
+        });
+        answer.map(|answer| (answer, signs)).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn an_answer_is_taken_only_if_it_is_whole() {
+        let whole = asked("echo 'rhytid: 1'; echo 'rhytid| first'; echo chatter; echo 'rhytid| second'; echo 'rhytid: done'").unwrap();
+        assert_eq!(whole, ("first\nsecond\n".into(), vec!["1".into()]));
+        // What a driver does at the end is of no interest.
+        asked("echo first; echo 'rhytid: done'; kill -SEGV $$").unwrap();
+        for (script, why) in [
+            ("echo first", "with exit code 0"),
+            ("exit 3", "with exit code 3"),
+            ("kill -SEGV $$", "crashes (a wrong address, signal 11)"),
+            ("kill -BUS $$", "is the disk with its cache full"),
+            ("echo 'rhytid: 1'; sleep 60", "hangs: nothing was heard of it for 1 s"),
+        ] {
+            let said = asked(script).unwrap_err();
+            assert!(said.contains(why) && said.starts_with("vulkan: "), "{script}: {said}");
+        }
+    }
+
+    #[test]
+    fn who_gives_signs_may_take_long() {
+        let start = Instant::now();
+        asked("for i in 1 2 3 4; do echo 'rhytid: still here'; sleep 0.5; done; echo 'rhytid: done'")
+            .unwrap();
+        assert!(start.elapsed() > Duration::from_secs(1));
+    }
+
+    #[test]
+    fn a_stop_ends_the_child() {
+        struct Stopped;
+        impl Progress for Stopped {
+            fn report(&self, _: &'static str, _: u64, _: u64) {}
+            fn cancelled(&self) -> bool {
+                true
+            }
+        }
+        let start = Instant::now();
+        let asked = Guard::new(shell).ask(&["sleep 60"], "vulkan", &[], &Stopped, |_| PATIENCE);
+        assert!(matches!(asked, Err(Error::Cancelled)));
+        assert!(start.elapsed() < PATIENCE);
+    }
+}

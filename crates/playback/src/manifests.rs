@@ -1,0 +1,94 @@
+//! Where drivers say that they are installed, by the conventions of the loaders of Vulkan, OpenCL and EGL.
+
+use std::ffi::OsStr;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+const VULKAN: [&str; 3] = ["/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
+const OPENCL: &str = "/etc/OpenCL/vendors";
+/// Others that make a difference.
+const FURTHER: [&str; 4] = [
+    "/usr/share/vulkan/implicit_layer.d",
+    "/etc/vulkan/implicit_layer.d",
+    "/usr/share/glvnd/egl_vendor.d",
+    "/etc/glvnd/egl_vendor.d",
+];
+
+/// Vulkan's loader takes the first of these that is set instead of its folders; older ones know the second only.
+const VULKAN_FILES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+const OPENCL_FOLDER: &str = "OCL_ICD_VENDORS";
+/// Others that make a difference.
+const VARIABLES: [&str; 6] = [
+    "VK_ADD_DRIVER_FILES",
+    "VK_LOADER_DRIVERS_DISABLE",
+    "VK_LOADER_DRIVERS_SELECT",
+    "VK_INSTANCE_LAYERS",
+    "OCL_ICD_FILENAMES",
+    "__EGL_VENDOR_LIBRARY_FILENAMES",
+];
+
+/// The manifests of a backend's drivers.
+pub(crate) fn drivers(backend: &str) -> Vec<PathBuf> {
+    let named = match backend {
+        "vulkan" => VULKAN_FILES.iter().find_map(std::env::var_os),
+        "opencl" => std::env::var_os(OPENCL_FOLDER),
+        _ => return Vec::new(),
+    };
+    let places: Vec<PathBuf> = match &named {
+        Some(paths) => std::env::split_paths(paths).collect(),
+        None if backend == "vulkan" => VULKAN.iter().map(PathBuf::from).collect(),
+        None => vec![PathBuf::from(OPENCL)],
+    };
+    let ending = if backend == "vulkan" { "json" } else { "icd" };
+    let mut files: Vec<PathBuf> = places
+        .into_iter()
+        .flat_map(|place| match std::fs::read_dir(&place) {
+            Ok(entries) => entries.flatten().map(|entry| entry.path()).collect(),
+            Err(_) => vec![place],
+        })
+        .filter(|file| file.extension() == Some(OsStr::new(ending)))
+        .collect();
+    files.sort();
+    files
+}
+
+/// The variables with which a loader sees this driver only.
+pub(crate) fn alone<'a>(backend: &str, driver: &'a Path) -> Vec<(&'static str, &'a Path)> {
+    match backend {
+        "vulkan" => VULKAN_FILES.iter().map(|name| (*name, driver)).collect(),
+        _ => vec![(OPENCL_FOLDER, driver)],
+    }
+}
+
+/// What to do without these drivers.
+pub(crate) fn remedy(backend: &str, drivers: &[&PathBuf]) -> String {
+    if backend == "vulkan" {
+        let names: Vec<String> =
+            drivers.iter().filter_map(|driver| Some(driver.file_name()?.display().to_string())).collect();
+        format!("remove or update it, or do without it: VK_LOADER_DRIVERS_DISABLE={}", names.join(","))
+    } else {
+        "remove or update it".into()
+    }
+}
+
+/// The drivers that are installed now, and when each was: as long as that is the same, so is what they do.
+pub(crate) fn installed() -> String {
+    let mut text = String::new();
+    for variable in VULKAN_FILES.iter().chain([&OPENCL_FOLDER]).chain(&VARIABLES) {
+        if let Some(value) = std::env::var_os(variable) {
+            let _ = write!(text, "{variable}={} ", value.display());
+        }
+    }
+    let mut files: Vec<PathBuf> = ["vulkan", "opencl"].iter().flat_map(|backend| drivers(backend)).collect();
+    let entries = FURTHER.iter().filter_map(|folder| std::fs::read_dir(folder).ok());
+    files.extend(entries.flatten().flatten().map(|entry| entry.path()));
+    files.sort();
+    for file in files {
+        let changed = file.metadata().and_then(|found| found.modified()).ok();
+        let seconds =
+            changed.and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |time| time.as_secs());
+        let _ = write!(text, "{}@{seconds} ", file.display());
+    }
+    text
+}

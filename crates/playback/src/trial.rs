@@ -1,0 +1,154 @@
+//! What is found out about a device: whether it passes the quick conformance suite, and how fast it is. It is kept in the user's
+//! cache folder for each version of its driver and of this program.
+
+use crate::guard::{Guard, PATIENCE, Signs};
+use etcetera::BaseStrategy;
+use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
+use rhytid_core::{AtomicFile, Device, DeviceInfo, Error, NoProgress, Progress, Result, Stage};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What was found out about a device.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Trial {
+    pub(crate) backend: String,
+    pub(crate) name: String,
+    pub(crate) driver: String,
+    /// What failed: `kernel/case`, or the device's error. Empty where everything passed.
+    pub(crate) failed: Vec<String>,
+    /// Of a face of 65,536 vertices with positions and normals read back; 0 where something failed.
+    pub(crate) frames_per_second: f64,
+}
+
+impl Trial {
+    /// From the frames per second of a device that passes, or what failed.
+    fn new(info: &DeviceInfo, outcome: Result<f64, Vec<String>>) -> Self {
+        let (failed, frames_per_second) = match outcome {
+            Ok(speed) => (Vec::new(), speed),
+            Err(failed) => (failed, 0.0),
+        };
+        Self {
+            backend: info.backend.to_owned(),
+            name: info.name.clone(),
+            driver: info.driver.clone(),
+            failed,
+            frames_per_second,
+        }
+    }
+
+    pub(crate) fn is_of(&self, device: &DeviceInfo) -> bool {
+        self.backend == device.backend && self.name == device.name && self.driver == device.driver
+    }
+}
+
+/// A backend whose drivers could not even be listed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Broken {
+    pub(crate) backend: String,
+    /// As [`crate::installed::drivers`] has them.
+    pub(crate) installed: String,
+    /// What happened.
+    pub(crate) why: String,
+}
+
+/// What lies in the cache folder.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Cache {
+    program: String,
+    pub(crate) devices: Vec<Trial>,
+    #[serde(default)]
+    pub(crate) broken: Vec<Broken>,
+}
+
+/// Tries a device behind `guard`; the processor needs none. A driver that ends its process has failed.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(crate) fn try_guarded(info: &DeviceInfo, guard: Guard, progress: &dyn Progress) -> Result<Trial> {
+    if !guard.is_on() || info.backend == "cpu" {
+        return try_device(info, || (), progress);
+    }
+    let answer = guard.ask(&["try", &info.id()], &info.id(), &[], progress, |_| PATIENCE);
+    let unreadable = |error| Error::Internal(format!("the trial of {}: {error}", info.id()));
+    match answer.and_then(|answer| serde_json::from_str(&answer).map_err(unreadable)) {
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(error) => Ok(Trial::new(info, Err(vec![error.to_string()]))),
+        Ok(trial) => Ok(trial),
+    }
+}
+
+/// The same for whoever waits on the other side.
+///
+/// # Errors
+/// [`Error::Io`] if nobody listens.
+pub(crate) fn answer(info: &DeviceInfo) -> Result<()> {
+    let trial = try_device(info, || Signs.tell("trying"), &NoProgress)?;
+    Signs.answer(&serde_json::to_string(&trial).map_err(|error| Error::Internal(error.to_string()))?)
+}
+
+/// Runs the quick suite on a device, and measures its speed if it passes; `before` is called before each case.
+fn try_device(info: &DeviceInfo, before: impl Fn(), progress: &dyn Progress) -> Result<Trial> {
+    let outcome = match rhytid_backends::open(info) {
+        Ok(device) => {
+            let report = run_device(&device, Suite::Quick, |_, _, _| {
+                before();
+                !progress.cancelled()
+            });
+            if progress.cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let failed = report.outcomes.iter().filter(|outcome| !outcome.is_acceptable());
+            let failed: Vec<String> = failed.map(|outcome| outcome.name.clone()).collect();
+            if failed.is_empty() { measure(&device).map_err(|e| vec![e.to_string()]) } else { Err(failed) }
+        }
+        Err(error) => Err(vec![error.to_string()]),
+    };
+    Ok(Trial::new(info, outcome))
+}
+
+/// Frames per second as `animate` needs them: evaluated in batches, positions and normals read back.
+fn measure(device: &Device) -> Result<f64> {
+    let case = timing_case();
+    let built = case.build();
+    let frames = built.handle_positions.len() / (3 * built.rig.handles.len());
+    let mut animator = device.upload(&built.rig, case.options)?;
+    let mut out = Vec::new();
+    let mut best = f64::MAX;
+    for _ in 0..2 {
+        let start = Instant::now();
+        animator.evaluate(&built.handle_positions)?;
+        animator.read(Stage::Positions, &mut out)?;
+        animator.read(Stage::Normals, &mut out)?;
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    Ok(frames as f64 / best)
+}
+
+pub(crate) fn cache_file() -> Option<PathBuf> {
+    let strategy = etcetera::choose_base_strategy().ok()?;
+    Some(strategy.cache_dir().join("rhytid").join("devices.json"))
+}
+
+/// What makes outcomes of an older program worthless.
+fn program() -> String {
+    format!("{} {COMMIT}", env!("CARGO_PKG_VERSION"))
+}
+
+/// What is remembered of this program; a file that is not there or not readable is nothing.
+pub(crate) fn read_cache(path: &Path) -> Cache {
+    let memory: Option<Cache> =
+        std::fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let memory = memory.filter(|memory| memory.program == program());
+    memory.unwrap_or_else(|| Cache { program: program(), ..Cache::default() })
+}
+
+pub(crate) fn write_cache(path: &Path, memory: &Cache) -> Result<()> {
+    let json = serde_json::to_vec_pretty(memory).map_err(|e| Error::Internal(e.to_string()))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(&json).map_err(Error::io(path))?;
+    file.finish()
+}
