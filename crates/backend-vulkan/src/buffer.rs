@@ -64,6 +64,9 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
+        if self.context.is_abandoned() {
+            return;
+        }
         // SAFETY: whoever drops a buffer has waited until the device is done with it.
         unsafe { self.context.device.destroy_buffer(self.raw, None) };
         let allocation = std::mem::take(&mut self.allocation);

@@ -92,6 +92,9 @@ impl Commands {
         let waited = unsafe { self.context.device.wait_for_fences(&[self.done], true, u64::MAX) };
         // A lost device is done, too.
         self.running = waited.is_err_and(|result| result != vk::Result::ERROR_DEVICE_LOST);
+        if self.running {
+            self.context.abandon();
+        }
         waited.map_err(failed(&self.context.id, "waiting for the device"))
     }
 }
@@ -100,6 +103,9 @@ impl Drop for Commands {
     fn drop(&mut self) {
         if let Err(cause) = self.wait() {
             log::warn!("{cause}");
+        }
+        if self.context.is_abandoned() {
+            return;
         }
         // SAFETY: nothing of it runs any more.
         unsafe {

@@ -9,6 +9,7 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{DeviceErrorKind, DeviceInfo, Result};
 use rhytid_kernels::table::{Kernel, builds};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -32,6 +33,7 @@ pub(crate) struct Context {
     allocator: Mutex<Option<Allocator>>,
     /// `None` where instance and device are the host application's; otherwise both are destroyed with this.
     instance: Option<Instance>,
+    abandoned: AtomicBool,
 }
 
 /// The clock behind a queue's timestamps.
@@ -62,8 +64,12 @@ impl Context {
         if physical.portability_subset {
             extensions.push(ash::khr::portability_subset::NAME.as_ptr());
         }
-        let create =
-            vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
+        // Every device has it: should an index be wrong after all, it reads zeros and not another program's memory.
+        let features = vk::PhysicalDeviceFeatures::default().robust_buffer_access(true);
+        let create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(&extensions)
+            .enabled_features(&features);
         // SAFETY: the device is one of the instance's, it has this queue family and these extensions.
         let device = unsafe { instance.raw.create_device(physical.raw, &create, None) };
         let device = device.map_err(failed(&id, "opening the device"))?;
@@ -107,6 +113,7 @@ impl Context {
             cache: vk::PipelineCache::null(),
             allocator: Mutex::new(None),
             instance,
+            abandoned: AtomicBool::new(false),
         };
         let most_bindings = Kernel::ALL.iter().map(|kernel| kernel.entry().bindings.len()).max().unwrap_or(0);
         if (physical.max_storage_buffers as usize) < most_bindings {
@@ -192,8 +199,25 @@ impl Context {
     }
 }
 
+impl Context {
+    /// A wait failed for work that may still go on: nothing of the device is destroyed or freed from now on, as long as the process
+    /// lives, since that may be in use.
+    pub(crate) fn abandon(&self) {
+        self.abandoned.store(true, Ordering::Relaxed);
+    }
+
+    pub(crate) fn is_abandoned(&self) -> bool {
+        self.abandoned.load(Ordering::Relaxed)
+    }
+}
+
 impl Drop for Context {
     fn drop(&mut self) {
+        if self.is_abandoned() {
+            std::mem::forget(self.allocator.get_mut().unwrap_or_else(PoisonError::into_inner).take());
+            std::mem::forget(self.instance.take());
+            return;
+        }
         // SAFETY: sessions keep their context alive and wait for the device before they go, so nothing is in use any
         // more. The device is destroyed only if it is ours, and before its instance.
         unsafe {

@@ -378,6 +378,9 @@ impl Drop for VulkanSession {
                 log::warn!("{cause}");
             }
         }
+        if self.context.is_abandoned() {
+            return;
+        }
         // SAFETY: the device is done with them; what was not made is null, which is ignored.
         unsafe {
             self.context.device.destroy_descriptor_pool(self.descriptor_pool, None);

@@ -2,7 +2,7 @@
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
-use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
+use rhytid_core::{Backend, CheckedRig, DeviceErrorKind, DeviceInfo, DeviceKind, Result, UploadOptions};
 use std::sync::Arc;
 
 /// A device of wgpu's. Clones share it.
@@ -85,8 +85,8 @@ impl Backend for Wgpu {
         blocking(Self::open_adapter(&adapter, device.id()))
     }
 
-    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<WgpuSession> {
-        WgpuSession::new(self.gpu.clone(), rig, options, self.gpu.limits)
+    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<WgpuSession> {
+        WgpuSession::new(self.gpu.clone(), &rig, options, self.gpu.limits)
     }
 }
 

@@ -25,7 +25,7 @@ impl<S: Session> Animator<S> {
         if max_frames == 0 {
             return Err(Error::input("a batch has at least 1 frame, found max_frames = 0"));
         }
-        rig.check()?;
+        let checked = rig.checked()?;
         if options.basis == BasisStorage::F16
             && let Some(i) = rig.basis.iter().position(|b| b.abs() > LARGEST_FP16)
         {
@@ -47,7 +47,7 @@ impl<S: Session> Animator<S> {
                 2.0 * LARGEST_FP16
             )));
         }
-        let session = backend.upload(rig, options)?;
+        let session = backend.upload(checked, options)?;
         Ok(Self { session, handles: rig.handles.len(), max_frames, evaluated: false })
     }
 

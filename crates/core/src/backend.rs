@@ -1,5 +1,5 @@
 //! The traits by which any device evaluates a rig, and what is said of devices.
-use crate::{Animator, Result, Rig};
+use crate::{Animator, CheckedRig, Result, Rig};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::bands;
@@ -190,11 +190,11 @@ pub trait Backend: Sized + Send + Sync + 'static {
     /// [`crate::Error::Device`].
     fn open(device: &DeviceInfo) -> Result<Self>;
 
-    /// Makes `rig` resident. `rig` has passed [`Rig::check`] and `options` are sound; [`crate::Animator`] sees to it.
+    /// Makes `rig` resident. `options` are sound; [`crate::Animator`] sees to it.
     ///
     /// # Errors
     /// [`crate::Error::Device`]: out of memory, unsupported, driver.
-    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<Self::Session>;
+    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<Self::Session>;
 }
 
 /// A rig resident on a device. Its inputs were validated by [`crate::Animator`].

@@ -1,8 +1,30 @@
 //! The check of a rig, which everything passes that is uploaded.
 use crate::{Error, Learned, Result, Rig};
 use std::collections::HashSet;
+use std::ops::Deref;
+
+/// A rig that has passed [`Rig::check`]: what kernels, which do not look, may be given.
+#[derive(Debug, Clone, Copy)]
+pub struct CheckedRig<'a>(&'a Rig);
+
+impl Deref for CheckedRig<'_> {
+    type Target = Rig;
+
+    fn deref(&self) -> &Rig {
+        self.0
+    }
+}
 
 impl Rig {
+    /// The proof that the rig passes [`Rig::check`].
+    ///
+    /// # Errors
+    /// As [`Rig::check`].
+    pub fn checked(&self) -> Result<CheckedRig<'_>> {
+        self.check()?;
+        Ok(CheckedRig(self))
+    }
+
     /// Whether every array has the shape, and every number the range, that [`Rig`] promises. What passes can be
     /// evaluated by any backend without a further look.
     ///

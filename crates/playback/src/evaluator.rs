@@ -1,5 +1,6 @@
 //! Evaluation with fall-back: batches go to the first of several devices, and to the next one if it fails.
 
+use crate::watch::Watch;
 use rhytid_core::{
     Animator, Device, DeviceErrorKind, DeviceInfo, Error, Result, Rig, Session, Stage, UploadOptions,
 };
@@ -13,7 +14,7 @@ pub struct Evaluator<'a> {
     rig: &'a Rig,
     options: UploadOptions,
     open: Open<'a>,
-    current: (DeviceInfo, Animator<Box<dyn Session>>),
+    current: Current<'a>,
     next: VecDeque<DeviceInfo>,
 }
 
@@ -31,7 +32,7 @@ impl<'a> Evaluator<'a> {
 
     /// The device that evaluates now.
     pub fn device(&self) -> &DeviceInfo {
-        &self.current.0
+        &self.current.info
     }
 
     /// Evaluates a batch of frames × H handle positions and reads `stages` of it into `results`, one each. A device that fails on
@@ -45,7 +46,7 @@ impl<'a> Evaluator<'a> {
         stages: &[Stage],
         results: &mut [Vec<f32>],
     ) -> Result<()> {
-        while let Err(error) = evaluate_on(&mut self.current.1, handle_positions, stages, results) {
+        while let Err(error) = self.current.evaluate(handle_positions, stages, results) {
             if !is_of_the_device(&error) {
                 return Err(error);
             }
@@ -55,14 +56,37 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-fn evaluate_on(
-    animator: &mut Animator<Box<dyn Session>>,
-    handle_positions: &[f32],
-    stages: &[Stage],
-    results: &mut [Vec<f32>],
-) -> Result<()> {
-    animator.evaluate(handle_positions)?;
-    stages.iter().zip(results).try_for_each(|(stage, out)| animator.read(*stage, out))
+/// A device that a rig is on.
+struct Current<'a> {
+    info: DeviceInfo,
+    animator: Animator<Box<dyn Session>>,
+    /// `None` for the processor.
+    watch: Option<Watch<'a>>,
+}
+
+impl<'a> Current<'a> {
+    /// Uploads `rig` to a device, which has to do a frame of it as the processor does.
+    fn new(rig: &'a Rig, options: UploadOptions, info: DeviceInfo, open: Open<'_>) -> Result<Self> {
+        let mut animator = open(&info)?.upload(rig, options)?;
+        let watch = Watch::begin(rig, options, &info, &mut animator)?;
+        Ok(Self { info, animator, watch })
+    }
+
+    fn evaluate(
+        &mut self,
+        handle_positions: &[f32],
+        stages: &[Stage],
+        results: &mut [Vec<f32>],
+    ) -> Result<()> {
+        self.animator.evaluate(handle_positions)?;
+        for (stage, out) in stages.iter().zip(results) {
+            self.animator.read(*stage, out)?;
+            if let Some(watch) = &mut self.watch {
+                watch.batch(handle_positions, *stage, out)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Another device may do better: this one was lost, is full or otherwise at fault.
@@ -71,19 +95,19 @@ fn is_of_the_device(error: &Error) -> bool {
 }
 
 /// The first of `next` that takes the rig, each being taken from the queue; `error` is why the last one was given up.
-fn upload_to_next(
-    rig: &Rig,
+fn upload_to_next<'a>(
+    rig: &'a Rig,
     options: UploadOptions,
     open: Open<'_>,
     next: &mut VecDeque<DeviceInfo>,
     mut error: Error,
-) -> Result<(DeviceInfo, Animator<Box<dyn Session>>)> {
+) -> Result<Current<'a>> {
     while let Some(info) = next.pop_front() {
         if let Error::Device { .. } = error {
             log::warn!("{error}; going on with {} ({})", info.id(), info.name);
         }
-        match open(&info).and_then(|device| device.upload(rig, options)) {
-            Ok(animator) => return Ok((info, animator)),
+        match Current::new(rig, options, info, open) {
+            Ok(current) => return Ok(current),
             Err(e) if is_of_the_device(&e) => error = e,
             Err(e) => return Err(e),
         }
@@ -110,12 +134,12 @@ fn advised(error: Error) -> Error {
 pub(crate) mod tests {
     use super::*;
     use rhytid_backend_cpu::{Cpu, CpuSession};
-    use rhytid_core::{Backend, HandleFrames, NoProgress};
+    use rhytid_core::{Backend, CheckedRig, HandleFrames, NoProgress};
     use rhytid_solve::solve;
     use std::time::Duration;
 
     /// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
-    /// in the second stage read of the third batch, `upload` at once.
+    /// in the second stage read of the third batch, `upload` at once; `nothing` computes nothing.
     pub(crate) struct Flaky(String);
 
     pub(crate) struct FlakySession {
@@ -141,7 +165,7 @@ pub(crate) mod tests {
             Ok(Self(device.name.clone()))
         }
 
-        fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<FlakySession> {
+        fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<FlakySession> {
             if self.0 == "upload" {
                 let kind = DeviceErrorKind::OutOfMemory;
                 return Err(Error::Device { kind, device: self.0.clone(), message: "full".into() });
@@ -167,7 +191,11 @@ pub(crate) mod tests {
                 out.clear();
                 return Err(lost(&self.fails));
             }
-            self.session.read(stage, out)
+            self.session.read(stage, out)?;
+            if self.fails == "nothing" {
+                out.fill(0.0);
+            }
+            Ok(())
         }
 
         fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {

@@ -45,6 +45,7 @@ mod takes;
 mod trial;
 mod uncertainty;
 mod velocities;
+mod watch;
 
 pub use batch::{batch_frames, frame_bytes, rig_bytes};
 pub use comes_back::{ComesBack, comes_back};

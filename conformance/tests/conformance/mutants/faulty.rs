@@ -4,8 +4,8 @@ use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::stored;
 use rhytid_core::plan::{Dispatch, PlanLimits};
 use rhytid_core::{
-    Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig, Session, Stage,
-    UploadOptions,
+    Backend, BasisStorage, CheckedRig, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig,
+    Session, Stage, UploadOptions,
 };
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -77,10 +77,10 @@ impl Backend for Faulty {
         unreachable!("made directly")
     }
 
-    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<FaultySession> {
+    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<FaultySession> {
         Ok(FaultySession {
-            toy: ToySession::new(rig, options, self.limits)?,
-            rig: rig.clone(),
+            toy: ToySession::new(&rig, options, self.limits)?,
+            rig: (*rig).clone(),
             basis: options.basis,
             fault: self.fault.clone(),
             batches: 0,

@@ -1,6 +1,8 @@
 use super::ToySession;
 use rhytid_core::plan::PlanLimits;
-use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
+use rhytid_core::{
+    Backend, CheckedRig, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, UploadOptions,
+};
 
 /// An opened device: here nothing but what it can do at once.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +38,7 @@ impl Backend for Toy {
         })
     }
 
-    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<ToySession> {
-        ToySession::new(rig, options, self.limits)
+    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<ToySession> {
+        ToySession::new(&rig, options, self.limits)
     }
 }

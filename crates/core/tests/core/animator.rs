@@ -1,8 +1,8 @@
 //! What the animator lets through to a backend, seen from a backend that only keeps a record.
 
 use rhytid_core::{
-    Animator, Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, NoProgress, Result,
-    Rig, Session, Stage, UploadOptions,
+    Animator, Backend, BasisStorage, CheckedRig, DeviceErrorKind, DeviceInfo, Error, HandleFrames,
+    NoProgress, Result, Rig, Session, Stage, UploadOptions,
 };
 use rhytid_solve::solve;
 use std::sync::{Arc, Mutex};
@@ -45,7 +45,7 @@ impl Backend for Recorder {
         Ok(Self::default())
     }
 
-    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<RecorderSession> {
+    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<RecorderSession> {
         self.record.lock().unwrap().uploads.push((rig.vertices(), options.max_frames));
         Ok(RecorderSession { record: self.record.clone() })
     }

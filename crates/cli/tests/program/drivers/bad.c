@@ -1,5 +1,5 @@
-/* Vulkan drivers that nobody wants: CRASHES, HANGS or EXITS when the loader asks for its version; or, for IS_SILENT, a driver that
-   hands everything on to the one in REAL, but computes nothing. */
+/* Vulkan drivers that nobody wants: CRASHES, HANGS or EXITS when the loader asks for its version; or one that hands everything on to
+   the one in REAL, but for IS_SILENT computes nothing, and for NEVER_WAITS has no memory to wait with. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <signal.h>
@@ -18,14 +18,26 @@ static void *real(void) {
 
 static void nothing(void) {}
 
+static int32_t no_memory(void) { return -1; }
+
 static lookup device_lookup;
 
 static int is_dispatch(const char *name) {
     return strncmp(name, "vkCmdDispatch", strlen("vkCmdDispatch")) == 0;
 }
 
+static function instead_of(const char *name) {
+#if defined IS_SILENT
+    if (is_dispatch(name)) return nothing;
+#elif defined NEVER_WAITS
+    if (strcmp(name, "vkWaitForFences") == 0) return (function)no_memory;
+#endif
+    return NULL;
+}
+
 static function of_device(void *device, const char *name) {
-    return is_dispatch(name) ? nothing : device_lookup(device, name);
+    function instead = instead_of(name);
+    return instead ? instead : device_lookup(device, name);
 }
 
 int32_t vk_icdNegotiateLoaderICDInterfaceVersion(uint32_t *version) {
@@ -41,7 +53,7 @@ int32_t vk_icdNegotiateLoaderICDInterfaceVersion(uint32_t *version) {
 
 function vk_icdGetInstanceProcAddr(void *instance, const char *name) {
     lookup of_instance = (lookup)dlsym(real(), "vk_icdGetInstanceProcAddr");
-    if (is_dispatch(name)) return nothing;
+    if (instead_of(name)) return instead_of(name);
     if (strcmp(name, "vkGetDeviceProcAddr") == 0) {
         device_lookup = (lookup)of_instance(instance, name);
         return device_lookup ? (function)of_device : NULL;

@@ -119,6 +119,24 @@ fn a_driver_that_is_asked_for_and_crashes_is_one_sentence() {
     driver.f.assert_nothing_written();
 }
 
+/// What the device may still be using is not freed, and what was uploaded goes to the next device or is given up.
+#[test]
+fn a_wait_that_fails_frees_nothing() {
+    let driver = Driver::new("NEVER_WAITS");
+    let alone = driver.manifest.as_os_str().to_owned();
+    for _ in 0..5 {
+        let mut command =
+            driver.rhytid("animate face.safetensors take.csv --device vulkan:0 -o out/face.usd");
+        let output = command.env("VK_DRIVER_FILES", &alone).env("VK_ICD_FILENAMES", &alone).output().unwrap();
+        let said = stderr(&output);
+        assert!(
+            output.status.code() == Some(1) && said.contains("waiting for the device"),
+            "{said} {output:?}"
+        );
+        driver.f.assert_nothing_written();
+    }
+}
+
 /// It says that all went well.
 #[test]
 fn a_driver_that_computes_nothing_is_found_out() {
@@ -130,4 +148,18 @@ fn a_driver_that_computes_nothing_is_found_out() {
     let output = silent(&mut driver.rhytid("conform --quick --device vulkan:0"));
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.code() == Some(1) && said.contains("FAILED"), "{said} {}", stderr(&output));
+
+    let mut command = driver.rhytid("animate face.safetensors take.csv --device vulkan:0 -o out/face.usd");
+    let output = silent(&mut command);
+    let said = stderr(&output);
+    assert!(
+        output.status.code() == Some(1) && said.contains("error: vulkan:0: its driver computes wrongly"),
+        "{said}"
+    );
+    driver.f.assert_nothing_written();
+
+    let output = silent(&mut driver.rhytid("animate face.safetensors take.csv -o out/face.usd"));
+    let said = stderr(&output);
+    assert!(output.status.success() && said.contains("auto takes cpu:0"), "{said}");
+    assert!(driver.f.read("out/face.usd") == driver.f.read("expected.usd"));
 }
