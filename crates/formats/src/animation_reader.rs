@@ -27,6 +27,8 @@ pub struct Summary {
     pub normals: bool,
     /// Whether the frames have velocities.
     pub velocities: bool,
+    /// Whether the frames have extents: boxes around their positions, by which viewers know what is in sight. glTF has none.
+    pub extents: bool,
     /// Whether the frames have the head's pose.
     pub head: bool,
     /// The largest deviation from what was exported that the file states (glTF: `worstMillimetres` in its extras), in
@@ -61,6 +63,9 @@ pub trait AnimationReader: Send {
     /// Replaces `out` by the 3V velocities of a frame, in mesh units per second; empties it where
     /// [`Summary::velocities`] is false.
     fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()>;
+
+    /// The extent of a frame, its lowest and its highest corner in mesh units; `None` where [`Summary::extents`] is false.
+    fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>>;
 
     /// The head pose of a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh units; `None` where [`Summary::head`] is false.
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>>;

@@ -116,6 +116,8 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         fade_detail: args.fade_detail,
         detail: Some(args.detail).filter(|gain| *gain != 1.0),
         detail_of: detail_of(&gains),
+        normals: args.no_normals.then_some(false),
+        velocities: args.velocities.then_some(true),
         head: HeadMotion::from(args.head).into(),
     };
     let options = export::Options {

@@ -3,7 +3,7 @@
 use crate::args::MissingChoice;
 use crate::progress::Ui;
 use crate::{args, exit, inputs, output};
-use rhytid::formats::animation;
+use rhytid::formats::animation::{self, Format};
 use rhytid::formats::animation_reader::{AnimationReader, Summary};
 use rhytid::formats::export::{Frame, HeadMotion, OutputStage, Provenance};
 use rhytid::formats::take::Missing;
@@ -67,6 +67,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         }
     }
 
+    let differences = differences(&summary, &provenance, &rig, Format::of(&args.file)?);
     let devices = inputs::devices(device, ui)?;
     let gains = regions(provenance.detail_of.as_deref().unwrap_or_default());
     let mut playback = Playback::new(&rig, &devices, selection.take.frames())?
@@ -92,7 +93,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         Ok(())
     })?;
     ui.clear();
-    let report = Comparison::new(compared, &rig, &summary);
+    let report = Comparison::new(compared, differences, &rig, &summary);
     if args.json {
         output::json(&report)?;
     } else if !ui.is_quiet() || !report.passed {
@@ -141,6 +142,41 @@ impl Request {
     }
 }
 
+/// In what the file differs from what `animate` writes of the rig, before its first frame.
+fn differences(summary: &Summary, made: &Provenance, rig: &Rig, format: Format) -> Vec<String> {
+    let is_usd = !matches!(format, Format::Glb | Format::Gltf);
+    let has = |yes: bool| if yes { "has" } else { "lacks" };
+    let mut found = Vec::new();
+    let mut compare = |what: &str, found_here: String, expected: String| {
+        if found_here != expected {
+            found.push(format!("{what}: {found_here}, expected {expected}"));
+        }
+    };
+    // glTF has it in 32 bits.
+    let ratio = summary.metres_per_unit / rig.metres_per_unit;
+    if ratio.is_nan() || (ratio - 1.0).abs() > 1e-6 {
+        compare("metres per unit", summary.metres_per_unit.to_string(), rig.metres_per_unit.to_string());
+    }
+    compare("up axis", format!("{:?}", summary.up_axis), format!("{:?}", rig.up_axis));
+    let faces_are_right = match is_usd {
+        true => summary.faces == rig.faces,
+        false => rig.triangles.as_flattened() == summary.faces.indices,
+    };
+    compare("faces", if faces_are_right { "the rig's" } else { "others" }.into(), "the rig's".into());
+    compare("normals", has(summary.normals).into(), has(made.normals.unwrap_or(true)).into());
+    if made.velocities == Some(true) {
+        compare("velocities", has(summary.velocities).into(), has(true).into());
+    }
+    compare("extents", has(summary.extents).into(), has(is_usd).into());
+    found
+}
+
+/// The most that normals of length 1 are apart, as a root mean square: around triangles without area two devices have any.
+const NORMALS_DIFFER: f64 = 1e-3;
+
+/// The same where a file states an error, which says nothing of normals: what is told apart is right from wrong.
+const STATED_NORMALS_DIFFER: f64 = 0.3;
+
 /// The largest and the mean square distance of two fields of vectors.
 #[derive(Default)]
 struct Distances {
@@ -188,6 +224,8 @@ struct Compared {
     normals: Distances,
     velocities: Distances,
     head: f64,
+    /// Frames whose extent is not that of their positions.
+    wrong_extents: usize,
 }
 
 impl Compared {
@@ -209,6 +247,10 @@ impl Compared {
             reader.velocities(frame, buffer)?;
             self.velocities.add(frame, buffer, velocities);
         }
+        if let Some(extent) = reader.extent(frame)? {
+            reader.positions(frame, buffer)?;
+            self.wrong_extents += usize::from(extent != extent_of(buffer));
+        }
         // A head that never moves need not be in the file.
         let expected = head.unwrap_or(RigidMotion::IDENTITY).matrix();
         let found = reader.head(frame)?.unwrap_or(RigidMotion::IDENTITY.matrix());
@@ -223,10 +265,19 @@ impl Compared {
     }
 }
 
+/// The box around positions.
+fn extent_of(positions: &[f32]) -> [[f32; 3]; 2] {
+    positions.as_chunks::<3>().0.iter().fold([[f32::MAX; 3], [f32::MIN; 3]], |[low, high], x| {
+        [[0, 1, 2].map(|c| low[c].min(x[c])), [0, 1, 2].map(|c| high[c].max(x[c]))]
+    })
+}
+
 /// What is printed.
 #[derive(Serialize)]
 struct Comparison {
     passed: bool,
+    /// In what the file is not what the rig and the take give, beside the numbers below.
+    differences: Vec<String>,
     frames: usize,
     vertices: usize,
     worst_mm: f64,
@@ -239,6 +290,7 @@ struct Comparison {
     stated_mm: Option<f64>,
     /// The longest difference of two normals of length 1.
     normals_worst: Option<f64>,
+    normals_rms: Option<f64>,
     velocities_worst_mm_per_s: Option<f64>,
     /// The largest difference of two elements of the head's matrix, relative to those above 1; the translation is in
     /// mesh units.
@@ -246,16 +298,24 @@ struct Comparison {
 }
 
 impl Comparison {
-    fn new(compared: Compared, rig: &Rig, summary: &Summary) -> Self {
+    fn new(compared: Compared, mut differences: Vec<String>, rig: &Rig, summary: &Summary) -> Self {
         let millimetres = 1e3 * rig.metres_per_unit;
         let diagonal = diagonal(rig);
         let allowed = summary.stated_error.unwrap_or(0.0) + DEVICES_DIFFER * diagonal;
+        if compared.wrong_extents > 0 {
+            differences
+                .push(format!("extents: wrong in {} of {} frames", compared.wrong_extents, compared.frames));
+        }
+        let normals = if summary.stated_error.is_some() { STATED_NORMALS_DIFFER } else { NORMALS_DIFFER };
         let head = (summary.head || compared.head > 0.0).then_some(compared.head);
         Self {
             // A velocity is the difference of two positions. glTF has a head's motion in 32 bits.
             passed: compared.positions.worst <= allowed
                 && compared.velocities.worst <= 2.0 * allowed * summary.rate
-                && compared.head <= 1e-6,
+                && compared.head <= 1e-6
+                && compared.normals.rms() <= normals
+                && differences.is_empty(),
+            differences,
             frames: compared.frames,
             vertices: summary.vertices,
             worst_mm: compared.positions.worst * millimetres,
@@ -265,6 +325,7 @@ impl Comparison {
             allowed_mm: allowed * millimetres,
             stated_mm: summary.stated_error.map(|error| error * millimetres),
             normals_worst: summary.normals.then_some(compared.normals.worst),
+            normals_rms: summary.normals.then_some(compared.normals.rms()),
             velocities_worst_mm_per_s: summary.velocities.then_some(compared.velocities.worst * millimetres),
             head_worst: head,
         }
@@ -294,11 +355,14 @@ impl Comparison {
         let further = [
             (
                 "normals",
-                self.normals_worst.map(|worst| format!("off by {worst:.6} of their length at worst")),
+                self.normals_worst
+                    .zip(self.normals_rms)
+                    .map(|(worst, rms)| format!("off by {worst:.6} of their length at worst, RMS {rms:.6}")),
             ),
             ("velocities", self.velocities_worst_mm_per_s.map(|worst| format!("{worst:.6} mm/s at worst"))),
             ("head", self.head_worst.map(|worst| format!("its matrix off by {worst:.2e} at worst"))),
         ];
+        rows.extend(self.differences.iter().map(|what| row("differs", what.clone())));
         rows.extend(further.into_iter().filter_map(|(name, text)| Some(row(name, text?))));
         let verdict = if self.passed { "sound" } else { "FAILS: it is not what the rig and the take give" };
         format!("{file}: {verdict}\n{}", output::table(&rows))

@@ -23,5 +23,6 @@ mod reach;
 mod retarget;
 mod space;
 mod stitch;
+mod tampered;
 mod usd;
 mod words;

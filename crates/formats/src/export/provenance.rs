@@ -35,6 +35,12 @@ pub struct Provenance {
     /// By how much it is multiplied by region besides, such as `brows=0.5;chin=1.2`; `None` where it is not, which files do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail_of: Option<String>,
+    /// Whether there are normals; `None` for yes, which files do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normals: Option<bool>,
+    /// Whether there are velocities; `None` for no, which files do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocities: Option<bool>,
     /// What became of the head's motion. Files from before there was this choice do not say: it was
     /// [`HeadMotion::Keep`].
     #[serde(default = "keep")]

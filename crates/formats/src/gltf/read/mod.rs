@@ -70,6 +70,7 @@ fn animation(mut arrays: Arrays) -> Result<Box<dyn AnimationReader>> {
         up_axis: layout.up_axis,
         normals: layout.base[1].is_some(),
         velocities: false,
+        extents: false,
         head: motion.head.is_some(),
         stated_error: layout.stated_error,
         provenance: layout.provenance.clone(),
@@ -184,6 +185,10 @@ impl AnimationReader for Animation {
     fn velocities(&mut self, _frame: usize, out: &mut Vec<f32>) -> Result<()> {
         out.clear();
         Ok(())
+    }
+
+    fn extent(&mut self, _frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
+        Ok(None)
     }
 
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {

@@ -20,6 +20,7 @@ struct Numbers {
     points: usize,
     normals: Option<usize>,
     velocities: Option<usize>,
+    extent: Option<usize>,
     head: Option<usize>,
 }
 
@@ -80,6 +81,14 @@ impl AnimationReader for Animation {
         self.vectors("velocities", self.numbers.velocities, frame, out)
     }
 
+    fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
+        let Some(number) = self.numbers.extent else { return Ok(None) };
+        match self.samples.read(number, frame)? {
+            Value::Float3s(corners) if corners.len() == 2 => Ok(Some([corners[0], corners[1]])),
+            _ => Err(self.damaged("extents", frame, "no two corners")),
+        }
+    }
+
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
         let Some(number) = self.numbers.head else { return Ok(None) };
         match self.samples.read(number, frame)? {
@@ -124,9 +133,11 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         points,
         normals: sampled(mesh, "normals"),
         velocities: sampled(mesh, "velocities"),
+        extent: sampled(mesh, "extent"),
         head: sampled(root, "xformOp:transform"),
     };
     let (first_time_code, frames) = check_times(&numbers, samples)?;
+    check_metadata(layer, mesh, first_time_code, frames)?;
     let vertices = match attribute(mesh, "points").and_then(|points| points.default.as_ref()) {
         Some(Value::Float3s(rest)) => rest.len(),
         _ => match samples.read(points, 0).map_err(Fault::Unread)? {
@@ -154,11 +165,39 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         up_axis,
         normals: numbers.normals.is_some(),
         velocities: numbers.velocities.is_some(),
+        extents: numbers.extent.is_some(),
         head: numbers.head.is_some(),
         provenance: provenance(root),
         stated_error: None,
     };
     Ok((summary, numbers))
+}
+
+/// What a layer says besides, where it says it, fits its samples: else programs would play another range, at another rate, or
+/// see the faces from behind.
+fn check_metadata(layer: &Layer, mesh: &Prim, first: f64, frames: usize) -> Result<(), String> {
+    let number = |name: &str| match field(&layer.metadata, name) {
+        Some(Value::Double(x)) => Some(*x),
+        _ => None,
+    };
+    let last = first + (frames - 1) as f64;
+    for (name, expected, what) in [
+        ("startTimeCode", first, "its first sample"),
+        ("endTimeCode", last, "its last sample"),
+        ("framesPerSecond", number("timeCodesPerSecond").unwrap_or(24.0), "its timeCodesPerSecond"),
+    ] {
+        if let Some(found) = number(name).filter(|found| *found != expected) {
+            return Err(format!("has the {name} {found}, expected {expected} as of {what}; export it again"));
+        }
+    }
+    let orientation = attribute(mesh, "orientation").and_then(|attribute| attribute.default.as_ref());
+    match orientation {
+        Some(Value::Token(token)) if token == "leftHanded" => {
+            Err("has left-handed faces, expected those of an exported animation, which are right-handed"
+                .into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The first time code and the number of frames, which all that is sampled has.
@@ -172,7 +211,12 @@ fn check_times(numbers: &Numbers, samples: &dyn Samples) -> Result<(f64, usize),
             "its points do not have a sample at each time code from {first} on, expected that of an exported animation"
         ));
     }
-    let others = [("normals", numbers.normals), ("velocities", numbers.velocities), ("head", numbers.head)];
+    let others = [
+        ("normals", numbers.normals),
+        ("velocities", numbers.velocities),
+        ("extents", numbers.extent),
+        ("head", numbers.head),
+    ];
     for (what, number) in others {
         if number.is_some_and(|number| samples.times(number) != times) {
             return Err(format!(

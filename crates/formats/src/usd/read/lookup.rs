@@ -52,6 +52,10 @@ pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
         Value::Double(x) => Some(*x),
         _ => None,
     };
+    let flag = |name: &str| match field(fields, name)? {
+        Value::Bool(yes) => Some(*yes),
+        _ => None,
+    };
     // Beyond this, doubles have no odd numbers.
     let frame =
         |name: &str| number(name).filter(|x| x.fract() == 0.0 && (0.0..=9e15).contains(x)).map(|x| x as u64);
@@ -65,6 +69,8 @@ pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
         missing: Word::of(&text("missing")?),
         detail: number("detail"),
         detail_of: text("detail_of"),
+        normals: flag("normals"),
+        velocities: flag("velocities"),
         // Older files have neither of these.
         fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
         head: text("head").map_or(HeadMotion::Keep.into(), |word| Word::of(&word)),

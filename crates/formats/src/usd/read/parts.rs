@@ -108,6 +108,11 @@ impl AnimationReader for Parts {
         animation.velocities(frame, out)
     }
 
+    fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
+        let (animation, frame) = self.at(frame)?;
+        animation.extent(frame)
+    }
+
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
         let (animation, frame) = self.at(frame)?;
         animation.head(frame)
@@ -156,6 +161,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("the number of vertices", b.vertices.to_string(), a.vertices.to_string()),
         ("with normals", has(b.normals), has(a.normals)),
         ("with velocities", has(b.velocities), has(a.velocities)),
+        ("with extents", has(b.extents), has(a.extents)),
         ("with head motion", has(b.head), has(a.head)),
     ];
     let differs = pairs.into_iter().find(|(_, b, a)| a != b);

@@ -18,6 +18,7 @@ fn check(animation: &Animation, path: &Path) {
     assert_eq!(summary.normals, animation.with_normals);
     assert_eq!(summary.velocities, animation.velocities.is_some());
     assert_eq!(summary.head, animation.head.is_some());
+    assert!(summary.extents);
     let bits = |numbers: &[f32]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let mut out = Vec::new();
     // Backwards, so that no order is relied on.
@@ -29,6 +30,10 @@ fn check(animation: &Animation, path: &Path) {
         assert_eq!(bits(&out), bits(frame.normals.unwrap_or_default()), "{}: normals", path.display());
         reader.velocities(i, &mut out).unwrap();
         assert_eq!(bits(&out), bits(frame.velocities.unwrap_or_default()), "{}: velocities", path.display());
+        let [low, high] = reader.extent(i).unwrap().unwrap();
+        let along = |c: usize| frame.positions.iter().skip(c).step_by(3).copied();
+        assert_eq!(low, [0, 1, 2].map(|c| along(c).fold(f32::MAX, f32::min)));
+        assert_eq!(high, [0, 1, 2].map(|c| along(c).fold(f32::MIN, f32::max)));
         let head = animation.head.as_ref().map(|head| head[i].matrix());
         assert_eq!(reader.head(i).unwrap(), head, "{}: head of frame {i}", path.display());
     }
