@@ -16,6 +16,10 @@ pub struct Take {
     pub confidence: Option<Vec<f32>>,
 }
 
+/// A take becomes longer than this and so many times as long as it is only by a gap that nobody meant.
+const LEAST_TOO_MANY: usize = 1_000;
+const TOO_MANY_TIMES: usize = 100;
+
 impl Take {
     /// More frames than this come from a mistake in the times or the rate: nine hours at 30 frames per second.
     pub const MAX_RESAMPLED: usize = 1_000_000;
@@ -59,8 +63,8 @@ impl Take {
     /// evenly between them, and confidence is linear too.
     ///
     /// # Errors
-    /// [`Error::Input`] if `fps` is not finite and positive, or more than [`Take::MAX_RESAMPLED`] frames would
-    /// come out.
+    /// [`Error::Input`] if `fps` is not finite and positive, or more than [`Take::MAX_RESAMPLED`] frames, or far more than
+    /// there are, would come out.
     pub fn resample(&self, fps: f64) -> Result<Take> {
         if !(fps.is_finite() && fps > 0.0) {
             return Err(Error::input(format!("the frame rate is {fps}, expected a number above 0")));
@@ -76,6 +80,16 @@ impl Take {
                 "the take runs from {start} to {end} s, which is {count} frames at {fps} per second, expected at \
                  most {}; check its times",
                 Self::MAX_RESAMPLED
+            )));
+        }
+        if count > LEAST_TOO_MANY + TOO_MANY_TIMES * self.frames() {
+            let steps = self.times.windows(2).map(|times| times[1] - times[0]).enumerate();
+            let (before, step) = steps.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+            return Err(Error::input(format!(
+                "the take has {} frames, which would be {count} at {fps} per second: frame {} comes {step:.1} s after the one before \
+                 it; cut the take there, or check its times",
+                self.frames(),
+                before + 1
             )));
         }
         let head = self.head.as_ref().map(|_| Vec::with_capacity(count));

@@ -3,6 +3,7 @@
 mod bad_input;
 mod bad_rig;
 mod bench;
+mod budgets;
 mod common;
 mod device_choice;
 mod drivers;

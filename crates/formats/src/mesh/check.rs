@@ -4,7 +4,8 @@ use rhytid_core::{Error, Mesh, Result};
 
 /// What every reader guarantees: every coordinate is finite and fits a 32-bit float; there is a face; each face
 /// has three corners or more; every index is in range; there are as many texture coordinates as corners or
-/// vertices ask for, all finite; every face's material is one of those named. `name` stands for the file in messages.
+/// vertices ask for, all finite; every face's material is one of those named; no face has more than 4,096 corners, and
+/// no vertex is in more faces than that. `name` stands for the file in messages.
 ///
 /// # Errors
 /// [`Error::Input`] names the first thing that is wrong.
@@ -31,7 +32,31 @@ pub fn check(mesh: &Mesh, name: &str) -> Result<()> {
     let material_fault = || mesh.materials.as_ref().and_then(|materials| materials.fault(&mesh.faces));
     match mesh.faces.fault(vertices).or_else(uv_fault).or_else(material_fault) {
         Some(fault) => fail(format!("{fault}; the file may be cut short: export it again")),
+        None => check_degrees(mesh, name),
+    }
+}
+
+/// What is done at a corner or around a vertex takes the square of these, at worst.
+const MOST_CORNERS: u32 = 4096;
+const MOST_AROUND: u32 = 4096;
+
+/// No face has a corner too many, and no vertex a face.
+fn check_degrees(mesh: &Mesh, name: &str) -> Result<()> {
+    let fail = |what: String| Err(Error::input(format!("{name}: {what}")));
+    if let Some((f, &n)) = mesh.faces.counts.iter().enumerate().find(|(_, n)| **n > MOST_CORNERS) {
+        return fail(format!(
+            "face {} has {n} corners, expected at most {MOST_CORNERS}; cut it into smaller ones",
+            f + 1
+        ));
+    }
+    let mut around = vec![0_u32; mesh.positions.len()];
+    mesh.faces.indices.iter().for_each(|&v| around[v as usize] += 1);
+    match around.iter().position(|&n| n > MOST_AROUND) {
         None => Ok(()),
+        Some(v) => fail(format!(
+            "vertex {v} (counted from 0) is a corner of {} faces, expected at most {MOST_AROUND}; is it a scan's surface?",
+            around[v]
+        )),
     }
 }
 

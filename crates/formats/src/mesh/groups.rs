@@ -4,7 +4,11 @@ use super::like::like;
 use super::obj;
 use super::read::{Format, decode};
 use rhytid_core::{Error, Mesh, Result, input_file};
+use std::collections::HashMap;
 use std::path::Path;
+
+/// Groups that a face is in; each of its vertices is kept for each.
+const AT_ONCE: usize = 64;
 
 /// The groups of an OBJ file in the order of their names, each with its vertices, ascending: those of its faces. The mesh in the
 /// file has to be like `neutral`, which was read from `neutral_path`. Faces before the first `g` are in no group.
@@ -19,6 +23,7 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let mesh = like(decode(&bytes, Format::Obj, &path.display().to_string())?, neutral, neutral_path, path)?;
     let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
     // Those that the next face is in, and its vertices. A face stands on one statement.
     let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), mesh.faces.iter());
     for statement in obj::statements(&bytes) {
@@ -26,16 +31,20 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
         let mut words = text.split_whitespace();
         match words.next() {
             Some("g") => {
-                current = words
-                    .filter(|name| *name != "default")
-                    .map(|name| match groups.iter().position(|(known, _)| known == name) {
-                        Some(i) => i,
-                        None => {
-                            groups.push((name.to_owned(), Vec::new()));
-                            groups.len() - 1
-                        }
-                    })
-                    .collect();
+                current.clear();
+                for name in words.filter(|name| *name != "default") {
+                    let group = *known.entry(name.to_owned()).or_insert_with(|| {
+                        groups.push((name.to_owned(), Vec::new()));
+                        groups.len() - 1
+                    });
+                    current.push(group);
+                }
+                if current.len() > AT_ONCE {
+                    return Err(fault(&format!(
+                        "puts faces into {} groups at once, expected at most {AT_ONCE}; split the line",
+                        current.len()
+                    )));
+                }
             }
             Some("f" | "fo") => {
                 let face = faces.next().unwrap_or_default();

@@ -21,6 +21,7 @@ pub(super) fn read(root: &Root, buffers: &Buffers, name: &str) -> Result<Mesh> {
         uvs: Vec::new(),
         uv_corners: Vec::new(),
         corners_without_uv: 0,
+        corners_read: 0,
         materials: Assigned::default(),
         skipped: 0,
     };
@@ -66,6 +67,8 @@ struct Reader<'a> {
     /// As long as every corner so far has one.
     uv_corners: Vec<u32>,
     corners_without_uv: usize,
+    /// Corners of all primitives so far.
+    corners_read: usize,
     materials: Assigned,
     /// Primitives of points or lines.
     skipped: usize,
@@ -141,12 +144,17 @@ impl Reader<'_> {
                 indices.len()
             ));
         }
+        // Also where nothing comes of them: many primitives may name the same.
+        self.corners_read += indices.len();
         let mut corners = triangle_corners(mode, &indices);
         if transform.determinant() < 0.0 {
             // A mirror turns triangles inside out, which glTF takes back.
             corners.chunks_exact_mut(3).for_each(|corner| corner.swap(1, 2));
         }
-        self.within_reason(self.mesh.positions.len(), self.mesh.faces.indices.len() + corners.len())?;
+        self.within_reason(
+            self.mesh.positions.len(),
+            self.corners_read.max(self.mesh.faces.indices.len() + corners.len()),
+        )?;
 
         match attribute(Semantic::TexCoords(0)) {
             None => self.corners_without_uv += corners.len(),

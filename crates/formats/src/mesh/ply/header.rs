@@ -60,6 +60,9 @@ pub(super) struct Element {
     pub properties: Vec<Property>,
 }
 
+/// Elements of a file, and properties of an element.
+const MOST: usize = 256;
+
 pub(super) struct Header {
     pub encoding: Encoding,
     /// In the file's order; distinct names.
@@ -123,6 +126,9 @@ impl Header {
                     if elements.iter().any(|e| e.name == *element) {
                         return fail("but there is such an element already");
                     }
+                    if elements.len() == MOST {
+                        return fail("expected at most 256 elements; the header may be damaged");
+                    }
                     elements.push(Element { name: (*element).into(), count, properties: Vec::new() });
                 }
                 ["property", types @ .., property] => {
@@ -139,6 +145,11 @@ impl Header {
                     };
                     if matches!(list, Some(Some(Scalar::F32 | Scalar::F64))) {
                         return fail("expected a whole number's type for the length of a list");
+                    }
+                    if element.properties.len() == MOST {
+                        return fail(
+                            "expected at most 256 properties of an element; the header may be damaged",
+                        );
                     }
                     element.properties.push(Property {
                         name: (*property).into(),

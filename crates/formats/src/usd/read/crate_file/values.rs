@@ -145,10 +145,17 @@ impl Reader {
     pub(super) fn list_op(&mut self, rep: ValueRep) -> Result<Vec<u32>> {
         let mut cursor = self.cursor(rep);
         let [parts] = cursor.array()?;
+        let mut at = cursor.at();
         let mut items: Vec<[u8; 4]> = Vec::new();
         for part in LIST_OP_PARTS.into_iter().filter(|part| parts & part != 0) {
+            let mut cursor = Cursor::new(&mut self.source, at, "a list operation");
             let count = cursor.u64()?;
+            at = cursor.at();
+            // Also for what is only passed over: many fields may name one list.
+            self.spend(count.saturating_mul(4))?;
+            let mut cursor = Cursor::new(&mut self.source, at, "a list operation");
             let listed = cursor.elements(count)?;
+            at = cursor.at();
             if LIST_OP_PUTS_IN & part != 0 {
                 items.extend(listed);
             }
@@ -166,6 +173,7 @@ impl Reader {
             let count = cursor.u64()?;
             at = cursor.at();
             for _ in 0..count {
+                self.spend(SMALL)?;
                 let mut cursor = Cursor::new(&mut self.source, at, "a reference");
                 let (asset, prim) = (cursor.u32()?, cursor.u32()?);
                 // Offset and scale of time, then custom data, of which there is none.
