@@ -1,8 +1,9 @@
 //! `cargo xtask fuzz`: every fuzz target for a while, from the seeds that are kept in the repository.
 use crate::run::{Result, command, output, root, run, succeeds};
+use std::time::{Duration, Instant};
 
-/// Runs each target of `fuzz/` for `seconds`; stops at the first that finds something.
-pub(crate) fn fuzz(seconds: u32) -> Result {
+/// Runs each target of `fuzz/` for `seconds`, once or in turns for `hours`; stops at the first that finds something.
+pub(crate) fn fuzz(seconds: u32, hours: Option<u32>) -> Result {
     if !succeeds(command("cargo", &["+nightly", "--version"])) {
         return Err("fuzzing needs the nightly toolchain: run `rustup toolchain install nightly`".into());
     }
@@ -14,7 +15,20 @@ pub(crate) fn fuzz(seconds: u32) -> Result {
     if targets.is_empty() {
         return Err("`cargo fuzz list` names no target; is fuzz/Cargo.toml there?".into());
     }
-    for target in &targets {
+    let start = Instant::now();
+    let wanted = hours.map_or(Duration::ZERO, |hours| Duration::from_secs(3600 * u64::from(hours)));
+    let mut turns = 0;
+    while turns == 0 || start.elapsed() < wanted {
+        turn(&targets, seconds)?;
+        turns += 1;
+    }
+    println!("{} fuzz targets, {turns} times {seconds} s each: nothing found", targets.len());
+    Ok(())
+}
+
+/// Each target once; what it finds on the way is where the next turn begins.
+fn turn(targets: &[&str], seconds: u32) -> Result {
+    for target in targets {
         let corpus = root().join("fuzz/corpus").join(target);
         std::fs::create_dir_all(&corpus).map_err(|e| format!("{}: {e}", corpus.display()))?;
         let mut fuzz = command("cargo", &["+nightly", "fuzz", "run", target]);
@@ -26,6 +40,5 @@ pub(crate) fn fuzz(seconds: u32) -> Result {
         fuzz.args(["--", &format!("-max_total_time={seconds}")]);
         run(fuzz).map_err(|e| format!("{e}: the input that did it lies under fuzz/artifacts/{target}"))?;
     }
-    println!("{} fuzz targets, {seconds} s each: nothing found", targets.len());
     Ok(())
 }

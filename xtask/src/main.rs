@@ -44,6 +44,9 @@ enum Chore {
         /// How long each target runs.
         #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
         seconds: u32,
+        /// Go on, target after target again and again, for so many hours in all.
+        #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..))]
+        hours: Option<u32>,
     },
     /// Time Rhytid beside the same computation in other languages.
     Bench(bench::Bench),
@@ -57,7 +60,7 @@ fn main() -> ExitCode {
         Chore::Kernels { check } => kernels::kernels(check),
         Chore::Package => package::package(),
         Chore::Deny => deny::deny(),
-        Chore::Fuzz { seconds } => fuzz::fuzz(seconds),
+        Chore::Fuzz { seconds, hours } => fuzz::fuzz(seconds, hours),
         Chore::Bench(options) => bench::bench(&options),
     };
     match outcome {

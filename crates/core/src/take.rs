@@ -18,7 +18,7 @@ pub struct Take {
 
 /// A take becomes longer than this and so many times as long as it is only by a gap that nobody meant.
 const LEAST_TOO_MANY: usize = 1_000;
-const TOO_MANY_TIMES: usize = 100;
+const TOO_MANY_TIMES: usize = 1_000;
 
 impl Take {
     /// More frames than this come from a mistake in the times or the rate: nine hours at 30 frames per second.

@@ -19,6 +19,8 @@ pub struct Summary {
     pub first_time_code: f64,
     /// Frames per second.
     pub rate: f64,
+    /// What the file calls frames per second, for people: that of [`Summary::rate`] where we wrote it; `None` where it does not say.
+    pub frames_per_second: Option<f64>,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
     /// The mesh's up axis, before any turn that the format asks for.

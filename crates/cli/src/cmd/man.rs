@@ -17,7 +17,7 @@ pub(super) fn run(args: &args::Man, ui: &Ui) -> Result<()> {
     program.build();
     write_page(&args.dir, program.clone())?;
     let mut pages = 1;
-    for command in program.get_subcommands() {
+    for command in program.get_subcommands().filter(|command| !command.is_hide_set()) {
         write_page(&args.dir, command.clone())?;
         pages += 1;
     }

@@ -157,6 +157,9 @@ fn differences(summary: &Summary, made: &Provenance, rig: &Rig, format: Format) 
     if ratio.is_nan() || (ratio - 1.0).abs() > 1e-6 {
         compare("metres per unit", summary.metres_per_unit.to_string(), rig.metres_per_unit.to_string());
     }
+    if let Some(shown) = summary.frames_per_second {
+        compare("framesPerSecond", shown.to_string(), summary.rate.to_string());
+    }
     compare("up axis", format!("{:?}", summary.up_axis), format!("{:?}", rig.up_axis));
     let faces_are_right = match is_usd {
         true => summary.faces == rig.faces,

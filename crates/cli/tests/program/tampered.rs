@@ -6,7 +6,7 @@ use crate::common::{Fixture, stderr};
 const CHANGES: [(&str, &str, &str, i32); 10] = [
     ("metersPerUnit = 0.01", "metersPerUnit = 1", "metres per unit: 1, expected 0.01", 1),
     ("upAxis = \"Y\"", "upAxis = \"Z\"", "up axis: Z, expected Y", 1),
-    ("framesPerSecond = ", "framesPerSecond = 9", "framesPerSecond 9", 2),
+    ("framesPerSecond = ", "framesPerSecond = 9", "framesPerSecond: 9", 1),
     ("startTimeCode = 0", "startTimeCode = 1", "startTimeCode 1, expected 0", 2),
     ("endTimeCode = 8", "endTimeCode = 7", "endTimeCode 7, expected 8", 2),
     (
@@ -88,7 +88,7 @@ fn parts_that_differ_are_not_stitched() {
     for (from, to, says) in [
         ("metersPerUnit = 0.01", "metersPerUnit = 1", "metres per unit: 1 and 0.01"),
         ("upAxis = \"Y\"", "upAxis = \"Z\"", "the up axis: Z and Y"),
-        ("framesPerSecond = ", "framesPerSecond = 9", "framesPerSecond 9"),
+        ("framesPerSecond = ", "framesPerSecond = 9", "framesPerSecond: 9"),
         ("startTimeCode = 9", "startTimeCode = 8", "startTimeCode 8"),
         ("faceVertexIndices = [0, 1, 22, 21", "faceVertexIndices = [21, 22, 1, 0", "their faces are others"),
         ("normal3f[] normals", "normal3f[] othernormals", "with normals: no and yes"),

@@ -115,6 +115,9 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
     })
 }
 
+/// Metres in a mesh unit.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+
 fn mesh(section: &Section<'_>) -> Result<MeshSection> {
     section.allow(&["name", "neutral", "units", "up"])?;
     let neutral = section.path("neutral", "the file of the neutral mesh")?;
@@ -131,7 +134,14 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
             "in" => Units::Inches,
             _ => return Err(section.wrong("units", &quoted(unit), expected)),
         },
-        _ => Units::MetresPerUnit(section.positive("units", expected)?),
+        _ => {
+            let metres = section.positive("units", expected)?;
+            if !SIZES.contains(&metres) {
+                let range = "a number of metres from 0.000001 to 1000000, in which heads are neither dust nor planets";
+                return Err(section.wrong("units", &format!("{metres:?}"), range));
+            }
+            Units::MetresPerUnit(metres)
+        }
     };
     let up = match section.text("up", "\"y\" or \"z\"")? {
         None => UpAxis::default(),

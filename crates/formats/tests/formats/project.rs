@@ -200,7 +200,7 @@ fn any_project() -> impl Strategy<Value = Project> {
         Just(Units::Centimetres),
         Just(Units::Millimetres),
         Just(Units::Inches),
-        (1e-9..1e9).prop_map(Units::MetresPerUnit),
+        (1e-6..1e6).prop_map(Units::MetresPerUnit),
     ];
     let mesh = (proptest::option::of(".{0,8}[a-z]"), path(), units, any::<bool>());
     let examples = proptest::collection::btree_map(".{0,8}[a-z]", path(), 0..4);

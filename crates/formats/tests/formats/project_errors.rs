@@ -148,6 +148,11 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
             format!("face.toml, line 3: [mesh] units is {shown}, expected {units}")
         );
     }
+    for (found, shown) in [("1e308", "1e308"), ("1e-7", "1e-7"), ("2000000.0", "2000000.0")] {
+        let said = changed("\"cm\"", found);
+        let expected = format!("line 3: [mesh] units is {shown}, expected a number of metres from 0.000001");
+        assert!(said.contains(&expected), "{said}");
+    }
     let length = "a length in mesh units, a number above 0";
     for (from, to, expected) in [
         ("\"neutral.obj\"", "7", "line 2: [mesh] neutral is 7, expected the file of the neutral mesh"),

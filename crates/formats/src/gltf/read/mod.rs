@@ -66,6 +66,7 @@ fn animation(mut arrays: Arrays) -> Result<Box<dyn AnimationReader>> {
         frames: layout.frames,
         first_time_code: layout.first_time_code,
         rate: layout.rate,
+        frames_per_second: None,
         metres_per_unit: layout.metres_per_unit,
         up_axis: layout.up_axis,
         normals: layout.base[1].is_some(),

@@ -161,6 +161,10 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         frames,
         first_time_code,
         rate: number("timeCodesPerSecond", 24.0),
+        frames_per_second: match field(&layer.metadata, "framesPerSecond") {
+            Some(Value::Double(x)) => Some(*x),
+            _ => None,
+        },
         metres_per_unit: number("metersPerUnit", 0.01),
         up_axis,
         normals: numbers.normals.is_some(),
@@ -173,19 +177,17 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
     Ok((summary, numbers))
 }
 
-/// What a layer says besides, where it says it, fits its samples: else programs would play another range, at another rate, or
-/// see the faces from behind.
+/// What a layer says besides, where it says it, fits its samples: else programs would play another range, or see the faces from
+/// behind.
 fn check_metadata(layer: &Layer, mesh: &Prim, first: f64, frames: usize) -> Result<(), String> {
     let number = |name: &str| match field(&layer.metadata, name) {
         Some(Value::Double(x)) => Some(*x),
         _ => None,
     };
     let last = first + (frames - 1) as f64;
-    for (name, expected, what) in [
-        ("startTimeCode", first, "its first sample"),
-        ("endTimeCode", last, "its last sample"),
-        ("framesPerSecond", number("timeCodesPerSecond").unwrap_or(24.0), "its timeCodesPerSecond"),
-    ] {
+    for (name, expected, what) in
+        [("startTimeCode", first, "its first sample"), ("endTimeCode", last, "its last sample")]
+    {
         if let Some(found) = number(name).filter(|found| *found != expected) {
             return Err(format!("has the {name} {found}, expected {expected} as of {what}; export it again"));
         }

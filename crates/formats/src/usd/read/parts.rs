@@ -155,6 +155,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("--detail-of", y.detail_of.clone().unwrap_or_default(), x.detail_of.clone().unwrap_or_default()),
         ("--head", y.head.to_string(), x.head.to_string()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
+        ("framesPerSecond", rate(b.frames_per_second), rate(a.frames_per_second)),
         ("metres per unit", b.metres_per_unit.to_string(), a.metres_per_unit.to_string()),
         ("the up axis", format!("{:?}", b.up_axis), format!("{:?}", a.up_axis)),
         ("the mesh", b.name.clone(), a.name.clone()),
