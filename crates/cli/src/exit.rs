@@ -1,22 +1,33 @@
 //! The end of the program: exit codes, and errors as one sentence on stderr.
 
-use crate::output;
 use crate::progress::Ui;
+use crate::{limits, output};
 use rhytid::{DeviceErrorKind, Error, Result};
 use std::io::{self, ErrorKind, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The user's mistake, or something only the user can mend.
 pub(crate) const USER: u8 = 2;
 /// A fault of Rhytid's own, or of a device.
 pub(crate) const OURS: u8 = 1;
 
+/// Whether a panic said that the system allows no thread.
+static NO_THREAD: AtomicBool = AtomicBool::new(false);
+
 /// A panic becomes one sentence instead of a dump; `RUST_BACKTRACE=1` adds the backtrace for a report.
 pub(crate) fn install_panic_hook() {
     std::panic::set_hook(Box::new(|panic| {
         let what = panic.payload_as_str().unwrap_or("unknown reason").lines().next().unwrap_or_default();
+        if let Some(sentence) = limits::of_panic(what) {
+            // Several threads may meet it.
+            if !NO_THREAD.swap(true, Ordering::Relaxed) {
+                let _ = writeln!(io::stderr(), "error: {}", output::harmless(&sentence));
+            }
+            return;
+        }
         let place = panic.location().map(|place| format!(" at {}:{}", place.file(), place.line()));
         let place = place.unwrap_or_default();
         let backtrace = std::backtrace::Backtrace::capture();
@@ -40,6 +51,7 @@ pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCod
             ui.line(&format!("error: {}", sentence(&error)));
             ExitCode::from(code(&error))
         }
+        Err(_) if NO_THREAD.load(Ordering::Relaxed) => ExitCode::from(USER),
         Err(_) => ExitCode::from(OURS),
     }
 }
@@ -73,6 +85,9 @@ fn io_sentence(path: &Path, source: &io::Error) -> String {
         }
         ErrorKind::FileTooLarge => {
             "no space left: the file would be larger than this system allows; nothing was written".to_owned()
+        }
+        ErrorKind::UnexpectedEof => {
+            "became shorter while it was read; wait until it is written, and try again".to_owned()
         }
         _ => source.to_string(),
     };

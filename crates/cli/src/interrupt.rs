@@ -1,8 +1,14 @@
-//! Ctrl-C: the first asks the work to stop, the second stops at once.
+//! Ctrl-C: the first asks the work to stop, and after a second ends it; the second one ends it at once.
 
+use crate::exit;
 use crate::progress::Ui;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// How long work that is asked to stop may go on: some of it, as a factorisation in a library, is not asked.
+const GRACE: Duration = Duration::from_secs(1);
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
@@ -11,19 +17,36 @@ pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
-/// From now on Ctrl-C (and a request to terminate) only asks the work to stop.
+/// From now on Ctrl-C (and a request to terminate) first asks the work to stop.
 pub(crate) fn install(ui: &Arc<Ui>) {
     let ui = Arc::clone(ui);
     let handler = move || {
         if REQUESTED.swap(true, Ordering::Relaxed) {
-            remove_unfinished_files();
-            std::process::exit(2);
+            leave(&ui);
         }
         ui.line("stopping… (Ctrl-C again stops at once)");
+        let ui = Arc::clone(&ui);
+        let late = move || {
+            thread::sleep(GRACE);
+            leave(&ui);
+        };
+        let _ = thread::Builder::new().spawn(late);
     };
     if let Err(error) = ctrlc::set_handler(handler) {
         log::info!("Ctrl-C will stop at once: {error}");
     }
+}
+
+/// Ends the program wherever it is. Outputs appear whole or not at all, whenever that happens.
+fn leave(ui: &Ui) {
+    remove_unfinished_files();
+    ui.clear();
+    ui.line("error: stopped before the end");
+    // What libraries do at the end, drivers' threads above all, might wait for the work that goes on.
+    #[cfg(unix)]
+    signal_hook::low_level::exit(exit::USER.into());
+    #[cfg(not(unix))]
+    std::process::exit(exit::USER.into())
 }
 
 /// Removes the temporary files that this process has open, since leaving at once runs no destructors. Other

@@ -7,6 +7,7 @@ mod exit;
 mod guard;
 mod inputs;
 mod interrupt;
+mod limits;
 mod memory;
 mod output;
 mod progress;
@@ -18,6 +19,10 @@ use std::sync::Arc;
 
 fn main() -> ExitCode {
     quiet_drivers::restart_if_needed();
+    limits::run(program)
+}
+
+fn program() -> ExitCode {
     exit::install_panic_hook();
     let args = args::Args::parse();
     let ui = Arc::new(progress::Ui::new(args.quiet));

@@ -27,8 +27,7 @@ impl Playback<'_> {
             let offsets = difference(positions, &rig.rest);
             let normal_offsets = rest_normals.map(|rest| difference(normals, rest));
             shapes.push(Shape { name, offsets, normal_offsets });
-            progress.report("evaluate the examples", shapes.len() as u64, total);
-            Ok(())
+            progress.step("evaluate the examples", shapes.len() as u64, total)
         })?;
         Ok(shapes)
     }

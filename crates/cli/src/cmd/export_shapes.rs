@@ -21,6 +21,9 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let options = export::Options { force: args.force, ..export::Options::default() };
+    let columns = if args.handles { 3 * rig.handles.len() } else { 0 };
+    animation::check_shapes(&args.output, rig.example_names.len() + columns, &options)?;
     let provenance = export::Provenance {
         version: env!("CARGO_PKG_VERSION").into(),
         rig: rig_file::hash(&args.rig)?,
@@ -51,7 +54,7 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
             provenance: &provenance,
             shapes: &shapes,
         },
-        &export::Options { force: args.force, ..export::Options::default() },
+        &options,
         ui,
     )?;
     if ui.is_quiet() {

@@ -12,6 +12,8 @@ mod exports;
 mod fade_and_head;
 mod judging;
 #[cfg(target_os = "linux")]
+mod limits;
+#[cfg(target_os = "linux")]
 mod memory;
 mod oracles;
 mod output;

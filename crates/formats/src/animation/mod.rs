@@ -86,6 +86,17 @@ pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<d
     Ok(Box::new(Checked::new(exporter, path, scene)))
 }
 
+/// Whether a file at `path` may hold `count` shapes, before they are made.
+///
+/// # Errors
+/// [`Error::Input`] if the extension is not of a known [`Format`], or the format has no room for them.
+pub fn check_shapes(path: &Path, count: usize, options: &Options) -> Result<()> {
+    match Format::of(path)? {
+        Format::Usdc | Format::Usda | Format::Usdz => Ok(()),
+        Format::Glb | Format::Gltf => gltf::check_count(path, count, options),
+    }
+}
+
 /// Writes a mesh with shapes to `path`, in the format of its extension. Nothing is written if it fails.
 ///
 /// # Errors

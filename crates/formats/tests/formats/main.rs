@@ -2,6 +2,7 @@
 //! `cargo xtask setup`.
 
 mod animation;
+mod cut_while_read;
 mod export;
 mod gltf;
 mod meshes;

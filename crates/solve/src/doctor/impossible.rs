@@ -1,10 +1,17 @@
 //! Findings that make a solve impossible.
 use super::finding::{Report, Severity};
-use super::words::{count, first_few};
+use super::words::{count, first_few, length};
 use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;
 use rhytid_core::{Face, LearnedSettings, Method, StrainEdges};
 use std::collections::HashMap;
+
+/// What float32 rounds away, at most, of a number's size.
+pub(super) const FLOAT32: f64 = f32::EPSILON as f64 / 2.0;
+/// The part of a mesh's size by which its vertices may not be moved.
+const BLURRED: f64 = 0.01;
+/// Bending lengths, in sizes of the mesh, that the system can be solved for: neither a membrane nor a plate of nothing else.
+const BENDING_LENGTHS: std::ops::RangeInclusive<f64> = 1e-6..=1e4;
 
 pub(super) fn examine(face: &Face, report: &mut Report) {
     let mut error = |code: &'static str, message: String| report.add(Severity::Error, code, message);
@@ -100,8 +107,29 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         error("pins", format!("vertex {v} is pinned, expected 0 to {}; vertices count from 0", vertices - 1));
     }
     let positive = |x: f64| x.is_finite() && x > 0.0;
-    if let Some(length) = settings.bending_length.filter(|l| !positive(*l)) {
-        error("settings", format!("bending_length is {length}, expected a length above 0 in mesh units"));
+    let [low, high] = mesh.bounds().unwrap_or_default().map(DVec3::from_array);
+    let size = high.distance(low);
+    let bends = |length: f64| positive(length) && BENDING_LENGTHS.contains(&(length / size));
+    if let Some(found) = settings.bending_length.filter(|l| !bends(*l)) {
+        let [least, most] =
+            [BENDING_LENGTHS.start(), BENDING_LENGTHS.end()].map(|ratio| length(ratio * size));
+        error(
+            "settings",
+            format!("bending_length is {found:?}, expected a length from {least} to {most} in mesh units"),
+        );
+    }
+    // As the rig and its animations have them.
+    let farthest = low.abs().max(high.abs()).max_element();
+    if farthest * FLOAT32 > BLURRED * size {
+        error(
+            "far-from-origin",
+            format!(
+                "the neutral mesh is {} mesh units from the origin and {} across: in float32 its vertices are lost; \
+                 move all meshes, by the same, to the origin",
+                length(farthest),
+                length(size)
+            ),
+        );
     }
     if settings.max_influences == 0 {
         error("settings", "max_influences is 0, expected at least 1".into());

@@ -1,11 +1,14 @@
-//! The finding of the mesh's unit.
+//! The findings of the mesh's unit and of its place.
 use super::finding::{Report, Severity};
+use super::impossible::FLOAT32;
 use super::words::length;
 use glam::DVec3;
 use rhytid_core::Face;
 
 /// A head or face scan is about this large, in metres: the diagonal of its bounding box.
 const PLAUSIBLE_DIAGONAL: std::ops::Range<f64> = 0.08..1.2;
+/// Metres by which rounding to float32 may move a vertex unsaid: a hundredth of a millimetre.
+const UNSEEN: f64 = 1e-5;
 
 /// Gives the length of the neutral's diagonal.
 pub(super) fn examine(face: &Face, report: &mut Report) -> f64 {
@@ -26,6 +29,21 @@ pub(super) fn examine(face: &Face, report: &mut Report) -> f64 {
             Severity::Warning,
             "units",
             format!("the neutral mesh is {} m across, not the size of a head; {advice}", length(metres)),
+        );
+    }
+    let farthest = low.abs().max(high.abs()).max_element();
+    let rounded = farthest * face.metres_per_unit * FLOAT32;
+    // A mesh that is as large as it is far is a matter of its unit.
+    if rounded > UNSEEN && farthest > diagonal {
+        report.add(
+            Severity::Warning,
+            "far-from-origin",
+            format!(
+                "the neutral mesh is {} m from the origin, where float32, in which rigs and animations are, rounds by up \
+                 to {} mm; move all meshes, by the same, to the origin",
+                length(farthest * face.metres_per_unit),
+                length(1000.0 * rounded)
+            ),
         );
     }
     diagonal

@@ -207,6 +207,66 @@ fn handles_that_snapped_to_another_piece() {
 }
 
 #[test]
+fn faces_far_from_the_origin() {
+    let moved = |by: f64| {
+        with(|f| {
+            let all = f.neutral.positions.iter_mut().chain(&mut f.examples[0].positions);
+            all.for_each(|p| p[0] += by);
+        })
+    };
+    assert_eq!(examine(&moved(1e4)).findings, []);
+    let words = ["is 10000 m from the origin", "rounds by up to 0.596 mm", "move all meshes"];
+    finds(&moved(1e6), Severity::Warning, "far-from-origin", &words);
+    let report = examine(&moved(1e9));
+    assert_eq!(report.findings[0].code, "far-from-origin");
+    assert!(report.has_errors());
+}
+
+/// The corner of two quads moves onto the line between its neighbours, but for a part of the way.
+#[test]
+fn triangles_that_are_almost_lines() {
+    let thin = |part: f64| {
+        let mut face = face();
+        let quads: Vec<Vec<u32>> = face.neutral.faces.iter().map(<[u32]>::to_vec).collect();
+        let mut faces = Faces::default();
+        for (k, quad) in quads.iter().enumerate() {
+            let [a, b, c, d] = quad[..] else { panic!("a sheet of quads") };
+            if k % 7 != 3 {
+                faces.push(quad);
+                continue;
+            }
+            let new = face.neutral.positions.len() as u32;
+            for positions in std::iter::once(&mut face.neutral.positions)
+                .chain(face.examples.iter_mut().map(|e| &mut e.positions))
+            {
+                let [a, b, c] = [a, b, c].map(|v| positions[v as usize]);
+                positions.push(std::array::from_fn(|i| (a[i] + b[i]) / 2.0 * (1.0 - part) + c[i] * part));
+            }
+            for corners in [[a, b, new], [b, c, new], [c, a, new], [a, c, d]] {
+                faces.push(&corners);
+            }
+        }
+        face.neutral.faces = faces;
+        face
+    };
+    for exponent in 2..16 {
+        let face = thin(0.1_f64.powi(exponent));
+        let report = examine(&face);
+        assert!(!report.has_errors(), "{report:#?}");
+        if exponent > 6 {
+            assert_eq!(report.findings[0].code, "degenerate-triangles", "{exponent}: {report:#?}");
+        }
+        let rig = solved(&face);
+        rig.cast::<f32>().check().unwrap();
+        // Each handle's column is one at its handle, and all of them together are one everywhere.
+        let handles = rig.handles.len();
+        for row in rig.basis.chunks(handles) {
+            assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-3, "{exponent}: {}", row.iter().sum::<f64>());
+        }
+    }
+}
+
+#[test]
 fn sizes_that_are_no_head() {
     // The sheet is 16 × 16 × 12.8 units: 26 across.
     for (unit, words) in [
@@ -396,8 +456,8 @@ fn examples_that_do_not_fit() {
 
 #[test]
 fn settings_that_cannot_be() {
-    for length in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        refuses("settings", &[&format!("bending_length is {length}, expected a length above 0")], |f| {
+    for length in [0.0, -1.0, 1e-154, 1e154, f64::NAN, f64::INFINITY] {
+        refuses("settings", &[&format!("bending_length is {length:?}, expected a length from")], |f| {
             f.settings.bending_length = Some(length);
         });
     }

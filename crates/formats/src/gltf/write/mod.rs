@@ -19,7 +19,7 @@ use rhytid_core::Result;
 use std::path::Path;
 
 pub(crate) use container::Kind;
-pub(crate) use shapes::write_shapes;
+pub(crate) use shapes::{check_count, write_shapes};
 
 /// Opens an exporter; `scene` has been checked.
 ///

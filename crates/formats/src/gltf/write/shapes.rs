@@ -10,6 +10,18 @@ use crate::gltf::morphs::Values;
 use rhytid_core::{Error, Progress, Result};
 use std::path::Path;
 
+/// An error if `count` shapes are more than a file at `path` may hold.
+pub(crate) fn check_count(path: &Path, count: usize, options: &Options) -> Result<()> {
+    if count <= MOST_TARGETS || options.force {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: write .usd, \
+         leave some out, or insist with --force",
+        path.display()
+    )))
+}
+
 /// Writes a mesh with a target for each shape; `shapes` have been checked. Of the options, those of a target's numbers
 /// apply.
 ///
@@ -23,14 +35,7 @@ pub(crate) fn write_shapes(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Written> {
-    let count = shapes.shapes.len();
-    if count > MOST_TARGETS && !options.force {
-        return Err(Error::input(format!(
-            "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: write \
-             .usd, leave some out, or insist with --force",
-            path.display()
-        )));
-    }
+    check_count(path, shapes.shapes.len(), options)?;
     let rest = shapes.rest_scene();
     let document = Document::create(path, kind, &rest, options, About::new(&rest))?;
     match options.quantize {

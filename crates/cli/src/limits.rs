@@ -1,0 +1,67 @@
+//! What the system allows this process: a stack, files of a size, threads.
+
+use crate::exit;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// That of a main thread on most systems.
+const STACK: usize = 8 << 20;
+
+/// Runs the program on a stack that `ulimit -s` does not make smaller, and lets files that `ulimit -f` forbids be errors
+/// instead of the end.
+pub(crate) fn run(program: fn() -> ExitCode) -> ExitCode {
+    errors_for_large_files();
+    match std::thread::Builder::new().stack_size(STACK).spawn(program) {
+        Ok(thread) => thread.join().unwrap_or(ExitCode::from(exit::OURS)),
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "error: {}", no_thread(&error.to_string()));
+            ExitCode::from(exit::USER)
+        }
+    }
+}
+
+/// Where a panic's message says that a thread could not be started, which libraries offer no error for: the sentence for it.
+pub(crate) fn of_panic(message: &str) -> Option<String> {
+    let fault = message
+        .strip_prefix("failed to spawn thread: ")
+        .or_else(|| message.contains("ThreadPoolBuildError").then_some(message))?;
+    // As Rust prints an error of the system.
+    let said = fault.split_once("message: \"").and_then(|(_, after)| after.split_once('"'));
+    Some(no_thread(said.map_or("the system refuses", |(said, _)| said)))
+}
+
+fn no_thread(said: &str) -> String {
+    format!(
+        "a thread cannot be started: {said}; this account has too many processes (`ulimit -u`), or this one may have too \
+         little memory (`ulimit -v`)"
+    )
+}
+
+/// A handler that does nothing: the write fails then, which is said like other errors of the disk.
+fn errors_for_large_files() {
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_of_panics_are_understood() {
+        let system = r#"Os { code: 11, kind: WouldBlock, message: "Resource temporarily unavailable" }"#;
+        for message in [
+            format!("failed to spawn thread: {system}"),
+            format!(
+                "The global thread pool has not been initialized.: ThreadPoolBuildError {{ kind: IOError({system}) }}"
+            ),
+        ] {
+            let said = of_panic(&message).unwrap();
+            assert!(
+                said.starts_with("a thread cannot be started: Resource temporarily unavailable;"),
+                "{said}"
+            );
+        }
+        assert_eq!(of_panic("index out of bounds"), None);
+    }
+}
