@@ -38,6 +38,10 @@ pub(crate) struct Handles {
     #[arg(long, value_enum, conflicts_with = "count")]
     pub unit: Option<UnitChoice>,
 
+    /// The take's frames per second [default: what the file says].
+    #[arg(long, value_name = "N", conflicts_with = "count", value_parser = parse_rate)]
+    pub rate: Option<f64>,
+
     /// The table to write [default: the one that the project file names, if it is not there yet].
     #[arg(short, long, value_name = "markers.csv")]
     pub output: Option<PathBuf>,

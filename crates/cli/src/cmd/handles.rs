@@ -83,7 +83,7 @@ fn table(args: &args::Handles, project: &project::Project) -> Result<PathBuf> {
 }
 
 fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHandles> {
-    let raw = raw_take::read(take, None)?;
+    let raw = raw_take::read(take, args.rate)?;
     let settings = HandleSettings {
         frame: args.frame.0,
         metres_per_unit: args.unit.map(UnitChoice::metres),

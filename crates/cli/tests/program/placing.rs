@@ -56,7 +56,24 @@ fn a_raw_take_finds_its_vertices() {
     refused(&format!("{face} {take} -o {other} --at nobody=3"), "no marker of the take is called “nobody”");
     refused(&format!("{face} {take} -o {other} --frame 100000"), "the frame 100000 is not in the take");
     refused(&format!("{face} {take} -o {other} --at x=y"), "expected LABEL=VERTEX");
+    // Of a file that gives neither a rate nor times, the advice can be followed.
+    let text = std::fs::read_to_string(raw.path("raw.trc")).unwrap();
+    let (head, frames) = text.split_once("\n\n").unwrap();
+    let head = head.replace("\n30\t30\t", "\n0\t0\t");
+    let frames = frames.lines().map(|line| {
+        let mut cells: Vec<&str> = line.split('\t').collect();
+        cells[1] = "";
+        cells.join("\t")
+    });
+    let text = format!("{head}\n\n{}\n", frames.collect::<Vec<_>>().join("\n"));
+    std::fs::write(raw.path("raw.trc"), text).unwrap();
+    refused(&format!("{face} {take} -o {other}"), "give it to `rhytid handles` or `prepare` with --rate");
     assert!(!raw.path("other.csv").exists() && !raw.path("other.png").exists());
+    let output = rhytid(&format!("handles {face} {take} -o {other} --frame 0 --rate 30 --allow-elsewhere"));
+    assert!({ output }.output().unwrap().status.success());
+    let [first, second] =
+        ["markers.csv", "other.csv"].map(|name| tables::read_handles(&raw.path(name)).unwrap());
+    assert_eq!(first, second);
 }
 
 #[test]

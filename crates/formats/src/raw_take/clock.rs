@@ -4,8 +4,7 @@ use crate::tables::text::quoted;
 use rhytid_core::Result;
 
 /// What a file without a rate is told.
-pub(super) const NO_RATE: &str =
-    "gives no frame rate; give it with --rate, or as `rate` in the take's TOML file";
+pub(super) const NO_RATE: &str = "gives no frame rate; give it to `rhytid handles` or `prepare` with --rate, or as `rate` in the take's TOML file";
 
 /// Whether a number is fit to be frames per second.
 pub(super) fn is_rate(rate: f64) -> bool {
