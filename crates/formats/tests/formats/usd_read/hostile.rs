@@ -1,5 +1,6 @@
 //! Crate files built to take memory or time without end.
 use super::damaged::read_all;
+use crate::animation::Random;
 use rhytid_formats::usd::layer::{Attribute, Layer, Prim, Property, Specifier, Value};
 use rhytid_formats::usd::write::{Encoding, LayerWriter};
 
@@ -68,6 +69,30 @@ fn few_bytes_do_not_become_many() {
     assert!(file.len() < 100_000, "{} bytes", file.len());
     let message = read_all(&file).unwrap();
     assert!(message.contains("far larger together than a file of its size can hold"), "{message}");
+}
+
+/// One long list, which all prims name, of things to be taken away: nothing is kept of it, and yet it would be read for each.
+#[test]
+fn lists_that_are_passed_over_are_counted() {
+    let listed = |i: usize| Prim {
+        metadata: vec![("apiSchemas".into(), Value::PrependedTokens(vec!["Api".into(); 3]))],
+        ..prim(&format!("p{i}"), Vec::new())
+    };
+    let mut random = Random(1);
+    let behind = ints("behind", (0..40_000).map(|_| random.below(1 << 31) as i32).collect());
+    let mut prims: Vec<Prim> = (0..3_000).map(listed).collect();
+    prims.push(Prim { properties: vec![behind], ..prim("last", Vec::new()) });
+    let mut file = crate_file(prims);
+    assert_eq!(read_all(&file), None);
+    // It becomes longer than it is, so that what is stored behind it would be listed too.
+    let [prepended, deleted, three] = [1 << 5, 1 << 3, 3];
+    let head = [&[prepended, three][..], &[0; 7]].concat();
+    let at = file.windows(head.len()).position(|bytes| bytes == head).unwrap();
+    file[at] = deleted;
+    assert_eq!(read_all(&file), None);
+    file[at + 1..at + 9].copy_from_slice(&30_000_u64.to_le_bytes());
+    let message = read_all(&file).unwrap();
+    assert!(message.contains("far larger together"), "{message}");
 }
 
 #[test]
