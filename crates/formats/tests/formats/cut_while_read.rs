@@ -27,7 +27,7 @@ fn what_is_gone_is_an_error() {
             // What is read whole, at the beginning.
             None => assert_eq!(extension, "usda"),
             Some(Error::Io { source, .. }) => {
-                assert_eq!(source.kind(), ErrorKind::UnexpectedEof, "{extension}")
+                assert_eq!(source.kind(), ErrorKind::UnexpectedEof, "{extension}");
             }
             Some(other) => panic!("{extension}: {other:?}"),
         }
