@@ -2,7 +2,7 @@
 use crate::programs::{Runs, build};
 use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
-use crate::{debian, library, package, setup};
+use crate::{debian, deny, library, package, setup};
 use std::process::Command;
 
 /// The whole workspace, for any of cargo's commands.
@@ -26,6 +26,7 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("setup", setup::setup)?;
     steps.step("format", format)?;
     steps.step("lints", lints)?;
+    steps.step("dependencies", deny::deny_where_installed)?;
     steps.step("runtime alone", library::runtime)?;
     let programs = steps.step("build tests", || build(&WORKSPACE))?;
     steps.step("tests", || {

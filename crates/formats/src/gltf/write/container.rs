@@ -60,12 +60,12 @@ impl Limit {
         match (options.force, kind) {
             (false, _) => Self {
                 bytes: 1 << 30,
-                sentence: "1 GiB, more than viewers are made for: write .usd, or fewer frames or shapes, let `animate` make it \
+                sentence: "1 GiB, more than viewers are made for: write .usd, or fewer frames (--frames) or shapes, let `animate` make it \
                            smaller with --compressed, --quantize or --meshopt, or insist with --force",
             },
             (true, Kind::Glb) => Self {
                 bytes: u64::from(u32::MAX),
-                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, or fewer frames or shapes, or let `animate` make \
+                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, or fewer frames (--frames) or shapes, or let `animate` make \
                            it smaller with --compressed, --quantize or --meshopt",
             },
             (true, Kind::Gltf) => Self { bytes: u64::MAX, sentence: "any disk" },

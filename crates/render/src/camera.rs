@@ -1,0 +1,153 @@
+//! Where a picture is taken from.
+
+use glam::camera::rh::{proj, view};
+use glam::{Mat4, Vec3};
+use rhytid_core::UpAxis;
+
+/// Height of the film that a lens is for, in millimetres: that of 36 × 24 mm.
+const FILM: f32 = 24.0;
+
+/// A ball around a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// Its middle, in mesh units.
+    pub center: [f32; 3],
+    /// In mesh units, above 0.
+    pub radius: f32,
+}
+
+impl Sphere {
+    /// Around `points`: from the middle of their box to the farthest of them.
+    pub fn around(points: &[[f32; 3]]) -> Self {
+        let points = || points.iter().map(|p| Vec3::from_array(*p));
+        let low = points().reduce(Vec3::min).unwrap_or_default();
+        let high = points().reduce(Vec3::max).unwrap_or_default();
+        let center = 0.5 * (low + high);
+        let radius = points().map(|p| p.distance(center)).fold(f32::MIN_POSITIVE, f32::max);
+        Self { center: center.to_array(), radius }
+    }
+}
+
+/// A camera with a lens, in the space of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    eye: Vec3,
+    target: Vec3,
+    up: Vec3,
+    /// From the picture's lower to its upper edge, in radians.
+    field_of_view: f32,
+    near: f32,
+    far: f32,
+}
+
+/// How a camera looks at a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Degrees by which the camera goes around the face, towards its left (the mesh's +x), from right before it.
+    pub turn: f32,
+    /// Degrees by which it goes up, within ±90.
+    pub raise: f32,
+    /// Focal length in millimetres for film of 36 × 24 mm, above 0: 85 is a portrait's.
+    pub lens: f32,
+}
+
+impl Default for View {
+    /// A portrait from the front.
+    fn default() -> Self {
+        Self { turn: 0.0, raise: 0.0, lens: 85.0 }
+    }
+}
+
+impl Camera {
+    /// Looks at `sphere` so that it just fits into a picture whose width is `aspect` times its height. Faces look along +Z where Y
+    /// is up, and along −Y where Z is.
+    pub fn framing(sphere: Sphere, up: UpAxis, view: View, aspect: f32) -> Self {
+        let (up, front) = match up {
+            UpAxis::Y => (Vec3::Y, Vec3::Z),
+            UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
+        };
+        let [turn, raise] = [view.turn, view.raise.clamp(-89.9, 89.9)].map(f32::to_radians);
+        let toward = raise.cos() * (turn.cos() * front + turn.sin() * Vec3::X) + raise.sin() * up;
+        let half = (0.5 * FILM / view.lens).atan();
+        let narrower = half.min((half.tan() * aspect).atan());
+        let distance = sphere.radius / narrower.sin();
+        let target = Vec3::from_array(sphere.center);
+        // What moves may leave the sphere it had at rest.
+        let (near, far) = (distance - 2.0 * sphere.radius, distance + 3.0 * sphere.radius);
+        let near = near.max(0.02 * distance);
+        Self { eye: target + distance * toward, target, up, field_of_view: 2.0 * half, near, far }
+    }
+
+    /// From the mesh's space to the camera's: x to the picture's right, y up, z towards the viewer.
+    pub fn view(&self) -> Mat4 {
+        view::look_at_mat4(self.eye, self.target, self.up)
+    }
+
+    /// From the camera's space to clip space with depths from 0 to 1, for a picture whose width is `aspect` times its height.
+    pub fn projection(&self, aspect: f32) -> Mat4 {
+        proj::directx::perspective(self.field_of_view, aspect, self.near, self.far)
+    }
+
+    /// Where `point` is in a picture of `size` pixels: to the right and down from the upper left corner, and its depth from 0
+    /// (near) to 1.
+    pub fn project(&self, size: [u32; 2], point: [f32; 3]) -> [f32; 3] {
+        let [width, height] = size.map(|n| n as f32);
+        let clip = self.projection(width / height) * self.view();
+        let p = clip.project_point3(Vec3::from_array(point));
+        [(0.5 + 0.5 * p.x) * width, (0.5 - 0.5 * p.y) * height, p.z]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPHERE: Sphere = Sphere { center: [1.0, 2.0, 3.0], radius: 10.0 };
+
+    #[test]
+    fn a_sphere_just_fits() {
+        for size in [[400, 300], [300, 400]] {
+            let aspect = size[0] as f32 / size[1] as f32;
+            for view in [View::default(), View { turn: 50.0, raise: -30.0, lens: 35.0 }] {
+                let camera = Camera::framing(SPHERE, UpAxis::Y, view, aspect);
+                // The ball's rim as the eye sees it: where rays touch it.
+                let eye = camera.eye - camera.target;
+                let toward = eye.normalize();
+                let sine = SPHERE.radius / eye.length();
+                let (rim, middle) =
+                    (SPHERE.radius * (1.0 - sine * sine).sqrt(), SPHERE.radius * sine * toward);
+                let (right, up) = (toward.any_orthonormal_pair().0, toward.any_orthonormal_pair().1);
+                let mut reach = [0.0_f32; 2];
+                for k in 0..720 {
+                    let (sin, cos) = (k as f32 / 2.0).to_radians().sin_cos();
+                    let p = camera.target + middle + rim * (cos * right + sin * up);
+                    let [x, y, depth] = camera.project(size, p.to_array());
+                    assert!((0.0..=1.0).contains(&depth));
+                    reach[0] = reach[0].max((x / size[0] as f32 - 0.5).abs());
+                    reach[1] = reach[1].max((y / size[1] as f32 - 0.5).abs());
+                }
+                assert!((reach[0].max(reach[1]) - 0.5).abs() < 1e-3, "{reach:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_face_looks_at_the_viewer_whichever_axis_is_up() {
+        // Chin, nose tip and the face's left, the same face in both axes.
+        let y_up = [[0.0, -3.0, 0.0], [0.0, 0.0, 2.0], [2.5, 0.0, 0.0]];
+        let z_up = y_up.map(|[x, y, z]| [x, -z, y]);
+        for turn in [0.0, 35.0] {
+            let seen = [(UpAxis::Y, y_up), (UpAxis::Z, z_up)].map(|(up, face)| {
+                let sphere = Sphere { center: [0.0; 3], radius: 4.0 };
+                let camera = Camera::framing(sphere, up, View { turn, ..View::default() }, 1.0);
+                face.map(|p| camera.project([500, 500], p))
+            });
+            let [chin, nose, left] = seen[0];
+            assert!(
+                seen[0].iter().flatten().zip(seen[1].iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-2)
+            );
+            assert!(chin[1] > 300.0 && nose[2] < chin[2] && left[0] > 300.0);
+            assert!(if turn == 0.0 { (nose[0] - 250.0).abs() < 1e-2 } else { nose[0] < 240.0 });
+        }
+    }
+}

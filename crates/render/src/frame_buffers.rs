@@ -1,0 +1,47 @@
+//! Frames that come from the host.
+
+use crate::renderer::Vertices;
+use rhytid_core::Result;
+
+/// Room for one frame on a device.
+#[derive(Debug)]
+pub struct FrameBuffers {
+    queue: wgpu::Queue,
+    /// Positions, normals and numbers.
+    buffers: [wgpu::Buffer; 3],
+}
+
+impl FrameBuffers {
+    /// For a mesh of V `vertices`.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Device`], as for want of memory.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, vertices: usize) -> Result<Self> {
+        let buffer = |(label, floats): (&str, usize)| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: 4 * (floats * vertices).max(1) as u64,
+                usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let buffers = || [("positions", 3), ("normals", 3), ("numbers", 1)].map(buffer);
+        Ok(Self {
+            queue: queue.clone(),
+            buffers: crate::checked(device, "making room for a frame", buffers)?,
+        })
+    }
+
+    /// Takes a frame: V × 3 positions and normals, and V numbers or none.
+    pub fn set(&self, positions: &[f32], normals: &[f32], numbers: &[f32]) {
+        for (buffer, floats) in self.buffers.iter().zip([positions, normals, numbers]) {
+            self.queue.write_buffer(buffer, 0, bytemuck::cast_slice(floats));
+        }
+    }
+
+    /// The frame that was set last.
+    pub fn vertices(&self) -> Vertices<'_> {
+        let [positions, normals, numbers] = self.buffers.each_ref().map(|buffer| buffer.slice(..));
+        Vertices { positions, normals, numbers: Some(numbers) }
+    }
+}

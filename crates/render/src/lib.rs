@@ -1,0 +1,80 @@
+//! Draws faces with wgpu: shaded, as wire, and as heat maps.
+//!
+//! A [`Renderer`] draws the buffers that a session of the wgpu backend leaves its results in, without a copy, into any pass of the
+//! same device. An [`Offscreen`] is a pass of its own that gives a [`Picture`]; [`FrameBuffers`] take frames that come from elsewhere.
+//!
+//! ```
+//! use rhytid_backend_wgpu::Wgpu;
+//! use rhytid_core::{Animator, Backend, Stage, UploadOptions};
+//! use rhytid_render::{Camera, Look, Offscreen, Renderer, Sphere, Vertices, View};
+//!
+//! # let face = rhytid_demo::face(2_000);
+//! # let rig = rhytid_solve::solve(&face, &rhytid_core::NoProgress)?.cast::<f32>();
+//! # let rest: Vec<f32> = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]).collect();
+//! // `rig` is a face's, and `rest` where its handles are at rest.
+//! if let Some(info) = Wgpu::devices()?.into_iter().next() {
+//!     let wgpu = Wgpu::open(&info)?;
+//!     let mut animator = Animator::new(&wgpu, &rig, UploadOptions::frames(1))?;
+//!     animator.evaluate(&rest)?;
+//!
+//!     let (device, queue) = (wgpu.device(), wgpu.queue());
+//!     let mut renderer = Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?;
+//!     let page = Offscreen::new(device, queue, [320, 400])?;
+//!     let camera = Camera::framing(Sphere::around(&rig.rest), rig.up_axis, View::default(), page.aspect());
+//!     renderer.show(&camera, page.aspect(), Look::Smooth);
+//!     let result = |stage| animator.session().results(stage).next().expect("one frame").1.slice(..);
+//!     let (positions, normals) = (result(Stage::Positions), result(Stage::Normals));
+//!     let face = Vertices { positions, normals, numbers: None };
+//!     let picture = page.draw(&renderer, face, [0.0; 4])?;
+//!     assert_eq!(picture.pixel([160, 200])[3], 255, "the face is in the middle");
+//!     std::fs::write(std::env::temp_dir().join("face.png"), picture.png()?).expect("a folder to write to");
+//! }
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod camera;
+mod frame_buffers;
+mod heat;
+mod offscreen;
+mod picture;
+mod renderer;
+mod words;
+
+pub use camera::{Camera, Sphere, View};
+pub use frame_buffers::FrameBuffers;
+pub use heat::Heat;
+pub use offscreen::Offscreen;
+pub use picture::Picture;
+pub use renderer::{Look, Renderer, Target, Vertices};
+pub use words::{Anchor, LEGEND, LINE};
+
+use rhytid_core::{DeviceErrorKind, Error, Result};
+
+/// Runs `calls` of wgpu's; what it finds wrong with them is an error.
+fn checked<T>(device: &wgpu::Device, doing: &str, calls: impl FnOnce() -> T) -> Result<T> {
+    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+    let done = calls();
+    // Outside of browsers they are known at once.
+    let [internal, validation, memory] = [internal, validation, memory].map(|scope| {
+        let mut found = std::pin::pin!(scope.pop());
+        match found.as_mut().poll(&mut std::task::Context::from_waker(std::task::Waker::noop())) {
+            std::task::Poll::Ready(fault) => fault,
+            std::task::Poll::Pending => None,
+        }
+    });
+    let Some(fault) = memory.or(validation).or(internal) else { return Ok(done) };
+    let (kind, message) = match fault {
+        wgpu::Error::OutOfMemory { .. } => {
+            (DeviceErrorKind::OutOfMemory, format!("out of memory while {doing}; ask for a smaller picture"))
+        }
+        other => (DeviceErrorKind::Driver, format!("{doing} was refused: {other}")),
+    };
+    Err(Error::Device { kind, device: name(device), message })
+}
+
+fn name(device: &wgpu::Device) -> String {
+    format!("wgpu ({})", device.adapter_info().name)
+}

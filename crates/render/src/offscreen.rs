@@ -1,0 +1,142 @@
+//! Pictures without a window.
+
+use crate::picture::Picture;
+use crate::renderer::{Renderer, Target, Vertices};
+use rhytid_core::{DeviceErrorKind, Error, Result};
+
+/// A texture to draw into and read back.
+#[derive(Debug)]
+pub struct Offscreen {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    size: [u32; 2],
+    /// Several samples a pixel, and one.
+    fine: wgpu::TextureView,
+    color: wgpu::Texture,
+    depth: wgpu::TextureView,
+    read: wgpu::Buffer,
+}
+
+impl Offscreen {
+    /// What a [`Renderer`] has to be made for.
+    pub const TARGET: Target = Target {
+        color: wgpu::TextureFormat::Rgba8UnormSrgb,
+        depth: wgpu::TextureFormat::Depth32Float,
+        samples: 4,
+    };
+
+    /// Of `size` pixels, width and height.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the device has no pictures of that size; [`Error::Device`], as for want of memory.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, size: [u32; 2]) -> Result<Self> {
+        let most = device.limits().max_texture_dimension_2d;
+        if size.iter().any(|n| !(1..=most).contains(n)) {
+            let [width, height] = size;
+            return Err(Error::input(format!(
+                "a picture of {width} × {height} pixels: expected 1 to {most} each way on this device"
+            )));
+        }
+        let extent = wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 };
+        let texture = |format, sample_count, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("picture"),
+                size: extent,
+                mip_level_count: 1,
+                sample_count,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+                view_formats: &[],
+            })
+        };
+        let Target { color, depth, samples } = Self::TARGET;
+        let none = wgpu::TextureUsages::empty();
+        crate::checked(device, "making room for a picture", || Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            size,
+            fine: texture(color, samples, none).create_view(&wgpu::TextureViewDescriptor::default()),
+            color: texture(color, 1, wgpu::TextureUsages::COPY_SRC),
+            depth: texture(depth, samples, none).create_view(&wgpu::TextureViewDescriptor::default()),
+            read: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("picture"),
+                size: u64::from(row_bytes(size[0])) * u64::from(size[1]),
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            }),
+        })
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// The width over the height.
+    pub fn aspect(&self) -> f32 {
+        self.size[0] as f32 / self.size[1] as f32
+    }
+
+    /// Draws a frame and waits for it. `background` is linear red, green, blue and opacity, 0 to 1, the first three multiplied by the last.
+    ///
+    /// # Errors
+    /// As [`Renderer::draw`]; [`Error::Device`].
+    pub fn draw(&self, renderer: &Renderer, vertices: Vertices<'_>, background: [f32; 4]) -> Result<Picture> {
+        const DOING: &str = "drawing";
+        let [r, g, b, a] = background.map(f64::from);
+        crate::checked(&self.device, DOING, || {
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let resolved = self.color.create_view(&wgpu::TextureViewDescriptor::default());
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &self.fine,
+                    depth_slice: None,
+                    resolve_target: Some(&resolved),
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+                        store: wgpu::StoreOp::Discard,
+                    },
+                })],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &self.depth,
+                    depth_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(1.0),
+                        store: wgpu::StoreOp::Discard,
+                    }),
+                    stencil_ops: None,
+                }),
+                ..Default::default()
+            });
+            renderer.draw(&mut pass, vertices)?;
+            drop(pass);
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row_bytes(self.size[0])),
+                rows_per_image: None,
+            };
+            let to = wgpu::TexelCopyBufferInfo { buffer: &self.read, layout };
+            encoder.copy_texture_to_buffer(self.color.as_image_copy(), to, self.color.size());
+            self.queue.submit([encoder.finish()]);
+            Ok(())
+        })??;
+        let failed = |what: String| Error::Device {
+            kind: DeviceErrorKind::Driver,
+            device: crate::name(&self.device),
+            message: format!("{DOING} failed: {what}"),
+        };
+        self.read.map_async(wgpu::MapMode::Read, .., |_| ());
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
+        let mapped = self.read.get_mapped_range(..).map_err(|e| failed(e.to_string()))?;
+        let rows = mapped.chunks_exact(row_bytes(self.size[0]) as usize);
+        let pixels = rows.flat_map(|row| &row[..4 * self.size[0] as usize]).copied().collect();
+        drop(mapped);
+        self.read.unmap();
+        Ok(Picture::from_multiplied(self.size, pixels))
+    }
+}
+
+/// Bytes of a row as devices copy them.
+fn row_bytes(width: u32) -> u32 {
+    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}

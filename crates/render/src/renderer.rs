@@ -1,0 +1,252 @@
+//! Drawing a mesh's buffers into a render pass.
+
+use crate::camera::Camera;
+use crate::heat::Heat;
+use rhytid_core::{Error, Faces, Result};
+use std::num::NonZeroU64;
+
+/// Words of the uniforms: two matrices, a colour, a range and a table of colours.
+const UNIFORM_WORDS: usize = 16 + 16 + 4 + 4 + 4 * crate::heat::COLOURS;
+
+/// Linear red, green and blue of a light skin.
+const SKIN: [f32; 3] = [0.85, 0.56, 0.44];
+const WIRE: [f32; 3] = [0.75, 0.80, 0.85];
+
+/// What a face is drawn as.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Look {
+    /// Lit at every pixel.
+    Smooth,
+    /// Lit at every vertex, as the chapter's program does it.
+    Gouraud,
+    /// Lit by triangles.
+    Flat,
+    /// The edges of the mesh's polygons, those in front.
+    Wireframe,
+    /// A colour for the number at each vertex, without light: what the legend says.
+    Heat(Heat),
+}
+
+/// What a pass draws into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Target {
+    /// Of the colour attachment; colours are written linear, so an sRGB format shows them right.
+    pub color: wgpu::TextureFormat,
+    /// Of the depth attachment, cleared to 1.
+    pub depth: wgpu::TextureFormat,
+    /// Samples for each pixel of both.
+    pub samples: u32,
+}
+
+/// The vertices of one frame in buffers of the renderer's device, as a session of the wgpu backend has them.
+#[derive(Debug, Clone, Copy)]
+pub struct Vertices<'a> {
+    /// V × 3 floats, in mesh units.
+    pub positions: wgpu::BufferSlice<'a>,
+    /// V × 3 floats, lengths 1.
+    pub normals: wgpu::BufferSlice<'a>,
+    /// V floats, for [`Look::Heat`].
+    pub numbers: Option<wgpu::BufferSlice<'a>>,
+}
+
+/// Draws one mesh.
+#[derive(Debug)]
+pub struct Renderer {
+    queue: wgpu::Queue,
+    uniforms: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    /// Smooth, Gouraud, flat, what is behind a wire, heat, wire.
+    pipelines: [wgpu::RenderPipeline; 6],
+    triangles: wgpu::Buffer,
+    edges: wgpu::Buffer,
+    /// What [`Renderer::draw`] draws.
+    look: Look,
+}
+
+impl Renderer {
+    /// For passes that draw a mesh into `target`: the polygons `faces`, whose edges are its wires, and their `triangles`, as a rig has
+    /// both.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if `device` refuses, as for want of memory.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        faces: &Faces,
+        triangles: &[[u32; 3]],
+        target: Target,
+    ) -> Result<Self> {
+        crate::checked(device, "preparing to draw", || {
+            let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("view"),
+                size: 4 * UNIFORM_WORDS as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some("view"),
+                entries: &[wgpu::BindGroupLayoutEntry {
+                    binding: 0,
+                    visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    ty: wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: false,
+                        min_binding_size: NonZeroU64::new(4 * UNIFORM_WORDS as u64),
+                    },
+                    count: None,
+                }],
+            });
+            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("view"),
+                layout: &layout,
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() }],
+            });
+            let indices = |label, contents: &[u8]| {
+                let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(label),
+                    size: contents.len().max(4) as u64,
+                    usage: wgpu::BufferUsages::INDEX | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                });
+                queue.write_buffer(&buffer, 0, contents);
+                buffer
+            };
+            Self {
+                queue: queue.clone(),
+                uniforms,
+                group,
+                pipelines: pipelines(device, &layout, target),
+                triangles: indices("triangles", bytemuck::cast_slice(triangles)),
+                edges: indices("edges", bytemuck::cast_slice(&edges(faces))),
+                look: Look::Smooth,
+            }
+        })
+    }
+
+    /// What the next pass shows, seen by `camera` in a picture whose width is `aspect` times its height. What has been submitted
+    /// is drawn as it was; two looks in one submission would both be the later one.
+    pub fn show(&mut self, camera: &Camera, aspect: f32, look: Look) {
+        let to_camera = camera.view();
+        let mut words = Vec::with_capacity(UNIFORM_WORDS);
+        words.extend((camera.projection(aspect) * to_camera).to_cols_array());
+        words.extend(to_camera.to_cols_array());
+        let opaque = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];
+        words.extend(opaque(if look == Look::Wireframe { WIRE } else { SKIN }));
+        let heat = if let Look::Heat(heat) = look { heat } else { Heat::From0(1.0) };
+        let [low, high] = heat.range();
+        words.extend([low, high, 0.0, 0.0]);
+        words.extend(heat.table().into_iter().flat_map(opaque));
+        self.queue.write_buffer(&self.uniforms, 0, bytemuck::cast_slice(&words));
+        self.look = look;
+    }
+
+    /// Draws a frame into a pass whose attachments are the [`Target`] that the renderer was made for.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if numbers are to be shown and there are none.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Vertices<'_>) -> Result<()> {
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.set_vertex_buffer(0, vertices.positions);
+        pass.set_vertex_buffer(1, vertices.normals);
+        if let Look::Heat(_) = self.look {
+            let missing = || Error::input("a heat map needs a number for each vertex, and there are none");
+            pass.set_vertex_buffer(2, vertices.numbers.ok_or_else(missing)?);
+        }
+        let [smooth, gouraud, flat, behind, heat, wire] = &self.pipelines;
+        pass.set_pipeline(match self.look {
+            Look::Smooth => smooth,
+            Look::Gouraud => gouraud,
+            Look::Flat => flat,
+            Look::Wireframe => behind,
+            Look::Heat(_) => heat,
+        });
+        pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..(self.triangles.size() / 4) as u32, 0, 0..1);
+        if self.look == Look::Wireframe {
+            pass.set_pipeline(wire);
+            pass.set_index_buffer(self.edges.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..(self.edges.size() / 4) as u32, 0, 0..1);
+        }
+        Ok(())
+    }
+}
+
+/// Each edge of a polygon once.
+fn edges(faces: &Faces) -> Vec<[u32; 2]> {
+    let mut edges: Vec<[u32; 2]> = faces
+        .iter()
+        .flat_map(|face| (0..face.len()).map(move |i| [face[i], face[(i + 1) % face.len()]]))
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+fn pipelines(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    target: Target,
+) -> [wgpu::RenderPipeline; 6] {
+    let source = wgpu::ShaderSource::Wgsl(include_str!("shader.wgsl").into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("face"), source });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("face"),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    let attribute = |format, shader_location| [wgpu::VertexAttribute { format, offset: 0, shader_location }];
+    let attributes = [
+        attribute(wgpu::VertexFormat::Float32x3, 0),
+        attribute(wgpu::VertexFormat::Float32x3, 1),
+        attribute(wgpu::VertexFormat::Float32, 2),
+    ];
+    let buffers = attributes.each_ref().map(|attributes| {
+        Some(wgpu::VertexBufferLayout {
+            array_stride: attributes[0].format.size(),
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes,
+        })
+    });
+    let pipeline = |fragment: &str| {
+        let [has_numbers, is_wire, is_behind] = ["heat", "wire", "behind"].map(|name| name == fragment);
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(fragment),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(if has_numbers { "numbered_corner" } else { "corner" }),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: if has_numbers { &buffers } else { &buffers[..2] },
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: match is_wire {
+                    true => wgpu::PrimitiveTopology::LineList,
+                    false => wgpu::PrimitiveTopology::TriangleList,
+                },
+                ..wgpu::PrimitiveState::default()
+            },
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: target.depth,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::LessEqual),
+                stencil: wgpu::StencilState::default(),
+                bias: match is_behind {
+                    // Behind the wires on it.
+                    true => wgpu::DepthBiasState { constant: 2, slope_scale: 1.5, clamp: 0.0 },
+                    false => wgpu::DepthBiasState::default(),
+                },
+            }),
+            multisample: wgpu::MultisampleState { count: target.samples, ..Default::default() },
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(fragment),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(target.color.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    };
+    ["smooth_skin", "gouraud_skin", "flat_skin", "behind", "heat", "wire"].map(pipeline)
+}

@@ -1,0 +1,283 @@
+//! Pictures on every device here, against what is known of them.
+
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{Backend, Faces, UpAxis};
+use rhytid_render::{
+    Anchor, Camera, FrameBuffers, Heat, LEGEND, Look, Offscreen, Picture, Renderer, Sphere, View,
+};
+
+const NONE: [f32; 4] = [0.0; 4];
+
+struct Mesh {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    numbers: Vec<f32>,
+    faces: Faces,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    fn push(&mut self, quad: [u32; 4]) {
+        let [a, b, c, d] = quad;
+        self.faces.push(&quad);
+        self.triangles.extend([[a, b, c], [a, c, d]]);
+    }
+
+    /// A sheet of n × n quads from −1 to 1 in x and y, facing +Z.
+    fn sheet(n: u32) -> Self {
+        let at = |i: u32| 2.0 * i as f32 / n as f32 - 1.0;
+        let places = (0..=n).flat_map(|y| (0..=n).map(move |x| [x, y]));
+        let positions: Vec<[f32; 3]> = places.map(|[x, y]| [at(x), at(y), 0.0]).collect();
+        let (normals, numbers) = (vec![[0.0, 0.0, 1.0]; positions.len()], vec![0.0; positions.len()]);
+        let mut mesh = Self { positions, normals, numbers, faces: Faces::default(), triangles: Vec::new() };
+        for y in 0..n {
+            for x in 0..n {
+                let v = y * (n + 1) + x;
+                mesh.push([v, v + 1, v + n + 2, v + n + 1]);
+            }
+        }
+        mesh
+    }
+
+    /// A ball of radius 1: the sheet rolled up.
+    fn ball(n: u32) -> Self {
+        let mut mesh = Self::sheet(n);
+        for (p, normal) in mesh.positions.iter_mut().zip(&mut mesh.normals) {
+            let [(s, c), (t, d)] =
+                [p[0] * std::f32::consts::PI, p[1] * std::f32::consts::FRAC_PI_2].map(f32::sin_cos);
+            *p = [s * d, t, c * d];
+            *normal = *p;
+        }
+        mesh
+    }
+
+    fn camera(&self, view: View, size: [u32; 2]) -> Camera {
+        Camera::framing(Sphere::around(&self.positions), UpAxis::Y, view, size[0] as f32 / size[1] as f32)
+    }
+
+    fn draw(&self, wgpu: &Wgpu, camera: &Camera, size: [u32; 2], look: Look) -> Picture {
+        let (device, queue) = (wgpu.device(), wgpu.queue());
+        let mut renderer =
+            Renderer::new(device, queue, &self.faces, &self.triangles, Offscreen::TARGET).unwrap();
+        let page = Offscreen::new(device, queue, size).unwrap();
+        let frame = FrameBuffers::new(device, queue, self.positions.len()).unwrap();
+        frame.set(self.positions.as_flattened(), self.normals.as_flattened(), &self.numbers);
+        renderer.show(camera, page.aspect(), look);
+        page.draw(&renderer, frame.vertices(), NONE).unwrap()
+    }
+}
+
+/// Each device here, named in what is said of a failure.
+fn each_device(test: impl Fn(&str, &Wgpu)) {
+    let devices = Wgpu::devices().unwrap();
+    assert!(!devices.is_empty(), "there is no device of wgpu's here");
+    for info in devices {
+        test(&format!("{} {}", info.name, info.driver), &Wgpu::open(&info).unwrap());
+    }
+}
+
+/// 8 bits of sRGB for a linear colour.
+fn srgb(x: f32) -> f32 {
+    let x = x.clamp(0.0, 1.0);
+    255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[track_caller]
+fn near(found: [u8; 4], expected: [f32; 3], device: &str) {
+    for (found, expected) in found.into_iter().zip(expected.map(srgb)) {
+        assert!((f32::from(found) - expected).abs() < 2.0, "{device}: {found:?}, expected {expected:?}");
+    }
+}
+
+#[test]
+fn a_ball_covers_its_disc() {
+    let (mesh, size) = (Mesh::ball(256), [400, 300]);
+    let camera = mesh.camera(View::default(), size);
+    each_device(|device, wgpu| {
+        let picture = mesh.draw(wgpu, &camera, size, Look::Smooth);
+        let covered: f64 = picture.pixels.iter().skip(3).step_by(4).map(|a| f64::from(*a) / 255.0).sum();
+        // It just fits into the height.
+        let disc = std::f64::consts::PI * 150.0 * 150.0;
+        assert!((covered / disc - 1.0).abs() < 0.005, "{device}: {covered} pixels, expected {disc}");
+    });
+}
+
+/// The light of `shader.wgsl` on a normal in the camera's space.
+fn light(n: [f32; 3]) -> f32 {
+    let lamp = |from: [f32; 3]| {
+        let length = from.iter().map(|x| x * x).sum::<f32>().sqrt();
+        (0..3).map(|c| n[c] * from[c] / length).sum::<f32>().max(0.0)
+    };
+    0.75 * lamp([-0.45, 0.55, 0.7]) + 0.12 * lamp([0.8, 0.0, 0.6]) + 0.09 + 0.05 * n[1]
+}
+
+const SKIN: [f32; 3] = [0.85, 0.56, 0.44];
+
+#[test]
+fn light_falls_as_it_should_and_the_inside_is_darker() {
+    let (mesh, size) = (Mesh::sheet(4), [200, 200]);
+    let front = View { lens: 800.0, ..View::default() };
+    each_device(|device, wgpu| {
+        for look in [Look::Smooth, Look::Gouraud, Look::Flat] {
+            let lit = SKIN.map(|part| part * light([0.0, 0.0, 1.0]));
+            let camera = mesh.camera(front, size);
+            near(mesh.draw(wgpu, &camera, size, look).pixel([100, 100]), lit, device);
+            // Turned by 40°, its normal points to the picture's left.
+            let camera = mesh.camera(View { turn: 40.0, ..front }, size);
+            let (sin, cos) = 40.0_f32.to_radians().sin_cos();
+            let turned = SKIN.map(|part| part * light([-sin, 0.0, cos]));
+            near(mesh.draw(wgpu, &camera, size, look).pixel([100, 100]), turned, device);
+            let camera = mesh.camera(View { turn: 180.0, ..front }, size);
+            let behind = mesh.draw(wgpu, &camera, size, look).pixel([100, 100]);
+            let expected =
+                if look == Look::Gouraud { light([0.0, 0.0, -1.0]) } else { light([0.0, 0.0, 1.0]) };
+            near(behind, SKIN.map(|part| 0.3 * part * expected), device);
+        }
+    });
+}
+
+#[test]
+fn what_is_nearer_hides_what_is_behind() {
+    let mut mesh = Mesh::sheet(1);
+    // A smaller sheet before it, first in the file; it has another number.
+    let small: Vec<[f32; 3]> = mesh.positions.iter().map(|p| [0.4 * p[0], 0.4 * p[1], 0.5]).collect();
+    mesh.positions = [small, mesh.positions.clone()].concat();
+    mesh.normals = vec![[0.0, 0.0, 1.0]; 8];
+    mesh.numbers = [vec![1.0; 4], vec![0.0; 4]].concat();
+    mesh.push([4, 5, 7, 6]);
+    let size = [300, 300];
+    let camera = mesh.camera(View::default(), size);
+    let heat = Heat::From0(1.0);
+    each_device(|device, wgpu| {
+        let picture = mesh.draw(wgpu, &camera, size, Look::Heat(heat));
+        near(picture.pixel([150, 150]), heat.colour(1.0), device);
+        let [x, y, _] = camera.project(size, [0.8, 0.8, 0.0]);
+        near(picture.pixel([x as u32, y as u32]), heat.colour(0.0), device);
+        assert_eq!(picture.pixel([2, 2]), [0; 4], "{device}");
+    });
+}
+
+#[test]
+fn numbers_have_the_colours_that_the_legend_says() {
+    let (mut mesh, size) = (Mesh::sheet(8), [600, 600]);
+    for (i, number) in mesh.numbers.iter_mut().enumerate() {
+        *number = (i * 37 % 81) as f32 / 40.0 - 1.0;
+    }
+    let camera = mesh.camera(View::default(), size);
+    for heat in [Heat::From0(0.9), Heat::Signed(1.0)] {
+        let look = Look::Heat(heat);
+        each_device(|device, wgpu| {
+            let picture = mesh.draw(wgpu, &camera, size, look);
+            for v in [10, 12, 16, 24, 31, 40, 47, 55, 60, 70] {
+                // The pixel's middle is up to 0.7 pixels from the vertex: its number by hand, within its triangle.
+                let [x, y, _] = camera.project(size, mesh.positions[v]);
+                let at = [x as u32, y as u32];
+                let pixels = |x: f32| (x - 300.0) / (camera.project(size, [1.0, 0.0, 0.0])[0] - 300.0);
+                let place = [pixels(at[0] as f32 + 0.5), -pixels(at[1] as f32 + 0.5)];
+                let number = mesh.number_at(place);
+                near(picture.pixel(at), heat.colour(number), device);
+            }
+        });
+    }
+}
+
+impl Mesh {
+    /// The number at a place of the sheet, linear in each triangle.
+    fn number_at(&self, [x, y]: [f32; 2]) -> f32 {
+        let inside = self.triangles.iter().find_map(|triangle| {
+            let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
+            let area = |p: [f32; 2], q: [f32; 3], r: [f32; 3]| {
+                (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+            };
+            let whole = area([a[0], a[1]], b, c);
+            let parts = [area([x, y], b, c), area([x, y], c, a), area([x, y], a, b)].map(|part| part / whole);
+            let numbers = triangle.map(|v| self.numbers[v as usize]);
+            parts.iter().all(|part| *part >= -1e-5).then(|| (0..3).map(|i| parts[i] * numbers[i]).sum())
+        });
+        inside.expect("a place on the sheet")
+    }
+}
+
+#[test]
+fn wires_are_the_edges_of_polygons_that_are_in_front() {
+    let (mesh, size) = (Mesh::sheet(4), [400, 400]);
+    let camera = mesh.camera(View::default(), size);
+    each_device(|device, wgpu| {
+        let picture = mesh.draw(wgpu, &camera, size, Look::Wireframe);
+        let brightness = |x: f32, y: f32| {
+            let [x, y, _] = camera.project(size, [x, y, 0.0]);
+            // Lines are a pixel wide, on either side of what they are at.
+            let near = [[-1, 0], [0, 0], [0, -1], [-1, -1]];
+            near.map(|[dx, dy]| picture.pixel([(x as i32 + dx) as u32, (y as i32 + dy) as u32])[1])
+                .into_iter()
+                .max()
+        };
+        for at in [-0.8, -0.2, 0.3] {
+            assert!(brightness(0.5, at) > Some(110) && brightness(at, -0.5) > Some(110), "{device}");
+        }
+        // Not the diagonals, by which quads are cut.
+        for (x, y) in [(0.25, 0.25), (-0.25, -0.25), (0.6, 0.6)] {
+            assert!(brightness(x, y) < Some(90), "{device}: {:?}", brightness(x, y));
+        }
+    });
+}
+
+#[test]
+fn the_same_picture_twice_has_the_same_bytes() {
+    let (mesh, size) = (Mesh::ball(48), [200, 160]);
+    let camera = mesh.camera(View { turn: 20.0, raise: 15.0, ..View::default() }, size);
+    each_device(|device, wgpu| {
+        for look in [Look::Smooth, Look::Wireframe] {
+            let [first, second] = [0; 2].map(|_| mesh.draw(wgpu, &camera, size, look).png().unwrap());
+            assert!(first == second, "{device}");
+        }
+    });
+}
+
+#[test]
+fn devices_draw_the_same_picture() {
+    let (mesh, size) = (Mesh::ball(48), [200, 160]);
+    let camera = mesh.camera(View { turn: 20.0, raise: 15.0, ..View::default() }, size);
+    for look in [Look::Smooth, Look::Gouraud, Look::Flat, Look::Wireframe] {
+        let pictures = std::cell::RefCell::new(Vec::new());
+        each_device(|device, wgpu| {
+            pictures.borrow_mut().push((device.to_owned(), mesh.draw(wgpu, &camera, size, look)));
+        });
+        let pictures = pictures.into_inner();
+        for (device, picture) in &pictures {
+            let first = &pictures[0].1.pixels;
+            let apart: f64 = first.iter().zip(&picture.pixels).map(|(a, b)| f64::from(a.abs_diff(*b))).sum();
+            let mean = apart / first.len() as f64;
+            assert!(mean < 1.0, "{device}: {look:?} is {mean} of 255 from {}", pictures[0].0);
+        }
+    }
+}
+
+#[test]
+fn sizes_that_cannot_be_are_refused() {
+    each_device(|device, wgpu| {
+        for size in [[0, 10], [10, 0], [100_000, 10]] {
+            let refused = Offscreen::new(wgpu.device(), wgpu.queue(), size).unwrap_err().to_string();
+            assert!(refused.contains("pixels: expected 1 to"), "{device}: {refused}");
+        }
+    });
+}
+
+#[test]
+fn a_legend_shows_the_colours_and_their_numbers() {
+    let mut picture = Picture::filled([400, 120], [255; 4]);
+    let heat = Heat::Signed(0.25);
+    picture.legend(heat, "strain", [40, 10], [0; 3]);
+    for part in [0.01, 0.25, 0.5, 0.75, 0.99] {
+        let x = 40 + (part * LEGEND[0] as f32) as u32;
+        near(picture.pixel([x, 10 + 24 + 4]), heat.colour(0.5 * part - 0.25), "legend");
+    }
+    // Words are dark on white, on the left, in the middle and on the right.
+    for x in [30..60, 180..200, 320..360] {
+        let dark = x.filter(|&x| (46..70).any(|y| picture.pixel([x, y]) == [0, 0, 0, 255])).count();
+        assert!(dark > 3, "{dark}");
+    }
+    let mut small = Picture::filled([20, 20], [0; 4]);
+    small.write("beyond the edge", [-30, 10], Anchor::Left, [255; 3]);
+    small.legend(heat, "strain", [10, 10], [255; 3]);
+}
