@@ -2,6 +2,8 @@
 
 mod judge;
 mod placing;
+#[cfg(feature = "wgpu")]
+mod render;
 mod setup;
 mod values;
 
@@ -9,6 +11,8 @@ use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use placing::{Handles, New, TakeSpace};
+#[cfg(feature = "wgpu")]
+pub(crate) use render::{Render, Show};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
@@ -86,6 +90,17 @@ Examples:
 
 docs/export.md says which format and which options suit which program.")]
     Animate(Animate),
+
+    /// Draw frames of a take: a sheet, or a picture for each.
+    #[cfg(feature = "wgpu")]
+    #[command(after_help = "\
+Examples:
+  rhytid render FACE.safetensors TAKE.csv -o sheet.png
+  rhytid render FACE.safetensors TAKE.csv -o sheet.png --show shaded,strain,detail --frames 100..200 --turn 30
+  rhytid render FACE.safetensors TAKE.csv -o pictures/{frame}.png --size 1280x720
+
+docs/render.md has pictures of what can be shown.")]
+    Render(Render),
 
     /// Put parts of a take, which `animate --frames` wrote, together as one USD file.
     ///

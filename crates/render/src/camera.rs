@@ -1,11 +1,13 @@
 //! Where a picture is taken from.
 
 use glam::camera::rh::{proj, view};
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec3, vec3};
 use rhytid_core::UpAxis;
 
 /// Height of the film that a lens is for, in millimetres: that of 36 × 24 mm.
 const FILM: f32 = 24.0;
+/// The part of a picture that is filled.
+const MARGIN: f32 = 0.9;
 
 /// A ball around a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,24 +60,64 @@ impl Default for View {
     }
 }
 
+/// The picture's right, its up, and towards the viewer.
+fn axes(up: UpAxis, view: View) -> [Vec3; 3] {
+    let (up, front) = match up {
+        UpAxis::Y => (Vec3::Y, Vec3::Z),
+        UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
+    };
+    let [turn, raise] = [view.turn, view.raise.clamp(-89.9, 89.9)].map(f32::to_radians);
+    let toward = raise.cos() * (turn.cos() * front + turn.sin() * Vec3::X) + raise.sin() * up;
+    let right = up.cross(toward).normalize();
+    [right, toward.cross(right), toward]
+}
+
 impl Camera {
-    /// Looks at `sphere` so that it just fits into a picture whose width is `aspect` times its height. Faces look along +Z where Y
-    /// is up, and along −Y where Z is.
-    pub fn framing(sphere: Sphere, up: UpAxis, view: View, aspect: f32) -> Self {
-        let (up, front) = match up {
-            UpAxis::Y => (Vec3::Y, Vec3::Z),
-            UpAxis::Z => (Vec3::Z, Vec3::NEG_Y),
+    /// Looks at `points` so that they fill a picture whose width is `aspect` times its height, but for a margin. Faces look along +Z
+    /// where Y is up, and along −Y where Z is.
+    pub fn framing(points: &[[f32; 3]], up: UpAxis, view: View, aspect: f32) -> Self {
+        let [right, upward, toward] = axes(up, view);
+        let seen = || {
+            points
+                .iter()
+                .map(|p| Vec3::from_array(*p))
+                .map(|p| vec3(p.dot(right), p.dot(upward), p.dot(toward)))
         };
-        let [turn, raise] = [view.turn, view.raise.clamp(-89.9, 89.9)].map(f32::to_radians);
-        let toward = raise.cos() * (turn.cos() * front + turn.sin() * Vec3::X) + raise.sin() * up;
+        let low = seen().reduce(Vec3::min).unwrap_or_default();
+        let high = seen().reduce(Vec3::max).unwrap_or_default();
+        let middle = 0.5 * (low + high);
+        let half = (0.5 * FILM / view.lens).atan().tan() * MARGIN;
+        let needs = |p: Vec3| {
+            let from = (p - middle).abs();
+            (p - middle).z + (from.y / half).max(from.x / (half * aspect))
+        };
+        let distance = seen().map(needs).fold(f32::MIN_POSITIVE, f32::max);
+        let radius = 0.5 * low.distance(high);
+        let target = middle.x * right + middle.y * upward + middle.z * toward;
+        Self::at_distance([target, toward, upward], distance, radius, view)
+    }
+
+    /// Looks at `sphere` so that it just fits, from wherever: for turntables.
+    pub fn around(sphere: Sphere, up: UpAxis, view: View, aspect: f32) -> Self {
+        let [_, upward, toward] = axes(up, view);
         let half = (0.5 * FILM / view.lens).atan();
         let narrower = half.min((half.tan() * aspect).atan());
         let distance = sphere.radius / narrower.sin();
-        let target = Vec3::from_array(sphere.center);
-        // What moves may leave the sphere it had at rest.
-        let (near, far) = (distance - 2.0 * sphere.radius, distance + 3.0 * sphere.radius);
-        let near = near.max(0.02 * distance);
-        Self { eye: target + distance * toward, target, up, field_of_view: 2.0 * half, near, far }
+        Self::at_distance([Vec3::from_array(sphere.center), toward, upward], distance, sphere.radius, view)
+    }
+
+    /// What moves may leave the ball of this radius that it had at rest.
+    fn at_distance([target, toward, up]: [Vec3; 3], distance: f32, radius: f32, view: View) -> Self {
+        let (near, far) = (distance - 2.0 * radius, distance + 3.0 * radius);
+        let field_of_view = 2.0 * (0.5 * FILM / view.lens).atan();
+        Self {
+            eye: target + distance * toward,
+            target,
+            up,
+            field_of_view,
+            near: near.max(0.02 * distance),
+            far,
+        }
     }
 
     /// From the mesh's space to the camera's: x to the picture's right, y up, z towards the viewer.
@@ -109,7 +151,7 @@ mod tests {
         for size in [[400, 300], [300, 400]] {
             let aspect = size[0] as f32 / size[1] as f32;
             for view in [View::default(), View { turn: 50.0, raise: -30.0, lens: 35.0 }] {
-                let camera = Camera::framing(SPHERE, UpAxis::Y, view, aspect);
+                let camera = Camera::around(SPHERE, UpAxis::Y, view, aspect);
                 // The ball's rim as the eye sees it: where rays touch it.
                 let eye = camera.eye - camera.target;
                 let toward = eye.normalize();
@@ -132,6 +174,23 @@ mod tests {
     }
 
     #[test]
+    fn points_fill_the_picture() {
+        let points = [[-3.0, 0.0, 1.0], [3.0, 1.0, 0.0], [0.0, 5.0, 0.0], [0.5, -4.0, 2.0]];
+        for (size, view) in
+            [([400, 300], View::default()), ([300, 900], View { turn: -70.0, raise: 40.0, lens: 28.0 })]
+        {
+            let camera = Camera::framing(&points, UpAxis::Z, view, size[0] as f32 / size[1] as f32);
+            let reach = points.iter().flat_map(|p| {
+                let [x, y, depth] = camera.project(size, *p);
+                assert!((0.0..=1.0).contains(&depth));
+                [(x / size[0] as f32 - 0.5).abs(), (y / size[1] as f32 - 0.5).abs()]
+            });
+            let most = reach.fold(0.0, f32::max);
+            assert!((most - 0.45).abs() < 1e-3, "{most}");
+        }
+    }
+
+    #[test]
     fn a_face_looks_at_the_viewer_whichever_axis_is_up() {
         // Chin, nose tip and the face's left, the same face in both axes.
         let y_up = [[0.0, -3.0, 0.0], [0.0, 0.0, 2.0], [2.5, 0.0, 0.0]];
@@ -139,7 +198,7 @@ mod tests {
         for turn in [0.0, 35.0] {
             let seen = [(UpAxis::Y, y_up), (UpAxis::Z, z_up)].map(|(up, face)| {
                 let sphere = Sphere { center: [0.0; 3], radius: 4.0 };
-                let camera = Camera::framing(sphere, up, View { turn, ..View::default() }, 1.0);
+                let camera = Camera::around(sphere, up, View { turn, ..View::default() }, 1.0);
                 face.map(|p| camera.project([500, 500], p))
             });
             let [chin, nose, left] = seen[0];

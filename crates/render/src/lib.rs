@@ -6,7 +6,7 @@
 //! ```
 //! use rhytid_backend_wgpu::Wgpu;
 //! use rhytid_core::{Animator, Backend, Stage, UploadOptions};
-//! use rhytid_render::{Camera, Look, Offscreen, Renderer, Sphere, Vertices, View};
+//! use rhytid_render::{Camera, Look, Offscreen, Renderer, Vertices, View};
 //!
 //! # let face = rhytid_demo::face(2_000);
 //! # let rig = rhytid_solve::solve(&face, &rhytid_core::NoProgress)?.cast::<f32>();
@@ -20,7 +20,7 @@
 //!     let (device, queue) = (wgpu.device(), wgpu.queue());
 //!     let mut renderer = Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?;
 //!     let page = Offscreen::new(device, queue, [320, 400])?;
-//!     let camera = Camera::framing(Sphere::around(&rig.rest), rig.up_axis, View::default(), page.aspect());
+//!     let camera = Camera::framing(&rig.rest, rig.up_axis, View::default(), page.aspect());
 //!     renderer.show(&camera, page.aspect(), Look::Smooth);
 //!     let result = |stage| animator.session().results(stage).next().expect("one frame").1.slice(..);
 //!     let (positions, normals) = (result(Stage::Positions), result(Stage::Normals));
@@ -36,17 +36,21 @@
 mod camera;
 mod frame_buffers;
 mod heat;
+mod numbers;
 mod offscreen;
 mod picture;
 mod renderer;
+mod sheet;
 mod words;
 
 pub use camera::{Camera, Sphere, View};
 pub use frame_buffers::FrameBuffers;
 pub use heat::Heat;
+pub use numbers::{Strains, distances};
 pub use offscreen::Offscreen;
 pub use picture::Picture;
 pub use renderer::{Look, Renderer, Target, Vertices};
+pub use sheet::Sheet;
 pub use words::{Anchor, LEGEND, LINE};
 
 use rhytid_core::{DeviceErrorKind, Error, Result};

@@ -172,7 +172,7 @@ impl Renderer {
 }
 
 /// Each edge of a polygon once.
-fn edges(faces: &Faces) -> Vec<[u32; 2]> {
+pub(crate) fn edges(faces: &Faces) -> Vec<[u32; 2]> {
     let mut edges: Vec<[u32; 2]> = faces
         .iter()
         .flat_map(|face| (0..face.len()).map(move |i| [face[i], face[(i + 1) % face.len()]]))

@@ -52,7 +52,7 @@ impl Mesh {
     }
 
     fn camera(&self, view: View, size: [u32; 2]) -> Camera {
-        Camera::framing(Sphere::around(&self.positions), UpAxis::Y, view, size[0] as f32 / size[1] as f32)
+        Camera::around(Sphere::around(&self.positions), UpAxis::Y, view, size[0] as f32 / size[1] as f32)
     }
 
     fn draw(&self, wgpu: &Wgpu, camera: &Camera, size: [u32; 2], look: Look) -> Picture {

@@ -70,6 +70,7 @@
 //! | `capture` | from a raw take to a clean one: [`capture`] |
 //! | `playback` | a take on a rig, with overlap, fall-back and choice of device: [`playback`] |
 //! | `evaluate` | how good a rig is and where not, which scans to make: [`evaluate`](mod@evaluate) |
+//! | `render` | pictures: shaded, as wire, heat maps; with the backend `wgpu`: [`render`] |
 //! | `report` | what a clean-up did, and what an evaluation found, as pages: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]
@@ -95,6 +96,9 @@ pub use rhytid_formats as formats;
 #[cfg(feature = "playback")]
 #[doc(inline)]
 pub use rhytid_playback as playback;
+#[cfg(feature = "render")]
+#[doc(inline)]
+pub use rhytid_render as render;
 #[cfg(feature = "report")]
 #[doc(inline)]
 pub use rhytid_report as report;

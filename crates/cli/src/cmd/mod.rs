@@ -15,6 +15,8 @@ mod info;
 mod man;
 mod new;
 mod prepare;
+#[cfg(feature = "wgpu")]
+mod render;
 mod solve;
 mod stitch;
 mod verify;
@@ -33,6 +35,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::New(args) => new::run(args, ui)?,
         Command::Solve(args) => solve::run(args, ui)?,
         Command::Animate(args) => animate::run(args, ui)?,
+        #[cfg(feature = "wgpu")]
+        Command::Render(args) => render::run(args, ui)?,
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),

@@ -23,6 +23,8 @@ mod prepare;
 mod processors;
 mod raw_torture;
 mod reach;
+#[cfg(feature = "wgpu")]
+mod render;
 mod retarget;
 mod space;
 mod stitch;

@@ -1,0 +1,140 @@
+//! `rhytid render`
+
+use super::placing::TakeSpace;
+use super::values::{Elsewhere, MissingChoice, StageChoice};
+use clap::ValueEnum;
+use rhytid::playback::FrameRange;
+use rhytid::render::Look;
+use std::path::PathBuf;
+
+/// `rhytid render`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Render {
+    /// The rig file that `solve` wrote.
+    pub rig: PathBuf,
+
+    /// The take, as for `animate`.
+    pub take: PathBuf,
+
+    /// The picture to write, a PNG: a sheet of frames; with {frame} in its name one picture for each frame.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+
+    /// The frames A to B-1 of the take, counted from 0; either end can be left out.
+    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
+    pub frames: FrameRange,
+
+    /// Of a sheet: so many frames, spread evenly over those.
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=400))]
+    pub count: u32,
+
+    /// What to show, beside each other.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "shaded")]
+    pub show: Vec<Show>,
+
+    /// Width and height of each, in pixels [default: 300x400 on a sheet, else 720x960].
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Degrees to look from the face's left (positive) or right.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle)]
+    pub turn: f32,
+
+    /// Degrees to look from above (positive) or below, within 90.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle)]
+    pub raise: f32,
+
+    /// The whole mesh in the picture, instead of what is about the handles.
+    #[arg(long)]
+    pub whole: bool,
+
+    /// Focal length, for film of 36 x 24 mm.
+    #[arg(long, value_name = "MM", default_value_t = 85.0, value_parser = parse_lens)]
+    pub lens: f32,
+
+    /// The strain that has the last colour, as a part of the length at rest.
+    #[arg(long, value_name = "PART", default_value_t = 0.3, value_parser = parse_range)]
+    pub strain_range: f32,
+
+    /// The detail that has the last colour, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range)]
+    pub detail_range: f32,
+
+    /// How far to go.
+    #[arg(long, value_enum, default_value_t = StageChoice::Full)]
+    pub stage: StageChoice,
+
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
+    #[arg(long, default_value = "auto")]
+    pub device: String,
+
+    /// The device to draw with, one of the backend wgpu.
+    #[arg(long, default_value = "wgpu")]
+    pub draw_on: String,
+
+    /// What to do where a marker is missing from a frame.
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    pub missing: MissingChoice,
+
+    /// For a raw take: what is known of the actor and the session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
+    #[command(flatten)]
+    pub space: TakeSpace,
+}
+
+/// `--show`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Show {
+    /// Lit at every pixel.
+    Shaded,
+    /// Lit at every vertex.
+    Gouraud,
+    /// Lit by triangles.
+    Flat,
+    /// The edges of the mesh's polygons.
+    Wireframe,
+    /// How much longer (red) or shorter (blue) the skin is than at rest.
+    Strain,
+    /// How far the folds move each vertex.
+    Detail,
+}
+
+impl Show {
+    /// `None` for those that show numbers.
+    pub(crate) fn look(self) -> Option<Look> {
+        match self {
+            Self::Shaded => Some(Look::Smooth),
+            Self::Gouraud => Some(Look::Gouraud),
+            Self::Flat => Some(Look::Flat),
+            Self::Wireframe => Some(Look::Wireframe),
+            Self::Strain | Self::Detail => None,
+        }
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let number = |text: &str| text.parse().ok().filter(|n| (1..=32_768).contains(n));
+    text.split_once('x')
+        .and_then(|(width, height)| Some([number(width)?, number(height)?]))
+        .ok_or_else(|| "expected width x height in pixels, each 1 to 32768, such as 1280x720".to_owned())
+}
+
+fn parse_angle(text: &str) -> Result<f32, String> {
+    let angle = text.parse().ok().filter(|x: &f32| x.abs() <= 360.0);
+    angle.ok_or_else(|| "expected degrees from -360 to 360".to_owned())
+}
+
+fn parse_lens(text: &str) -> Result<f32, String> {
+    let lens = text.parse().ok().filter(|x| (8.0..=2000.0).contains(x));
+    lens.ok_or_else(|| "expected millimetres from 8 to 2000".to_owned())
+}
+
+fn parse_range(text: &str) -> Result<f32, String> {
+    let range = text.parse().ok().filter(|x| (1e-3..=1e3).contains(x));
+    range.ok_or_else(|| "expected a number from 0.001 to 1000".to_owned())
+}

@@ -1,0 +1,70 @@
+//! `rhytid render`: pictures of frames, on every device that draws.
+
+use crate::common::{Fixture, list};
+
+fn png(bytes: &[u8]) -> (png::OutputInfo, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!(info.color_type, png::ColorType::Rgba);
+    (info, pixels)
+}
+
+fn solved() -> Fixture {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    f
+}
+
+#[test]
+fn a_sheet_shows_frames_beside_each_other() {
+    let f = solved();
+    let said = f.done("render face.safetensors take.csv -o out/sheet.png --show shaded,wireframe,strain,detail --count 3 --size 60x50");
+    assert!(
+        said.contains("out/sheet.png: 3 frames evaluated on cpu:0") && said.contains("drawn on wgpu:0"),
+        "{said}"
+    );
+    let (info, pixels) = png(&f.read("out/sheet.png"));
+    // At least as wide as four pictures, or as two legends.
+    assert!(info.width >= 4 * 60 && info.height > 3 * 50, "{} × {}", info.width, info.height);
+    let paper = &pixels[..4];
+    let drawn = pixels.chunks(4).filter(|pixel| *pixel != paper).count();
+    assert!(drawn > 12 * 60 * 50 / 4, "{drawn} pixels are not paper");
+    // The same again, by bytes.
+    f.done("render face.safetensors take.csv -o out/again.png --show shaded,wireframe,strain,detail --count 3 --size 60x50");
+    assert!(f.read("out/sheet.png") == f.read("out/again.png"));
+}
+
+#[test]
+fn each_frame_has_a_picture_of_its_own() {
+    let f = solved();
+    f.done("render face.safetensors take.csv -o out/f{frame}.png --frames 2..5 --size 90x70 --turn -30 --raise 20 --whole");
+    assert_eq!(list(&f.path("out")), ["f00002.png", "f00003.png", "f00004.png"]);
+    let pictures = [2, 3, 4].map(|frame| png(&f.read(&format!("out/f0000{frame}.png"))));
+    for (info, _) in &pictures {
+        assert_eq!((info.width, info.height), (90, 70));
+    }
+    assert!(pictures[0].1 != pictures[1].1, "the face moves");
+    // One frame, on its own and on a sheet.
+    f.done("render face.safetensors take.csv -o out/one.png --frames 2..3 --stage shell");
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_in_a_sentence() {
+    let f = solved();
+    for (args, words) in [
+        ("-o out/face.jpg", &["out/face.jpg", "written as .png"][..]),
+        ("-o out/face.png --size 0x10", &["expected width x height", "1 to 32768"]),
+        ("-o out/face.png --size 100000x10", &["expected width x height", "1 to 32768"]),
+        ("-o out/face.png --size 30000x10", &["30000 × 10 pixels", "expected 1 to"]),
+        ("-o out/face.png --show strain --stage shell --draw-on cpu:0", &["--draw-on cpu:0", "backend wgpu"]),
+        ("-o out/face.png --draw-on wgpu:77", &["wgpu:77", "no such device"]),
+        ("-o out/face.png --show detail --stage large-scale", &["--show detail", "--stage full"]),
+        ("-o out/face.png --frames 900..", &["900"]),
+        ("-o nowhere/face.png", &["nowhere"]),
+        ("-o out/face.png --count 400 --size 8000x8000", &["a page of", "ask for fewer or smaller"]),
+    ] {
+        f.refused(&format!("render face.safetensors take.csv {args}"), words);
+    }
+    f.assert_nothing_written();
+}

@@ -1,0 +1,97 @@
+//! Many pictures on one page.
+
+use crate::heat::Heat;
+use crate::picture::Picture;
+use crate::words::{Anchor, LEGEND, LINE};
+use rhytid_core::{Error, Result};
+
+/// Pixels between and around pictures.
+const GAP: u32 = 12;
+/// No page has more pixels.
+const MOST: u64 = 1 << 28;
+const PAPER: [u8; 3] = [28, 30, 34];
+const INK: [u8; 3] = [222, 224, 228];
+
+/// Pictures of one size in rows, with a line of words below each, and at the foot the legends of what they show.
+#[derive(Debug)]
+pub struct Sheet {
+    page: Picture,
+    cell: [u32; 2],
+    columns: u32,
+    next: u32,
+}
+
+impl Sheet {
+    /// The background of a page, linear red, green, blue and opacity, as [`crate::Offscreen::draw`] takes it.
+    pub fn background() -> [f32; 4] {
+        let [r, g, b] = PAPER.map(crate::picture::from_srgb);
+        [r, g, b, 1.0]
+    }
+
+    /// A page for `count` pictures of `size` pixels, and `legends`: what the colours mean, and its name with the unit.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the page would have more than 268 million pixels.
+    pub fn new(count: u32, size: [u32; 2], legends: &[(Heat, &str)]) -> Result<Self> {
+        let cell = [size[0].saturating_add(GAP), size[1].saturating_add(LINE + GAP)];
+        // About as wide as a screen.
+        let ideal = (f64::from(count) * f64::from(cell[1]) / f64::from(cell[0]) * 1.6).sqrt().round();
+        let columns = (ideal as u32).clamp(1, count.max(1));
+        let rows = count.div_ceil(columns).max(1);
+        let foot = if legends.is_empty() { 0 } else { LEGEND[1] + LINE + GAP };
+        let least = GAP + legends.len() as u32 * (LEGEND[0] + 4 * GAP);
+        let width = columns.saturating_mul(cell[0]).saturating_add(GAP).max(least);
+        let height = rows.saturating_mul(cell[1]).saturating_add(GAP + foot);
+        if u64::from(width) * u64::from(height) > MOST {
+            return Err(Error::input(format!(
+                "a page of {count} pictures of {} × {} pixels would have {width} × {height}, expected at most {MOST} in all; \
+                 ask for fewer or smaller ones",
+                size[0], size[1]
+            )));
+        }
+        let [r, g, b] = PAPER;
+        let mut page = Picture::filled([width, height], [r, g, b, 255]);
+        for (i, (heat, title)) in (0..).zip(legends) {
+            let at = [2 * GAP + i * (LEGEND[0] + 4 * GAP), rows * cell[1] + GAP];
+            page.legend(*heat, title, at, INK);
+        }
+        Ok(Self { page, cell, columns, next: 0 })
+    }
+
+    /// Puts the next picture on the page, with `words` below it.
+    pub fn add(&mut self, picture: &Picture, words: &str) {
+        let [column, row] = [self.next % self.columns, self.next / self.columns];
+        self.next += 1;
+        let at = [GAP + column * self.cell[0], GAP + row * self.cell[1]];
+        self.page.put(picture, at);
+        let middle = [(at[0] + picture.size[0] / 2) as i32, (at[1] + picture.size[1] + 2) as i32];
+        self.page.write(words, middle, Anchor::Center, INK);
+    }
+
+    /// The page.
+    pub fn into_picture(self) -> Picture {
+        self.page
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_picture_is_somewhere_and_whole() {
+        for count in [1, 2, 7, 12] {
+            let mut sheet = Sheet::new(count, [60, 80], &[(Heat::Signed(0.1), "strain")]).unwrap();
+            for i in 0..count {
+                sheet.add(&Picture::filled([60, 80], [200, i as u8, 0, 255]), &format!("frame {i}"));
+            }
+            let page = sheet.into_picture();
+            for i in 0..count {
+                let found = page.pixels.as_chunks::<4>().0.iter().filter(|p| **p == [200, i as u8, 0, 255]);
+                assert_eq!(found.count(), 60 * 80, "picture {i} of {count}");
+            }
+        }
+        let refused = Sheet::new(1_000_000, [1000, 1000], &[]).unwrap_err().to_string();
+        assert!(refused.contains("ask for fewer or smaller ones"), "{refused}");
+    }
+}
