@@ -91,13 +91,14 @@ Examples:
 docs/export.md says which format and which options suit which program.")]
     Animate(Animate),
 
-    /// Draw frames of a take: a sheet, or a picture for each.
+    /// Draw frames of a take: a sheet, a picture for each, or one that moves.
     #[cfg(feature = "wgpu")]
     #[command(after_help = "\
 Examples:
   rhytid render FACE.safetensors TAKE.csv -o sheet.png
   rhytid render FACE.safetensors TAKE.csv -o sheet.png --show shaded,strain,detail --frames 100..200 --turn 30
   rhytid render FACE.safetensors TAKE.csv -o pictures/{frame}.png --size 1280x720
+  rhytid render FACE.safetensors TAKE.csv -o around.apng --turntable --frames 60..61 --count 48
 
 docs/render.md has pictures of what can be shown.")]
     Render(Render),

@@ -33,6 +33,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod animated;
 mod camera;
 mod frame_buffers;
 mod heat;
@@ -43,6 +44,7 @@ mod renderer;
 mod sheet;
 mod words;
 
+pub use animated::AnimatedPng;
 pub use camera::{Camera, Sphere, View};
 pub use frame_buffers::FrameBuffers;
 pub use heat::Heat;

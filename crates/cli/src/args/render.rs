@@ -16,8 +16,9 @@ pub(crate) struct Render {
     /// The take, as for `animate`.
     pub take: PathBuf,
 
-    /// The picture to write, a PNG: a sheet of frames; with {frame} in its name one picture for each frame.
-    #[arg(short, long, value_name = "OUT.png")]
+    /// The picture to write: .png is a sheet of frames, with {frame} in its name a picture for each frame; .apng is one that moves, with
+    /// all frames.
+    #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
     /// The frames A to B-1 of the take, counted from 0; either end can be left out.
@@ -47,6 +48,10 @@ pub(crate) struct Render {
     /// The whole mesh in the picture, instead of what is about the handles.
     #[arg(long)]
     pub whole: bool,
+
+    /// The camera goes once around while the frames go by; around a single frame in --count steps.
+    #[arg(long)]
+    pub turntable: bool,
 
     /// Focal length, for film of 36 x 24 mm.
     #[arg(long, value_name = "MM", default_value_t = 85.0, value_parser = parse_lens)]

@@ -131,7 +131,50 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
         }
         steps.add(&format!("animate on {}", done.device.id()), made, done.time);
     }
+    #[cfg(feature = "wgpu")]
+    draw_sheet(dir, &rig, ui, steps)?;
     Ok(())
+}
+
+/// A picture, where something here draws.
+#[cfg(feature = "wgpu")]
+fn draw_sheet(dir: &Path, rig: &Path, ui: &Ui, steps: &mut Steps) -> Result<()> {
+    let job = args::Render {
+        rig: rig.to_owned(),
+        take: dir.join("performance.csv"),
+        output: dir.join("face.png"),
+        frames: FrameRange::default(),
+        count: 12,
+        show: vec![args::Show::Shaded],
+        size: None,
+        turn: 20.0,
+        raise: 0.0,
+        whole: false,
+        turntable: false,
+        lens: 85.0,
+        strain_range: 0.3,
+        detail_range: 1.0,
+        stage: StageChoice::Full,
+        device: "auto".to_owned(),
+        draw_on: "wgpu".to_owned(),
+        missing: MissingChoice::Error,
+        setup: None,
+        elsewhere: args::Elsewhere::default(),
+        space: args::TakeSpace::default(),
+    };
+    match super::render::draw(&job, ui) {
+        Ok(done) => {
+            let made =
+                format!("face.png, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.bytes));
+            steps.add(&format!("draw on {}", done.draws), made, done.time);
+            Ok(())
+        }
+        Err(Error::Device { message, .. }) => {
+            log::warn!("nothing here draws, so that there is no face.png: {message}");
+            Ok(())
+        }
+        Err(other) => Err(other),
+    }
 }
 
 /// Writes the meshes, the handles, the project file and the take; says which.

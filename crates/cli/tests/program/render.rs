@@ -50,6 +50,37 @@ fn each_frame_has_a_picture_of_its_own() {
 }
 
 #[test]
+fn a_picture_moves_with_the_takes_frames_and_the_camera_goes_around() {
+    let f = solved();
+    f.done("render face.safetensors take.csv -o out/face.apng --frames 2..6 --size 60x50");
+    f.done("render face.safetensors take.csv -o out/around.apng --frames 2..3 --size 60x50 --turntable --count 8");
+    f.done("render face.safetensors take.csv -o out/around-{frame}.png --frames 2..3 --size 60x50 --turntable --count 2");
+    for (file, frames) in [("face", 4), ("around", 8)] {
+        let bytes = f.read(&format!("out/{file}.apng"));
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+        assert_eq!(reader.info().animation_control.unwrap().num_frames, frames);
+        let mut pictures = Vec::new();
+        for _ in 0..frames {
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            let delay = reader.info().frame_control.unwrap();
+            assert_eq!(f64::from(delay.delay_num) / f64::from(delay.delay_den), 1.0 / 30.0);
+            pictures.push(pixels);
+        }
+        assert!(pictures.windows(2).all(|pair| pair[0] != pair[1]), "{file} stands still");
+        if file == "around" {
+            let [front, back] = [0, 1].map(|i| png(&f.read(&format!("out/around-0000{i}.png"))).1);
+            assert!(pictures[0] == front && pictures[4] == back, "from the front and from behind");
+        }
+    }
+    let whole = f.read("out/face.apng");
+    let refused =
+        f.rhytid("render face.safetensors take.csv -o out/face.apng --draw-on wgpu:77").output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(f.read("out/face.apng") == whole);
+}
+
+#[test]
 fn what_cannot_be_drawn_is_refused_in_a_sentence() {
     let f = solved();
     for (args, words) in [

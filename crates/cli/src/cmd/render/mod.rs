@@ -1,0 +1,214 @@
+//! `rhytid render`
+
+mod pictures;
+
+use crate::args::{Show, StageChoice};
+use crate::progress::Ui;
+use crate::{args, inputs, output};
+use pictures::{Evaluated, Pictures};
+use rhytid::formats::export::OutputStage;
+use rhytid::formats::refuse_inputs;
+use rhytid::playback::Playback;
+use rhytid::render::{AnimatedPng, Picture, Sheet};
+use rhytid::{AtomicFile, DeviceInfo, Error, Progress, Result, human, rig_file};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Where a frame's number goes in a file's name.
+const FRAME: &str = "{frame}";
+const ON_A_SHEET: [u32; 2] = [300, 400];
+const ALONE: [u32; 2] = [720, 960];
+/// Frames whose large scale is kept until their detail is there.
+const BATCH: usize = 16;
+
+/// What pictures came to.
+pub(super) struct Drawn {
+    pub frames: usize,
+    /// The device that evaluated.
+    pub device: DeviceInfo,
+    /// What drew, for people.
+    pub draws: String,
+    /// From the upload of the rig to the last file, and of that what drawing took.
+    pub time: Duration,
+    pub drawing: Duration,
+    /// Of all files.
+    pub bytes: u64,
+}
+
+/// Draws and says what was done.
+///
+/// # Errors
+/// As [`draw`].
+pub(super) fn run(args: &args::Render, ui: &Ui) -> Result<()> {
+    let done = draw(args, ui)?;
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    output::say(&format!(
+        "{}: {} evaluated on {} ({}) and drawn on {} in {}, of these {} drawing; {} frames/s, {}",
+        args.output.display(),
+        human::counted(done.frames, "frame"),
+        done.device.id(),
+        done.device.name,
+        done.draws,
+        human::duration(done.time),
+        human::duration(done.drawing),
+        human::number((done.frames as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
+        human::bytes(done.bytes)
+    ))
+}
+
+/// What is written.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Sheet,
+    Each,
+    Animated,
+}
+
+impl Kind {
+    fn of(path: &Path) -> Result<Self> {
+        let name = path.to_string_lossy();
+        let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+        match ending.as_ref().and_then(|ending| ending.to_str()) {
+            Some("png") if name.contains(FRAME) => Ok(Self::Each),
+            Some("png") => Ok(Self::Sheet),
+            Some("apng") => Ok(Self::Animated),
+            _ => Err(Error::input(format!("{name}: pictures are written as .png, or as .apng if they move"))),
+        }
+    }
+}
+
+/// From a rig file and a take to pictures.
+///
+/// # Errors
+/// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
+pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
+    let kind = Kind::of(&args.output)?;
+    if args.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
+        return Err(Error::input("--show detail is for --stage full: the others have no detail"));
+    }
+    inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
+    let device = inputs::named_device(&args.device)?;
+    let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    if args.stage == StageChoice::Shell {
+        rig = rig.shell();
+    }
+    let setup = (args.setup.as_deref(), args.elsewhere.reach());
+    let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
+    let range = args.frames.within(take.frames())?;
+    let frames: Vec<usize> = match kind {
+        _ if args.turntable && range.len() == 1 => vec![range.start; args.count as usize],
+        Kind::Sheet => spread(range.start, range.len(), args.count as usize),
+        Kind::Each | Kind::Animated => range.collect(),
+    };
+    let name = args.output.to_string_lossy();
+    let files: Vec<PathBuf> = match kind {
+        // Of a turntable around one frame, that of the picture.
+        Kind::Each if args.turntable => (0..frames.len()).map(|i| numbered(&name, i)).collect(),
+        Kind::Each => frames.iter().map(|&frame| numbered(&name, frame)).collect(),
+        Kind::Sheet | Kind::Animated => vec![args.output.clone()],
+    };
+    let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(args.setup.as_deref()))?;
+    let mut whole = AtomicFile::create(outputs[0])?;
+
+    let size = args.size.unwrap_or(if kind == Kind::Sheet { ON_A_SHEET } else { ALONE });
+    let mut pictures = Pictures::new(args, &rig, size)?;
+    let count = frames.len() as u32;
+    let mut sheet = match kind {
+        Kind::Sheet => Some(Sheet::new(count, pictures.size(), &pictures.legends())?),
+        Kind::Each | Kind::Animated => None,
+    };
+    let mut animated = match kind {
+        Kind::Animated => Some(
+            AnimatedPng::new(&mut whole, pictures.size(), count, take.rate())
+                .map_err(Error::io(&args.output))?,
+        ),
+        Kind::Sheet | Kind::Each => None,
+    };
+    let all = take.handle_positions(&rig.labels)?;
+    let per_frame = 3 * rig.handles.len();
+    let handles: Vec<f32> =
+        frames.iter().flat_map(|&frame| &all[frame * per_frame..][..per_frame]).copied().collect();
+    let devices = inputs::devices(device, ui)?;
+    let mut playback = Playback::new(&rig, &devices, frames.len())?;
+    let (start, mut drawing, mut bytes, mut done) = (Instant::now(), Duration::ZERO, 0, 0);
+    let mut each = |frame: &Evaluated<'_>| -> Result<()> {
+        let begin = Instant::now();
+        let turned = if args.turntable { 360.0 * done as f32 / count as f32 } else { 0.0 };
+        let picture = pictures.draw(frame, turned)?;
+        drawing += begin.elapsed();
+        if let Some(sheet) = &mut sheet {
+            let frame = frames[done];
+            sheet.add(&picture, &format!("{frame}   {:.2} s", take.times[frame]));
+        } else if let Some(animated) = &mut animated {
+            animated.add(&picture).map_err(Error::io(&args.output))?;
+        } else {
+            bytes += write(AtomicFile::create(outputs[done])?, &picture)?;
+        }
+        done += 1;
+        ui.step("render", done as u64, frames.len() as u64)
+    };
+    ui.report("render", 0, frames.len() as u64);
+    let stage = OutputStage::from(args.stage);
+    if args.show.contains(&Show::Detail) {
+        for handles in handles.chunks(per_frame * BATCH) {
+            let mut large_scale = Vec::new();
+            playback.evaluate(handles, OutputStage::LargeScale, false, ui, |positions, _| {
+                large_scale.extend_from_slice(positions);
+                Ok(())
+            })?;
+            let mut large_scale = large_scale.chunks_exact(3 * rig.vertices());
+            playback.evaluate(handles, stage, true, ui, |positions, normals| {
+                each(&Evaluated { positions, normals, large_scale: large_scale.next().unwrap_or_default() })
+            })?;
+        }
+    } else {
+        playback.evaluate(&handles, stage, true, ui, |positions, normals| {
+            each(&Evaluated { positions, normals, large_scale: &[] })
+        })?;
+    }
+    animated.map_or(Ok(()), AnimatedPng::finish).map_err(Error::io(&args.output))?;
+    match (kind, sheet) {
+        (Kind::Animated, _) => {
+            whole.finish()?;
+            bytes = std::fs::metadata(&args.output).map_err(Error::io(&args.output))?.len();
+        }
+        (_, Some(sheet)) => bytes = write(whole, &sheet.into_picture())?,
+        (_, None) => {}
+    }
+    let device = playback.device().clone();
+    Ok(Drawn { frames: frames.len(), device, draws: pictures.device, time: start.elapsed(), drawing, bytes })
+}
+
+fn numbered(name: &str, number: usize) -> PathBuf {
+    PathBuf::from(name.replace(FRAME, &format!("{number:05}")))
+}
+
+/// `count` of `frames` frames from `first` on, the first and the last among them.
+fn spread(first: usize, frames: usize, count: usize) -> Vec<usize> {
+    let count = count.min(frames);
+    (0..count).map(|i| first + (i * (frames - 1) + (count - 1) / 2) / (count - 1).max(1)).collect()
+}
+
+fn write(mut file: AtomicFile, picture: &Picture) -> Result<u64> {
+    let bytes = picture.png()?;
+    file.write_all(&bytes).map_err(file.error())?;
+    file.finish()?;
+    Ok(bytes.len() as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_spread_evenly_from_the_first_to_the_last() {
+        assert_eq!(spread(10, 101, 5), [10, 35, 60, 85, 110]);
+        assert_eq!(spread(3, 4, 12), [3, 4, 5, 6]);
+        assert_eq!(spread(7, 1, 12), [7]);
+        assert_eq!(spread(0, 10, 1), [0]);
+    }
+}
