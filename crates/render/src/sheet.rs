@@ -36,8 +36,9 @@ impl Sheet {
         let cell = [size[0].saturating_add(GAP), size[1].saturating_add(LINE + GAP)];
         // About as wide as a screen.
         let ideal = (f64::from(count) * f64::from(cell[1]) / f64::from(cell[0]) * 1.6).sqrt().round();
-        let columns = (ideal as u32).clamp(1, count.max(1));
-        let rows = count.div_ceil(columns).max(1);
+        let rows = count.div_ceil((ideal as u32).max(1)).max(1);
+        // With as few empty places in the last row as can be.
+        let columns = count.div_ceil(rows).max(1);
         let foot = if legends.is_empty() { 0 } else { LEGEND[1] + LINE + GAP };
         let least = GAP + legends.len() as u32 * (LEGEND[0] + 4 * GAP);
         let width = columns.saturating_mul(cell[0]).saturating_add(GAP).max(least);

@@ -106,10 +106,15 @@ impl<'a> Pictures<'a> {
     }
 }
 
-/// Where handles are at rest, and as far again beyond them as a face goes on.
+/// Where handles are at rest, and as far again beyond them as a face goes on, where there is any mesh.
 fn about_the_handles(rig: &Rig) -> Vec<[f32; 3]> {
     const BEYOND: f32 = 1.4;
     let points: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     let center = Sphere::around(&points).center;
-    points.iter().map(|p| std::array::from_fn(|c| center[c] + BEYOND * (p[c] - center[c]))).collect()
+    let [low, high] = [f32::min, f32::max].map(|pick| {
+        let all = rig.rest.iter().copied();
+        all.reduce(|a, b| std::array::from_fn(|c| pick(a[c], b[c]))).unwrap_or_default()
+    });
+    let beyond = |p: &[f32; 3], c: usize| center[c] + BEYOND * (p[c] - center[c]);
+    points.iter().map(|p| std::array::from_fn(|c| beyond(p, c).clamp(low[c], high[c]))).collect()
 }
