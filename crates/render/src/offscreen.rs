@@ -14,7 +14,6 @@ pub struct Offscreen {
     fine: wgpu::TextureView,
     color: wgpu::Texture,
     depth: wgpu::TextureView,
-    read: wgpu::Buffer,
 }
 
 impl Offscreen {
@@ -59,12 +58,6 @@ impl Offscreen {
             fine: texture(color, samples, none).create_view(&wgpu::TextureViewDescriptor::default()),
             color: texture(color, 1, wgpu::TextureUsages::COPY_SRC),
             depth: texture(depth, samples, none).create_view(&wgpu::TextureViewDescriptor::default()),
-            read: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("picture"),
-                size: u64::from(row_bytes(size[0])) * u64::from(size[1]),
-                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            }),
         })
     }
 
@@ -83,9 +76,8 @@ impl Offscreen {
     /// # Errors
     /// As [`Renderer::draw`]; [`Error::Device`].
     pub fn draw(&self, renderer: &Renderer, vertices: Vertices<'_>, background: [f32; 4]) -> Result<Picture> {
-        const DOING: &str = "drawing";
         let [r, g, b, a] = background.map(f64::from);
-        crate::checked(&self.device, DOING, || {
+        crate::checked(&self.device, "drawing", || {
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let resolved = self.color.create_view(&wgpu::TextureViewDescriptor::default());
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -110,29 +102,48 @@ impl Offscreen {
             });
             renderer.draw(&mut pass, vertices)?;
             drop(pass);
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row_bytes(self.size[0])),
-                rows_per_image: None,
-            };
-            let to = wgpu::TexelCopyBufferInfo { buffer: &self.read, layout };
-            encoder.copy_texture_to_buffer(self.color.as_image_copy(), to, self.color.size());
             self.queue.submit([encoder.finish()]);
             Ok(())
         })??;
+        Picture::read(&self.device, &self.queue, &self.color)
+    }
+}
+
+impl Picture {
+    /// What has been drawn into `texture`, of the format `Rgba8UnormSrgb` and with the usage `COPY_SRC`, by what was submitted to
+    /// `queue` before. Waits for it.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn read(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Self> {
+        const DOING: &str = "reading a picture";
+        let size = [texture.width(), texture.height()];
+        let buffer = crate::checked(device, DOING, || {
+            let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("picture"),
+                size: u64::from(row_bytes(size[0])) * u64::from(size[1]),
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let bytes_per_row = Some(row_bytes(size[0]));
+            let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+            let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+            encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
+            queue.submit([encoder.finish()]);
+            buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+            buffer
+        })?;
         let failed = |what: String| Error::Device {
             kind: DeviceErrorKind::Driver,
-            device: crate::name(&self.device),
+            device: crate::name(device),
             message: format!("{DOING} failed: {what}"),
         };
-        self.read.map_async(wgpu::MapMode::Read, .., |_| ());
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
-        let mapped = self.read.get_mapped_range(..).map_err(|e| failed(e.to_string()))?;
-        let rows = mapped.chunks_exact(row_bytes(self.size[0]) as usize);
-        let pixels = rows.flat_map(|row| &row[..4 * self.size[0] as usize]).copied().collect();
-        drop(mapped);
-        self.read.unmap();
-        Ok(Picture::from_multiplied(self.size, pixels))
+        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
+        let mapped = buffer.get_mapped_range(..).map_err(|e| failed(e.to_string()))?;
+        let rows = mapped.chunks_exact(row_bytes(size[0]) as usize);
+        let pixels = rows.flat_map(|row| &row[..4 * size[0] as usize]).copied().collect();
+        Ok(Self::from_multiplied(size, pixels))
     }
 }
 
