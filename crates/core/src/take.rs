@@ -59,6 +59,23 @@ impl Take {
         }
     }
 
+    /// The frames with these numbers, which rise.
+    ///
+    /// # Panics
+    /// If the take has no such frame.
+    #[must_use]
+    pub fn pick(&self, frames: &[usize]) -> Take {
+        let markers = self.labels.len();
+        let samples = || frames.iter().flat_map(move |frame| frame * markers..(frame + 1) * markers);
+        Take {
+            labels: self.labels.clone(),
+            times: frames.iter().map(|&frame| self.times[frame]).collect(),
+            positions: samples().map(|i| self.positions[i]).collect(),
+            head: self.head.as_ref().map(|head| frames.iter().map(|&frame| head[frame]).collect()),
+            confidence: self.confidence.as_ref().map(|confidence| samples().map(|i| confidence[i]).collect()),
+        }
+    }
+
     /// Sampled at `fps` frames per second from its first time to its last, linearly between frames; the head turns
     /// evenly between them, and confidence is linear too.
     ///
@@ -187,6 +204,23 @@ mod tests {
         assert_eq!(take(&gap).rate(), 30.0);
         assert_eq!(take(&[0.0]).rate(), 30.0);
         assert_eq!(take(&[-1.7e308, 1.7e308]).rate(), 30.0);
+    }
+
+    #[test]
+    fn frames_are_picked_with_all_that_is_known_of_them() {
+        let head = |angle: f64| RigidMotion { translation: [angle, 0.0, 0.0], ..RigidMotion::IDENTITY };
+        let take = Take {
+            labels: vec!["a".into(), "b".into()],
+            times: vec![0.0, 0.1, 0.2, 0.3],
+            positions: (0..8).map(|i| [f64::from(i); 3]).collect(),
+            head: Some((0..4).map(|i| head(f64::from(i))).collect()),
+            confidence: Some((0..8).map(|i| i as f32 / 8.0).collect()),
+        };
+        assert_eq!(take.pick(&[1, 2]), take.slice(1..3));
+        let picked = take.pick(&[0, 3]);
+        assert_eq!((picked.times, picked.positions[2]), (vec![0.0, 0.3], [6.0; 3]));
+        assert_eq!(picked.confidence.unwrap(), [0.0, 0.125, 0.75, 0.875]);
+        assert_eq!(picked.head.unwrap()[1], head(3.0));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `rhytid render`
 
 use super::placing::TakeSpace;
-use super::values::{Elsewhere, MissingChoice, StageChoice};
+use super::values::{Elsewhere, MissingChoice, StageChoice, parse_gain};
 use clap::ValueEnum;
 use rhytid::playback::FrameRange;
 use rhytid::render::Look;
@@ -65,6 +65,18 @@ pub(crate) struct Render {
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range)]
     pub detail_range: f32,
 
+    /// The sigma that has the last colour, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = parse_range)]
+    pub sigma_range: f32,
+
+    /// Fade the folds out where they are not to be trusted, as for `animate`.
+    #[arg(long)]
+    pub fade_detail: bool,
+
+    /// The folds times this, from 0 to 2.
+    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
+    pub detail: f64,
+
     /// How far to go.
     #[arg(long, value_enum, default_value_t = StageChoice::Full)]
     pub stage: StageChoice,
@@ -107,6 +119,8 @@ pub(crate) enum Show {
     Strain,
     /// How far the folds move each vertex.
     Detail,
+    /// How far each vertex may be from where a scan of the frame would have it.
+    Sigma,
 }
 
 impl Show {
@@ -117,7 +131,7 @@ impl Show {
             Self::Gouraud => Some(Look::Gouraud),
             Self::Flat => Some(Look::Flat),
             Self::Wireframe => Some(Look::Wireframe),
-            Self::Strain | Self::Detail => None,
+            Self::Strain | Self::Detail | Self::Sigma => None,
         }
     }
 }

@@ -154,6 +154,9 @@ fn draw_sheet(dir: &Path, rig: &Path, ui: &Ui, steps: &mut Steps) -> Result<()> 
         lens: 85.0,
         strain_range: 0.3,
         detail_range: 1.0,
+        sigma_range: 2.0,
+        fade_detail: false,
+        detail: 1.0,
         stage: StageChoice::Full,
         device: "auto".to_owned(),
         draw_on: "wgpu".to_owned(),
@@ -164,8 +167,11 @@ fn draw_sheet(dir: &Path, rig: &Path, ui: &Ui, steps: &mut Steps) -> Result<()> 
     };
     match super::render::draw(&job, ui) {
         Ok(done) => {
-            let made =
-                format!("face.png, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.bytes));
+            let made = format!(
+                "face.png, {}, {}",
+                human::counted(done.pictures, "picture"),
+                human::bytes(done.bytes)
+            );
             steps.add(&format!("draw on {}", done.draws), made, done.time);
             Ok(())
         }

@@ -8,7 +8,7 @@ use crate::{args, inputs, output};
 use pictures::{Evaluated, Pictures};
 use rhytid::formats::export::OutputStage;
 use rhytid::formats::refuse_inputs;
-use rhytid::playback::Playback;
+use rhytid::playback::{Playback, PlaybackOptions, Selection};
 use rhytid::render::{AnimatedPng, Picture, Sheet};
 use rhytid::{AtomicFile, DeviceInfo, Error, Progress, Result, human, rig_file};
 use std::io::Write;
@@ -24,7 +24,7 @@ const BATCH: usize = 16;
 
 /// What pictures came to.
 pub(super) struct Drawn {
-    pub frames: usize,
+    pub pictures: usize,
     /// The device that evaluated.
     pub device: DeviceInfo,
     /// What drew, for people.
@@ -46,15 +46,15 @@ pub(super) fn run(args: &args::Render, ui: &Ui) -> Result<()> {
         return Ok(());
     }
     output::say(&format!(
-        "{}: {} evaluated on {} ({}) and drawn on {} in {}, of these {} drawing; {} frames/s, {}",
+        "{}: {} evaluated on {} ({}) and drawn on {} in {}, of these {} drawing; {} a second, {}",
         args.output.display(),
-        human::counted(done.frames, "frame"),
+        human::counted(done.pictures, "picture"),
         done.device.id(),
         done.device.name,
         done.draws,
         human::duration(done.time),
         human::duration(done.drawing),
-        human::number((done.frames as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
+        human::number((done.pictures as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
         human::bytes(done.bytes)
     ))
 }
@@ -98,15 +98,15 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
     let range = args.frames.within(take.frames())?;
+    // The camera goes around one frame in as many steps as there are to be pictures.
+    let steps = if args.turntable && range.len() == 1 { args.count as usize } else { 1 };
     let frames: Vec<usize> = match kind {
-        _ if args.turntable && range.len() == 1 => vec![range.start; args.count as usize],
         Kind::Sheet => spread(range.start, range.len(), args.count as usize),
         Kind::Each | Kind::Animated => range.collect(),
     };
     let name = args.output.to_string_lossy();
     let files: Vec<PathBuf> = match kind {
-        // Of a turntable around one frame, that of the picture.
-        Kind::Each if args.turntable => (0..frames.len()).map(|i| numbered(&name, i)).collect(),
+        Kind::Each if steps > 1 => (0..steps).map(|step| numbered(&name, step)).collect(),
         Kind::Each => frames.iter().map(|&frame| numbered(&name, frame)).collect(),
         Kind::Sheet | Kind::Animated => vec![args.output.clone()],
     };
@@ -116,32 +116,28 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
 
     let size = args.size.unwrap_or(if kind == Kind::Sheet { ON_A_SHEET } else { ALONE });
     let mut pictures = Pictures::new(args, &rig, size)?;
-    let count = frames.len() as u32;
+    let count = frames.len() * steps;
     let mut sheet = match kind {
-        Kind::Sheet => Some(Sheet::new(count, pictures.size(), &pictures.legends())?),
+        Kind::Sheet => Some(Sheet::new(count as u32, pictures.size(), &pictures.legends())?),
         Kind::Each | Kind::Animated => None,
     };
     let mut animated = match kind {
         Kind::Animated => Some(
-            AnimatedPng::new(&mut whole, pictures.size(), count, take.rate())
+            AnimatedPng::new(&mut whole, pictures.size(), count as u32, take.rate())
                 .map_err(Error::io(&args.output))?,
         ),
         Kind::Sheet | Kind::Each => None,
     };
-    let all = take.handle_positions(&rig.labels)?;
-    let per_frame = 3 * rig.handles.len();
-    let handles: Vec<f32> =
-        frames.iter().flat_map(|&frame| &all[frame * per_frame..][..per_frame]).copied().collect();
     let devices = inputs::devices(device, ui)?;
     let mut playback = Playback::new(&rig, &devices, frames.len())?;
     let (start, mut drawing, mut bytes, mut done) = (Instant::now(), Duration::ZERO, 0, 0);
-    let mut each = |frame: &Evaluated<'_>| -> Result<()> {
+    let mut picture = |frame: &Evaluated<'_>| -> Result<()> {
         let begin = Instant::now();
         let turned = if args.turntable { 360.0 * done as f32 / count as f32 } else { 0.0 };
         let picture = pictures.draw(frame, turned)?;
         drawing += begin.elapsed();
         if let Some(sheet) = &mut sheet {
-            let frame = frames[done];
+            let frame = frames[done / steps];
             sheet.add(&picture, &format!("{frame}   {:.2} s", take.times[frame]));
         } else if let Some(animated) = &mut animated {
             animated.add(&picture).map_err(Error::io(&args.output))?;
@@ -149,25 +145,38 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
             bytes += write(AtomicFile::create(outputs[done])?, &picture)?;
         }
         done += 1;
-        ui.step("render", done as u64, frames.len() as u64)
+        ui.step("render", done as u64, count as u64)
     };
-    ui.report("render", 0, frames.len() as u64);
-    let stage = OutputStage::from(args.stage);
-    if args.show.contains(&Show::Detail) {
-        for handles in handles.chunks(per_frame * BATCH) {
-            let mut large_scale = Vec::new();
-            playback.evaluate(handles, OutputStage::LargeScale, false, ui, |positions, _| {
-                large_scale.extend_from_slice(positions);
+    ui.report("render", 0, count as u64);
+    let wanted = PlaybackOptions {
+        stage: args.stage.into(),
+        sigma: args.show.contains(&Show::Sigma),
+        fade_detail: args.fade_detail,
+        detail: args.detail,
+        ..PlaybackOptions::default()
+    };
+    let large_scale =
+        PlaybackOptions { stage: OutputStage::LargeScale, normals: false, ..PlaybackOptions::default() };
+    let has_detail = args.show.contains(&Show::Detail);
+    for frames in frames.chunks(if has_detail { BATCH } else { usize::MAX }) {
+        let (take, inner) = (take.pick(frames), 0..frames.len());
+        let selection = Selection { rate: take.rate(), take, inner, first: 0 };
+        let mut smooth = Vec::new();
+        if has_detail {
+            playback.play(&selection, large_scale, ui, |frame| {
+                smooth.extend_from_slice(frame.positions);
                 Ok(())
             })?;
-            let mut large_scale = large_scale.chunks_exact(3 * rig.vertices());
-            playback.evaluate(handles, stage, true, ui, |positions, normals| {
-                each(&Evaluated { positions, normals, large_scale: large_scale.next().unwrap_or_default() })
-            })?;
         }
-    } else {
-        playback.evaluate(&handles, stage, true, ui, |positions, normals| {
-            each(&Evaluated { positions, normals, large_scale: &[] })
+        let mut smooth = smooth.chunks_exact(3 * rig.vertices());
+        playback.play(&selection, wanted, ui, |frame| {
+            let frame = Evaluated {
+                positions: frame.positions,
+                normals: frame.normals.unwrap_or_default(),
+                sigma: frame.sigma.unwrap_or_default(),
+                large_scale: smooth.next().unwrap_or_default(),
+            };
+            (0..steps).try_for_each(|_| picture(&frame))
         })?;
     }
     animated.map_or(Ok(()), AnimatedPng::finish).map_err(Error::io(&args.output))?;
@@ -180,7 +189,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         (_, None) => {}
     }
     let device = playback.device().clone();
-    Ok(Drawn { frames: frames.len(), device, draws: pictures.device, time: start.elapsed(), drawing, bytes })
+    Ok(Drawn { pictures: count, device, draws: pictures.device, time: start.elapsed(), drawing, bytes })
 }
 
 fn numbered(name: &str, number: usize) -> PathBuf {

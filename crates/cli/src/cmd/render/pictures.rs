@@ -25,11 +25,13 @@ pub(super) struct Pictures<'a> {
     millimetres: f32,
 }
 
-/// What there is of a frame: V × 3 each, the large scale only where it was asked for.
+/// What there is of a frame: V × 3 each but for one, the large scale only where it was asked for.
 pub(super) struct Evaluated<'a> {
     pub positions: &'a [f32],
     pub normals: &'a [f32],
     pub large_scale: &'a [f32],
+    /// V, where it was asked for.
+    pub sigma: &'a [f32],
 }
 
 impl<'a> Pictures<'a> {
@@ -47,6 +49,7 @@ impl<'a> Pictures<'a> {
         let heat = |show| match show {
             Show::Strain => Some(Heat::Signed(args.strain_range)),
             Show::Detail => Some(Heat::From0(args.detail_range)),
+            Show::Sigma => Some(Heat::From0(args.sigma_range)),
             _ => None,
         };
         Ok(Self {
@@ -74,7 +77,11 @@ impl<'a> Pictures<'a> {
     }
 
     pub(super) fn legends(&self) -> Vec<(Heat, &'static str)> {
-        let title = |show: Show| if show == Show::Strain { "strain" } else { "detail, mm" };
+        let title = |show: Show| match show {
+            Show::Strain => "strain",
+            Show::Sigma => "sigma, mm",
+            _ => "detail, mm",
+        };
         self.shown.iter().filter_map(|(show, heat)| Some(((*heat)?, title(*show)))).collect()
     }
 
@@ -94,6 +101,7 @@ impl<'a> Pictures<'a> {
                     self.strains.as_ref().map(|strains| strains.of(frame.positions)).unwrap_or_default()
                 }
                 Show::Detail => distances(frame.positions, frame.large_scale, self.millimetres),
+                Show::Sigma => frame.sigma.iter().map(|sigma| sigma * self.millimetres).collect(),
                 _ => Vec::new(),
             };
             self.frame.set(frame.positions, frame.normals, &numbers);
