@@ -25,7 +25,7 @@
 //!     let result = |stage| animator.session().results(stage).next().expect("one frame").1.slice(..);
 //!     let (positions, normals) = (result(Stage::Positions), result(Stage::Normals));
 //!     let face = Vertices { positions, normals, numbers: None };
-//!     let picture = page.draw(&renderer, face, [0.0; 4])?;
+//!     let picture = page.draw([0.0; 4], |pass| renderer.draw(pass, face))?;
 //!     assert_eq!(picture.pixel([160, 200])[3], 255, "the face is in the middle");
 //!     std::fs::write(std::env::temp_dir().join("face.png"), picture.png()?).expect("a folder to write to");
 //! }
@@ -39,6 +39,7 @@ mod frame_buffers;
 mod heat;
 mod numbers;
 mod offscreen;
+mod overlay;
 mod picture;
 mod renderer;
 mod sheet;
@@ -50,6 +51,7 @@ pub use frame_buffers::FrameBuffers;
 pub use heat::Heat;
 pub use numbers::{Strains, distances};
 pub use offscreen::Offscreen;
+pub use overlay::{Mark, Overlay};
 pub use picture::Picture;
 pub use renderer::{Look, Renderer, Target, Vertices};
 pub use sheet::Sheet;

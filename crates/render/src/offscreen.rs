@@ -1,7 +1,7 @@
 //! Pictures without a window.
 
 use crate::picture::Picture;
-use crate::renderer::{Renderer, Target, Vertices};
+use crate::renderer::Target;
 use rhytid_core::{DeviceErrorKind, Error, Result};
 
 /// A texture to draw into and read back.
@@ -17,7 +17,7 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// What a [`Renderer`] has to be made for.
+    /// What a [`crate::Renderer`] has to be made for.
     pub const TARGET: Target = Target {
         color: wgpu::TextureFormat::Rgba8UnormSrgb,
         depth: wgpu::TextureFormat::Depth32Float,
@@ -71,11 +71,16 @@ impl Offscreen {
         self.size[0] as f32 / self.size[1] as f32
     }
 
-    /// Draws a frame and waits for it. `background` is linear red, green, blue and opacity, 0 to 1, the first three multiplied by the last.
+    /// What `draw` draws over a `background`, linear red, green, blue and opacity, 0 to 1, the first three multiplied by the last.
+    /// Waits for it.
     ///
     /// # Errors
-    /// As [`Renderer::draw`]; [`Error::Device`].
-    pub fn draw(&self, renderer: &Renderer, vertices: Vertices<'_>, background: [f32; 4]) -> Result<Picture> {
+    /// As `draw`; [`Error::Device`].
+    pub fn draw(
+        &self,
+        background: [f32; 4],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>) -> Result<()>,
+    ) -> Result<Picture> {
         let [r, g, b, a] = background.map(f64::from);
         crate::checked(&self.device, "drawing", || {
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -100,7 +105,7 @@ impl Offscreen {
                 }),
                 ..Default::default()
             });
-            renderer.draw(&mut pass, vertices)?;
+            draw(&mut pass)?;
             drop(pass);
             self.queue.submit([encoder.finish()]);
             Ok(())

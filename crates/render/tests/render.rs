@@ -3,7 +3,8 @@
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{Backend, Faces, UpAxis};
 use rhytid_render::{
-    Anchor, Camera, FrameBuffers, Heat, LEGEND, Look, Offscreen, Picture, Renderer, Sphere, View,
+    Anchor, Camera, FrameBuffers, Heat, LEGEND, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sphere,
+    View,
 };
 
 const NONE: [f32; 4] = [0.0; 4];
@@ -63,7 +64,7 @@ impl Mesh {
         let frame = FrameBuffers::new(device, queue, self.positions.len()).unwrap();
         frame.set(self.positions.as_flattened(), self.normals.as_flattened(), &self.numbers);
         renderer.show(camera, page.aspect(), look);
-        page.draw(&renderer, frame.vertices(), NONE).unwrap()
+        page.draw(NONE, |pass| renderer.draw(pass, frame.vertices())).unwrap()
     }
 }
 
@@ -251,6 +252,56 @@ fn devices_draw_the_same_picture() {
             assert!(mean < 1.0, "{device}: {look:?} is {mean} of 255 from {}", pictures[0].0);
         }
     }
+}
+
+#[test]
+fn marks_are_on_the_skin_and_hidden_behind_it() {
+    let (mesh, size) = (Mesh::sheet(1), [300, 300]);
+    let camera = mesh.camera(View::default(), size);
+    let [red, green, blue] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let marks = [
+        Mark::dot([0.5, 0.5, 0.0], red, 20.0),
+        Mark { ends: [[-0.8, -0.5, 0.0], [0.8, -0.5, 0.0]], colour: green, width: 8.0 },
+        // Too far behind.
+        Mark::dot([-0.5, 0.5, -0.2], blue, 20.0),
+        // Over the line.
+        Mark::dot([0.0, -0.5, 0.0], blue, 12.0),
+    ];
+    each_device(|device, wgpu| {
+        let (gpu, queue) = (wgpu.device(), wgpu.queue());
+        let mut renderer =
+            Renderer::new(gpu, queue, &mesh.faces, &mesh.triangles, Offscreen::TARGET).unwrap();
+        let mut overlay = Overlay::new(gpu, queue, Offscreen::TARGET).unwrap();
+        let page = Offscreen::new(gpu, queue, size).unwrap();
+        let frame = FrameBuffers::new(gpu, queue, 4).unwrap();
+        frame.set(mesh.positions.as_flattened(), mesh.normals.as_flattened(), &[]);
+        renderer.show(&camera, 1.0, Look::Smooth);
+        overlay.show(&camera, size, 0.05, &marks).unwrap();
+        let picture = page
+            .draw(NONE, |pass| {
+                renderer.draw(pass, frame.vertices())?;
+                overlay.draw(pass);
+                Ok(())
+            })
+            .unwrap();
+        let at = |x: f32, y: f32, dx: i32, dy: i32| {
+            // The lift brings it nearer to the picture's rim.
+            let [x, y, _] = camera.project(size, [x, y, 0.05]);
+            picture.pixel([(x as i32 + dx) as u32, (y as i32 + dy) as u32])
+        };
+        for (dx, dy) in [(0, 0), (8, 0), (0, -8), (6, 6)] {
+            near(at(0.5, 0.5, dx, dy), red, device);
+        }
+        let skin = SKIN.map(|part| part * light([0.0, 0.0, 1.0]));
+        for (dx, dy) in [(12, 0), (0, 12), (9, 9)] {
+            near(at(0.5, 0.5, dx, dy), skin, device);
+        }
+        near(at(-0.5, 0.5, 0, 0), skin, device);
+        near(at(0.4, -0.5, 0, 0), green, device);
+        near(at(-0.4, -0.5, 0, 2), green, device);
+        near(at(0.4, -0.5, 0, 6), skin, device);
+        near(at(0.0, -0.5, 0, 0), blue, device);
+    });
 }
 
 #[test]

@@ -115,6 +115,8 @@ pub(crate) enum Show {
     Flat,
     /// The edges of the mesh's polygons.
     Wireframe,
+    /// Shaded, with the markers, and how much longer (red) or shorter (blue) the strain edges between them are than at rest.
+    Markers,
     /// How much longer (red) or shorter (blue) the skin is than at rest.
     Strain,
     /// How far the folds move each vertex.
@@ -127,7 +129,7 @@ impl Show {
     /// `None` for those that show numbers.
     pub(crate) fn look(self) -> Option<Look> {
         match self {
-            Self::Shaded => Some(Look::Smooth),
+            Self::Shaded | Self::Markers => Some(Look::Smooth),
             Self::Gouraud => Some(Look::Gouraud),
             Self::Flat => Some(Look::Flat),
             Self::Wireframe => Some(Look::Wireframe),

@@ -19,19 +19,19 @@ fn solved() -> Fixture {
 #[test]
 fn a_sheet_shows_frames_beside_each_other() {
     let f = solved();
-    let said = f.done("render face.safetensors take.csv -o out/sheet.png --show shaded,wireframe,strain,detail,sigma --count 3 --size 60x50");
+    let said = f.done("render face.safetensors take.csv -o out/sheet.png --show shaded,wireframe,strain,detail,sigma,markers --count 3 --size 60x50");
     assert!(
         said.contains("out/sheet.png: 3 pictures evaluated on cpu:0") && said.contains("drawn on wgpu:0"),
         "{said}"
     );
     let (info, pixels) = png(&f.read("out/sheet.png"));
     // At least as wide as four pictures, or as two legends.
-    assert!(info.width >= 5 * 60 && info.height > 3 * 50, "{} × {}", info.width, info.height);
+    assert!(info.width >= 6 * 60 && info.height > 3 * 50, "{} × {}", info.width, info.height);
     let paper = &pixels[..4];
     let drawn = pixels.chunks(4).filter(|pixel| *pixel != paper).count();
-    assert!(drawn > 15 * 60 * 50 / 4, "{drawn} pixels are not paper");
+    assert!(drawn > 16 * 60 * 50 / 4, "{drawn} pixels are not paper");
     // The same again, by bytes.
-    f.done("render face.safetensors take.csv -o out/again.png --show shaded,wireframe,strain,detail,sigma --count 3 --size 60x50");
+    f.done("render face.safetensors take.csv -o out/again.png --show shaded,wireframe,strain,detail,sigma,markers --count 3 --size 60x50");
     assert!(f.read("out/sheet.png") == f.read("out/again.png"));
 }
 

@@ -5,7 +5,8 @@ use crate::guard::guard;
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::playback::find_device;
 use rhytid::render::{
-    Camera, FrameBuffers, Heat, Look, Offscreen, Picture, Renderer, Sheet, Sphere, Strains, View, distances,
+    Camera, FrameBuffers, Heat, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet, Sphere, Strains,
+    View, distances,
 };
 use rhytid::{Backend, Error, Result, Rig};
 
@@ -16,6 +17,9 @@ pub(super) struct Pictures<'a> {
     pub device: String,
     shown: Vec<(Show, Option<Heat>)>,
     renderer: Renderer,
+    overlay: Overlay,
+    /// By how much marks are nearer than they are, in mesh units: the chord between two markers runs below the skin.
+    lift: f32,
     page: Offscreen,
     frame: FrameBuffers,
     view: View,
@@ -47,7 +51,7 @@ impl<'a> Pictures<'a> {
         let wgpu = Wgpu::open(&info)?;
         let (device, queue) = (wgpu.device(), wgpu.queue());
         let heat = |show| match show {
-            Show::Strain => Some(Heat::Signed(args.strain_range)),
+            Show::Strain | Show::Markers => Some(Heat::Signed(args.strain_range)),
             Show::Detail => Some(Heat::From0(args.detail_range)),
             Show::Sigma => Some(Heat::From0(args.sigma_range)),
             _ => None,
@@ -57,6 +61,8 @@ impl<'a> Pictures<'a> {
             device: format!("{} ({})", info.id(), info.name),
             shown: args.show.iter().map(|&show| (show, heat(show))).collect(),
             renderer: Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?,
+            overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
+            lift: 0.1 * Sphere::around(&at_rest(rig)).radius,
             page: Offscreen::new(device, queue, size)?,
             frame: FrameBuffers::new(device, queue, rig.vertices())?,
             view: View { turn: args.turn, raise: args.raise, lens: args.lens },
@@ -78,11 +84,14 @@ impl<'a> Pictures<'a> {
 
     pub(super) fn legends(&self) -> Vec<(Heat, &'static str)> {
         let title = |show: Show| match show {
-            Show::Strain => "strain",
+            Show::Strain | Show::Markers => "strain",
             Show::Sigma => "sigma, mm",
             _ => "detail, mm",
         };
-        self.shown.iter().filter_map(|(show, heat)| Some(((*heat)?, title(*show)))).collect()
+        let mut legends: Vec<_> =
+            self.shown.iter().filter_map(|(show, heat)| Some(((*heat)?, title(*show)))).collect();
+        legends.dedup();
+        legends
     }
 
     /// Draws a frame, the camera turned by so many degrees more.
@@ -107,17 +116,49 @@ impl<'a> Pictures<'a> {
             self.frame.set(frame.positions, frame.normals, &numbers);
             let look = show.look().or(heat.map(Look::Heat)).unwrap_or(Look::Smooth);
             self.renderer.show(&camera, aspect, look);
-            let part = self.page.draw(&self.renderer, self.frame.vertices(), Sheet::background())?;
+            let has_marks = *show == Show::Markers;
+            if has_marks {
+                let marks = marks(self.rig, frame.positions, heat.unwrap_or(Heat::Signed(1.0)));
+                self.overlay.show(&camera, self.page.size(), self.lift, &marks)?;
+            }
+            let part = self.page.draw(Sheet::background(), |pass| {
+                self.renderer.draw(pass, self.frame.vertices())?;
+                if has_marks {
+                    self.overlay.draw(pass);
+                }
+                Ok(())
+            })?;
             picture.put(&part, [i * width, 0]);
         }
         Ok(picture)
     }
 }
 
+fn at_rest(rig: &Rig) -> Vec<[f32; 3]> {
+    rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
+}
+
+/// The strain edges of a frame, and the markers over them.
+fn marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
+    const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
+    let (points, _) = positions.as_chunks::<3>();
+    let markers: Vec<[f32; 3]> = rig.handles.iter().map(|&v| points[v as usize]).collect();
+    let rest = at_rest(rig);
+    let length = |points: &[[f32; 3]], [a, b]: [u32; 2]| {
+        (0..3).map(|c| (points[a as usize][c] - points[b as usize][c]).powi(2)).sum::<f32>().sqrt()
+    };
+    let edge = |&edge: &[u32; 2]| Mark {
+        ends: edge.map(|handle| markers[handle as usize]),
+        colour: heat.colour(length(&markers, edge) / length(&rest, edge) - 1.0),
+        width: 2.0,
+    };
+    rig.strain_edges.iter().map(edge).chain(markers.iter().map(|&at| Mark::dot(at, MARKER, 5.0))).collect()
+}
+
 /// Where handles are at rest, and as far again beyond them as a face goes on, where there is any mesh.
 fn about_the_handles(rig: &Rig) -> Vec<[f32; 3]> {
     const BEYOND: f32 = 1.4;
-    let points: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let points = at_rest(rig);
     let center = Sphere::around(&points).center;
     let [low, high] = [f32::min, f32::max].map(|pick| {
         let all = rig.rest.iter().copied();
