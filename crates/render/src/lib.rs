@@ -25,7 +25,7 @@
 //!     let result = |stage| animator.session().results(stage).next().expect("one frame").1.slice(..);
 //!     let (positions, normals) = (result(Stage::Positions), result(Stage::Normals));
 //!     let face = Vertices { positions, normals, numbers: None };
-//!     let picture = page.draw([0.0; 4], |pass| renderer.draw(pass, face))?;
+//!     let picture = page.draw([0; 4], |pass| renderer.draw(pass, face))?;
 //!     assert_eq!(picture.pixel([160, 200])[3], 255, "the face is in the middle");
 //!     std::fs::write(std::env::temp_dir().join("face.png"), picture.png()?).expect("a folder to write to");
 //! }

@@ -1,6 +1,6 @@
 //! Pictures without a window.
 
-use crate::picture::Picture;
+use crate::picture::{Picture, from_srgb};
 use crate::renderer::Target;
 use rhytid_core::{DeviceErrorKind, Error, Result};
 
@@ -71,17 +71,17 @@ impl Offscreen {
         self.size[0] as f32 / self.size[1] as f32
     }
 
-    /// What `draw` draws over a `background`, linear red, green, blue and opacity, 0 to 1, the first three multiplied by the last.
-    /// Waits for it.
+    /// What `draw` draws over a `background`, as pictures have it. Waits for it.
     ///
     /// # Errors
     /// As `draw`; [`Error::Device`].
     pub fn draw(
         &self,
-        background: [f32; 4],
+        background: [u8; 4],
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>) -> Result<()>,
     ) -> Result<Picture> {
-        let [r, g, b, a] = background.map(f64::from);
+        let a = f64::from(background[3]) / 255.0;
+        let [r, g, b] = [0, 1, 2].map(|i| a * f64::from(from_srgb(background[i])));
         crate::checked(&self.device, "drawing", || {
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let resolved = self.color.create_view(&wgpu::TextureViewDescriptor::default());

@@ -22,11 +22,8 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// The background of a page, linear red, green, blue and opacity, as [`crate::Offscreen::draw`] takes it.
-    pub fn background() -> [f32; 4] {
-        let [r, g, b] = PAPER.map(crate::picture::from_srgb);
-        [r, g, b, 1.0]
-    }
+    /// The colour of a page, as pictures have it.
+    pub const PAPER: [u8; 4] = [PAPER[0], PAPER[1], PAPER[2], 255];
 
     /// A page for `count` pictures of `size` pixels, and `legends`: what the colours mean, and its name with the unit.
     ///

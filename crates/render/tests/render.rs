@@ -7,7 +7,7 @@ use rhytid_render::{
     View,
 };
 
-const NONE: [f32; 4] = [0.0; 4];
+const NONE: [u8; 4] = [0; 4];
 
 struct Mesh {
     positions: Vec<[f32; 3]>,
@@ -220,6 +220,32 @@ fn wires_are_the_edges_of_polygons_that_are_in_front() {
         for (x, y) in [(0.25, 0.25), (-0.25, -0.25), (0.6, 0.6)] {
             assert!(brightness(x, y) < Some(90), "{device}: {:?}", brightness(x, y));
         }
+    });
+}
+
+#[test]
+fn a_background_is_as_it_was_asked_for_and_shows_at_the_rim() {
+    let (mesh, size) = (Mesh::sheet(1), [101, 101]);
+    // Turned by a little, so that its rim runs through pixels.
+    let camera = mesh.camera(View { turn: 10.0, raise: 10.0, ..View::default() }, size);
+    each_device(|device, wgpu| {
+        let (gpu, queue) = (wgpu.device(), wgpu.queue());
+        let mut renderer =
+            Renderer::new(gpu, queue, &mesh.faces, &mesh.triangles, Offscreen::TARGET).unwrap();
+        let page = Offscreen::new(gpu, queue, size).unwrap();
+        let frame = FrameBuffers::new(gpu, queue, 4).unwrap();
+        frame.set(mesh.positions.as_flattened(), mesh.normals.as_flattened(), &mesh.numbers);
+        renderer.show(&camera, 1.0, Look::Heat(Heat::Signed(1.0)));
+        let on = |background| page.draw(background, |pass| renderer.draw(pass, frame.vertices())).unwrap();
+        let (clear, blue) = (on([0; 4]), on([10, 60, 200, 255]));
+        assert_eq!((clear.pixel([0, 0]), blue.pixel([0, 0])), ([0; 4], [10, 60, 200, 255]), "{device}");
+        let mut rim = 0;
+        for pixel in clear.pixels.chunks(4).filter(|pixel| !matches!(pixel[3], 0 | 255)) {
+            // White skin stays white where half of it is there.
+            assert!(pixel[..3].iter().all(|part| *part > 225), "{device}: {pixel:?}");
+            rim += 1;
+        }
+        assert!(rim > 50, "{device}: {rim} pixels of the rim");
     });
 }
 

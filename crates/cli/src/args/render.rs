@@ -57,6 +57,10 @@ pub(crate) struct Render {
     #[arg(long, value_name = "MM", default_value_t = 85.0, value_parser = parse_lens)]
     pub lens: f32,
 
+    /// What is behind the face: red, green and blue as RRGGBB, or none for a transparent picture [default: that of a sheet's paper].
+    #[arg(long, value_name = "COLOUR", value_parser = parse_background)]
+    pub background: Option<Background>,
+
     /// The strain that has the last colour, as a part of the length at rest.
     #[arg(long, value_name = "PART", default_value_t = 0.3, value_parser = parse_range)]
     pub strain_range: f32,
@@ -135,6 +139,22 @@ impl Show {
             Self::Wireframe => Some(Look::Wireframe),
             Self::Strain | Self::Detail | Self::Sigma => None,
         }
+    }
+}
+
+/// `--background`
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Background(pub [u8; 4]);
+
+fn parse_background(text: &str) -> Result<Background, String> {
+    let number = (text.len() == 6).then(|| u32::from_str_radix(text, 16).ok()).flatten();
+    match (text, number) {
+        ("none", _) => Ok(Background([0; 4])),
+        (_, Some(number)) => {
+            let [_, r, g, b] = number.to_be_bytes();
+            Ok(Background([r, g, b, 255]))
+        }
+        _ => Err("expected six digits such as 20a0ff, or none".to_owned()),
     }
 }
 

@@ -45,6 +45,14 @@ fn each_frame_has_a_picture_of_its_own() {
         assert_eq!((info.width, info.height), (90, 70));
     }
     assert!(pictures[0].1 != pictures[1].1, "the face moves");
+    f.done(
+        "render face.safetensors take.csv -o out/c{frame}.png --frames 2..3 --size 90x70 --background none",
+    );
+    f.done(
+        "render face.safetensors take.csv -o out/d{frame}.png --frames 2..3 --size 90x70 --background 20A0ff",
+    );
+    let [clear, blue] = ["c", "d"].map(|name| png(&f.read(&format!("out/{name}00002.png"))).1);
+    assert_eq!((&clear[..4], &blue[..4]), (&[0; 4][..], &[0x20, 0xa0, 0xff, 255][..]));
     // One frame, on its own and on a sheet.
     f.done("render face.safetensors take.csv -o out/one.png --frames 2..3 --stage shell");
 }
@@ -87,6 +95,7 @@ fn what_cannot_be_drawn_is_refused_in_a_sentence() {
         ("-o out/face.jpg", &["out/face.jpg", "written as .png"][..]),
         ("-o out/face.png --size 0x10", &["expected width x height", "1 to 32768"]),
         ("-o out/face.png --size 100000x10", &["expected width x height", "1 to 32768"]),
+        ("-o out/face.png --background red", &["expected six digits", "none"]),
         ("-o out/face.png --size 30000x10", &["30000 × 10 pixels", "expected 1 to"]),
         ("-o out/face.png --show strain --stage shell --draw-on cpu:0", &["--draw-on cpu:0", "backend wgpu"]),
         ("-o out/face.png --draw-on wgpu:77", &["wgpu:77", "no such device"]),

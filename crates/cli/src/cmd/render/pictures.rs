@@ -23,6 +23,7 @@ pub(super) struct Pictures<'a> {
     page: Offscreen,
     frame: FrameBuffers,
     view: View,
+    background: [u8; 4],
     /// What the picture is of; `None` for a camera that goes around.
     framed: Option<Vec<[f32; 3]>>,
     strains: Option<Strains>,
@@ -66,6 +67,7 @@ impl<'a> Pictures<'a> {
             page: Offscreen::new(device, queue, size)?,
             frame: FrameBuffers::new(device, queue, rig.vertices())?,
             view: View { turn: args.turn, raise: args.raise, lens: args.lens },
+            background: args.background.map_or(Sheet::PAPER, |background| background.0),
             framed: match (args.turntable, args.whole) {
                 (true, _) => None,
                 (false, true) => Some(rig.rest.clone()),
@@ -121,7 +123,7 @@ impl<'a> Pictures<'a> {
                 let marks = marks(self.rig, frame.positions, heat.unwrap_or(Heat::Signed(1.0)));
                 self.overlay.show(&camera, self.page.size(), self.lift, &marks)?;
             }
-            let part = self.page.draw(Sheet::background(), |pass| {
+            let part = self.page.draw(self.background, |pass| {
                 self.renderer.draw(pass, self.frame.vertices())?;
                 if has_marks {
                     self.overlay.draw(pass);
