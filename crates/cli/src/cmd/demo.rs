@@ -177,7 +177,7 @@ fn draw_sheet(dir: &Path, rig: &Path, ui: &Ui, steps: &mut Steps) -> Result<()> 
             Ok(())
         }
         Err(Error::Device { message, .. }) => {
-            log::warn!("nothing here draws, so that there is no face.png: {message}");
+            log::warn!("face.png is left out: {message}");
             Ok(())
         }
         Err(other) => Err(other),

@@ -98,7 +98,7 @@ fn what_cannot_be_drawn_is_refused_in_a_sentence() {
         ("-o out/face.png --background red", &["expected six digits", "none"]),
         ("-o out/face.png --size 30000x10", &["30000 × 10 pixels", "expected 1 to"]),
         ("-o out/face.png --show strain --stage shell --draw-on cpu:0", &["--draw-on cpu:0", "backend wgpu"]),
-        ("-o out/face.png --draw-on wgpu:77", &["wgpu:77", "no such device"]),
+        ("-o out/face.png --draw-on wgpu:77", &["wgpu:77: there is none to draw with", "rhytid devices"]),
         ("-o out/face.png --show detail --stage large-scale", &["--show detail", "--stage full"]),
         ("-o out/face.png --frames 900..", &["900"]),
         ("-o nowhere/face.png", &["nowhere"]),

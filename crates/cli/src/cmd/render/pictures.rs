@@ -8,7 +8,7 @@ use rhytid::render::{
     Camera, FrameBuffers, Heat, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet, Sphere, Strains,
     View, distances,
 };
-use rhytid::{Backend, Error, Result, Rig};
+use rhytid::{Backend, DeviceErrorKind, Error, Result, Rig};
 
 /// What draws.
 pub(super) struct Pictures<'a> {
@@ -42,7 +42,16 @@ pub(super) struct Evaluated<'a> {
 impl<'a> Pictures<'a> {
     /// Pictures of `size` pixels for each thing to show.
     pub(super) fn new(args: &args::Render, rig: &'a Rig, size: [u32; 2]) -> Result<Self> {
-        let info = find_device(&args.draw_on, guard())?;
+        let info = find_device(&args.draw_on, guard()).map_err(|error| match error {
+            Error::Device { kind: DeviceErrorKind::NotFound, device, .. } => Error::Device {
+                kind: DeviceErrorKind::NotFound,
+                device,
+                message: "there is none to draw with; `rhytid devices` lists those of the backend wgpu, which a driver for \
+                          Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1 brings"
+                    .to_owned(),
+            },
+            other => other,
+        })?;
         if info.backend != Wgpu::NAME {
             return Err(Error::input(format!(
                 "--draw-on {}: expected a device of the backend wgpu, as `rhytid devices` lists them",
