@@ -57,6 +57,10 @@ pub(crate) struct Render {
     #[arg(long, value_name = "MM", default_value_t = 85.0, value_parser = parse_lens)]
     pub lens: f32,
 
+    /// The vertex whose influences are shown, counted from 0.
+    #[arg(long, value_name = "N")]
+    pub vertex: Option<usize>,
+
     /// What is behind the face: red, green and blue as RRGGBB, or none for a transparent picture [default: that of a sheet's paper].
     #[arg(long, value_name = "COLOUR", value_parser = parse_background)]
     pub background: Option<Background>,
@@ -121,6 +125,10 @@ pub(crate) enum Show {
     Wireframe,
     /// Shaded, with the markers, and how much longer (red) or shorter (blue) the strain edges between them are than at rest.
     Markers,
+    /// Shaded, with the strain edges (red) and anchors (blue) that drive the folds of --vertex.
+    Influences,
+    /// Shaded, with the tangent frames of some vertices.
+    Frames,
     /// How much longer (red) or shorter (blue) the skin is than at rest.
     Strain,
     /// How far the folds move each vertex.
@@ -133,7 +141,7 @@ impl Show {
     /// `None` for those that show numbers.
     pub(crate) fn look(self) -> Option<Look> {
         match self {
-            Self::Shaded | Self::Markers => Some(Look::Smooth),
+            Self::Shaded | Self::Markers | Self::Influences | Self::Frames => Some(Look::Smooth),
             Self::Gouraud => Some(Look::Gouraud),
             Self::Flat => Some(Look::Flat),
             Self::Wireframe => Some(Look::Wireframe),

@@ -152,6 +152,7 @@ fn draw_sheet(dir: &Path, rig: &Path, ui: &Ui, steps: &mut Steps) -> Result<()> 
         whole: false,
         turntable: false,
         lens: 85.0,
+        vertex: None,
         background: None,
         strain_range: 0.3,
         detail_range: 1.0,

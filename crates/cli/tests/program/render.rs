@@ -19,19 +19,19 @@ fn solved() -> Fixture {
 #[test]
 fn a_sheet_shows_frames_beside_each_other() {
     let f = solved();
-    let said = f.done("render face.safetensors take.csv -o out/sheet.png --show shaded,wireframe,strain,detail,sigma,markers --count 3 --size 60x50");
+    let said = f.done("render face.safetensors take.csv -o out/sheet.png --show shaded,wireframe,strain,detail,sigma,markers,influences,frames --vertex 50 --count 3 --size 60x50");
     assert!(
         said.contains("out/sheet.png: 3 pictures evaluated on cpu:0") && said.contains("drawn on wgpu:0"),
         "{said}"
     );
     let (info, pixels) = png(&f.read("out/sheet.png"));
     // At least as wide as four pictures, or as two legends.
-    assert!(info.width >= 6 * 60 && info.height > 3 * 50, "{} × {}", info.width, info.height);
+    assert!(info.width >= 8 * 60 && info.height > 3 * 50, "{} × {}", info.width, info.height);
     let paper = &pixels[..4];
     let drawn = pixels.chunks(4).filter(|pixel| *pixel != paper).count();
-    assert!(drawn > 16 * 60 * 50 / 4, "{drawn} pixels are not paper");
+    assert!(drawn > 24 * 60 * 50 / 4, "{drawn} pixels are not paper");
     // The same again, by bytes.
-    f.done("render face.safetensors take.csv -o out/again.png --show shaded,wireframe,strain,detail,sigma,markers --count 3 --size 60x50");
+    f.done("render face.safetensors take.csv -o out/again.png --show shaded,wireframe,strain,detail,sigma,markers,influences,frames --vertex 50 --count 3 --size 60x50");
     assert!(f.read("out/sheet.png") == f.read("out/again.png"));
 }
 
@@ -95,6 +95,8 @@ fn what_cannot_be_drawn_is_refused_in_a_sentence() {
         ("-o out/face.jpg", &["out/face.jpg", "written as .png"][..]),
         ("-o out/face.png --size 0x10", &["expected width x height", "1 to 32768"]),
         ("-o out/face.png --size 100000x10", &["expected width x height", "1 to 32768"]),
+        ("-o out/face.png --show influences", &["--show influences", "--vertex N"]),
+        ("-o out/face.png --show influences --vertex 9999999", &["--vertex 9999999", "0 to"]),
         ("-o out/face.png --background red", &["expected six digits", "none"]),
         ("-o out/face.png --size 30000x10", &["30000 × 10 pixels", "expected 1 to"]),
         ("-o out/face.png --show strain --stage shell --draw-on cpu:0", &["--draw-on cpu:0", "backend wgpu"]),

@@ -1,5 +1,6 @@
 //! `rhytid render`
 
+mod marks;
 mod pictures;
 
 use crate::args::{Show, StageChoice};
@@ -89,11 +90,18 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     if args.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
         return Err(Error::input("--show detail is for --stage full: the others have no detail"));
     }
+    if args.vertex.is_none() && args.show.contains(&Show::Influences) {
+        return Err(Error::input("--show influences: say with --vertex N of which vertex"));
+    }
     inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
     let device = inputs::named_device(&args.device)?;
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     if args.stage == StageChoice::Shell {
         rig = rig.shell();
+    }
+    if let Some(vertex) = args.vertex.filter(|vertex| *vertex >= rig.vertices()) {
+        let last = rig.vertices() - 1;
+        return Err(Error::input(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
     }
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;

@@ -1,5 +1,6 @@
 //! A frame as a picture, once for each thing to show.
 
+use super::marks;
 use crate::args::{self, Show};
 use crate::guard::guard;
 use rhytid::backends::wgpu::Wgpu;
@@ -20,6 +21,8 @@ pub(super) struct Pictures<'a> {
     overlay: Overlay,
     /// By how much marks are nearer than they are, in mesh units: the chord between two markers runs below the skin.
     lift: f32,
+    /// Whose influences are shown.
+    vertex: Option<usize>,
     page: Offscreen,
     frame: FrameBuffers,
     view: View,
@@ -72,7 +75,8 @@ impl<'a> Pictures<'a> {
             shown: args.show.iter().map(|&show| (show, heat(show))).collect(),
             renderer: Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?,
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
-            lift: 0.1 * Sphere::around(&at_rest(rig)).radius,
+            lift: 0.1 * Sphere::around(&marks::at_rest(rig)).radius,
+            vertex: args.vertex,
             page: Offscreen::new(device, queue, size)?,
             frame: FrameBuffers::new(device, queue, rig.vertices())?,
             view: View { turn: args.turn, raise: args.raise, lens: args.lens },
@@ -127,14 +131,13 @@ impl<'a> Pictures<'a> {
             self.frame.set(frame.positions, frame.normals, &numbers);
             let look = show.look().or(heat.map(Look::Heat)).unwrap_or(Look::Smooth);
             self.renderer.show(&camera, aspect, look);
-            let has_marks = *show == Show::Markers;
-            if has_marks {
-                let marks = marks(self.rig, frame.positions, heat.unwrap_or(Heat::Signed(1.0)));
-                self.overlay.show(&camera, self.page.size(), self.lift, &marks)?;
+            let marks = self.marks(*show, *heat, frame);
+            if let Some(marks) = &marks {
+                self.overlay.show(&camera, self.page.size(), self.lift, marks)?;
             }
             let part = self.page.draw(self.background, |pass| {
                 self.renderer.draw(pass, self.frame.vertices())?;
-                if has_marks {
+                if marks.is_some() {
                     self.overlay.draw(pass);
                 }
                 Ok(())
@@ -143,33 +146,22 @@ impl<'a> Pictures<'a> {
         }
         Ok(picture)
     }
-}
 
-fn at_rest(rig: &Rig) -> Vec<[f32; 3]> {
-    rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
-}
-
-/// The strain edges of a frame, and the markers over them.
-fn marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
-    const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
-    let (points, _) = positions.as_chunks::<3>();
-    let markers: Vec<[f32; 3]> = rig.handles.iter().map(|&v| points[v as usize]).collect();
-    let rest = at_rest(rig);
-    let length = |points: &[[f32; 3]], [a, b]: [u32; 2]| {
-        (0..3).map(|c| (points[a as usize][c] - points[b as usize][c]).powi(2)).sum::<f32>().sqrt()
-    };
-    let edge = |&edge: &[u32; 2]| Mark {
-        ends: edge.map(|handle| markers[handle as usize]),
-        colour: heat.colour(length(&markers, edge) / length(&rest, edge) - 1.0),
-        width: 2.0,
-    };
-    rig.strain_edges.iter().map(edge).chain(markers.iter().map(|&at| Mark::dot(at, MARKER, 5.0))).collect()
+    /// What is over the face.
+    fn marks(&self, show: Show, heat: Option<Heat>, frame: &Evaluated<'_>) -> Option<Vec<Mark>> {
+        match show {
+            Show::Markers => Some(marks::markers(self.rig, frame.positions, heat?)),
+            Show::Influences => Some(marks::influences(self.rig, frame.positions, self.vertex?)),
+            Show::Frames => Some(marks::frames(self.rig, frame.positions, frame.normals, 0.3 * self.lift)),
+            _ => None,
+        }
+    }
 }
 
 /// Where handles are at rest, and as far again beyond them as a face goes on, where there is any mesh.
 fn about_the_handles(rig: &Rig) -> Vec<[f32; 3]> {
     const BEYOND: f32 = 1.4;
-    let points = at_rest(rig);
+    let points = marks::at_rest(rig);
     let center = Sphere::around(&points).center;
     let [low, high] = [f32::min, f32::max].map(|pick| {
         let all = rig.rest.iter().copied();

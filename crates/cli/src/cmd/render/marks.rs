@@ -1,0 +1,156 @@
+//! What is drawn over a frame: markers and strain edges, what drives a vertex, tangent frames.
+
+use rhytid::Rig;
+use rhytid::render::{Heat, Mark};
+
+const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
+const VERTEX: [f32; 3] = [0.9, 0.05, 0.02];
+const ANCHOR: [f32; 3] = [0.02, 0.25, 0.9];
+/// Tangent, bitangent and normal.
+const AXES: [[f32; 3]; 3] = [[0.9, 0.05, 0.02], [0.05, 0.6, 0.05], [0.02, 0.1, 0.9]];
+/// About so many tangent frames are drawn.
+const FRAMES: usize = 500;
+
+/// Where handles are at rest.
+pub(super) fn at_rest(rig: &Rig) -> Vec<[f32; 3]> {
+    rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
+}
+
+/// The strain edges in the colours of their strains, and the markers over them.
+pub(super) fn markers(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
+    let (markers, rest) = (markers_of(rig, positions), at_rest(rig));
+    let length = |points: &[[f32; 3]], [a, b]: [u32; 2]| distance(points[a as usize], points[b as usize]);
+    let edge = |&edge: &[u32; 2]| Mark {
+        ends: edge.map(|handle| markers[handle as usize]),
+        colour: heat.colour(length(&markers, edge) / length(&rest, edge) - 1.0),
+        width: 2.0,
+    };
+    let dots = markers.iter().map(|&at| Mark::dot(at, MARKER, 5.0));
+    rig.strain_edges.iter().map(edge).chain(dots).collect()
+}
+
+/// The strain edges that `vertex` listens to and its anchors, the wider the more they count (figure 27.3).
+pub(super) fn influences(rig: &Rig, positions: &[f32], vertex: usize) -> Vec<Mark> {
+    let markers = markers_of(rig, positions);
+    let at = positions.as_chunks::<3>().0[vertex];
+    let of = |n: usize| vertex * n..(vertex + 1) * n;
+    let edges = of(rig.influences());
+    let edges = rig.influence_edges[edges.clone()].iter().zip(&rig.influence_weights[edges]);
+    let width = |weight: f32, most: f32| 1.5 + 8.0 * weight / most.max(f32::MIN_POSITIVE);
+    let most = edges.clone().map(|(_, weight)| *weight).fold(0.0, f32::max);
+    let mut marks: Vec<Mark> = edges
+        .filter(|(_, weight)| **weight > 0.0)
+        .map(|(&edge, &weight)| Mark {
+            ends: rig.strain_edges[edge as usize].map(|handle| markers[handle as usize]),
+            colour: VERTEX,
+            width: width(weight, most),
+        })
+        .collect();
+    if let Some(learned) = &rig.learned {
+        let anchors = of(learned.anchors_per_vertex());
+        let anchors = learned.anchors[anchors.clone()].iter().zip(&learned.anchor_weights[anchors]);
+        let most = anchors.clone().map(|(_, weight)| *weight).fold(0.0, f32::max);
+        marks.extend(anchors.filter(|(_, weight)| **weight > 0.0).map(|(&handle, &weight)| Mark {
+            ends: [at, markers[handle as usize]],
+            colour: ANCHOR,
+            width: 0.5 * width(weight, most),
+        }));
+    }
+    marks.extend(markers.iter().map(|&at| Mark::dot(at, MARKER, 4.0)));
+    marks.push(Mark::dot(at, [1.0; 3], 11.0));
+    marks.push(Mark::dot(at, VERTEX, 8.0));
+    marks
+}
+
+/// The tangent frames of some vertices, each axis as long as `length`: the tangent red, the bitangent green, the normal blue (figure 27.4).
+pub(super) fn frames(rig: &Rig, positions: &[f32], normals: &[f32], length: f32) -> Vec<Mark> {
+    let (points, _) = positions.as_chunks::<3>();
+    let (normals, _) = normals.as_chunks::<3>();
+    let step = (points.len() / FRAMES).max(1);
+    let mut marks = Vec::new();
+    for v in (0..points.len()).step_by(step) {
+        let (at, n) = (points[v], normals[v]);
+        let neighbour = points[rig.tangent_neighbors[v] as usize];
+        let e: [f32; 3] = std::array::from_fn(|c| neighbour[c] - at[c]);
+        let along = (0..3).map(|c| e[c] * n[c]).sum::<f32>();
+        let t: [f32; 3] = std::array::from_fn(|c| e[c] - along * n[c]);
+        let size = t.iter().map(|x| x * x).sum::<f32>().sqrt();
+        if size == 0.0 {
+            continue;
+        }
+        let t = t.map(|x| x / size);
+        let b = std::array::from_fn(|c| n[(c + 1) % 3] * t[(c + 2) % 3] - n[(c + 2) % 3] * t[(c + 1) % 3]);
+        marks.extend([t, b, n].into_iter().zip(AXES).map(|(axis, colour)| Mark {
+            ends: [at, std::array::from_fn(|c| at[c] + length * axis[c])],
+            colour,
+            width: 2.0,
+        }));
+    }
+    marks
+}
+
+fn markers_of(rig: &Rig, positions: &[f32]) -> Vec<[f32; 3]> {
+    let (points, _) = positions.as_chunks::<3>();
+    rig.handles.iter().map(|&v| points[v as usize]).collect()
+}
+
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid::NoProgress;
+
+    fn rig() -> Rig {
+        rhytid::solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().cast()
+    }
+
+    #[test]
+    fn edges_have_the_colours_of_their_strains() {
+        let rig = rig();
+        let mut positions = rig.rest.as_flattened().to_vec();
+        positions.iter_mut().for_each(|x| *x *= 1.1);
+        let heat = Heat::Signed(0.3);
+        let marks = markers(&rig, &positions, heat);
+        assert_eq!(marks.len(), rig.strain_edges.len() + rig.handles.len());
+        for (mark, edge) in marks.iter().zip(&rig.strain_edges) {
+            let expected = heat.colour(0.1);
+            assert!((0..3).all(|c| (mark.colour[c] - expected[c]).abs() < 1e-4), "{mark:?}");
+            let [a, _] = edge.map(|handle| rig.rest[rig.handles[handle as usize] as usize]);
+            assert!((0..3).all(|c| (mark.ends[0][c] - 1.1 * a[c]).abs() < 1e-4));
+        }
+    }
+
+    #[test]
+    fn a_vertex_has_its_influences_and_frames_are_at_right_angles() {
+        let rig = rig();
+        let positions = rig.rest.as_flattened();
+        let vertex = rig.vertices() / 2;
+        let weights = &rig.influence_weights[vertex * rig.influences()..][..rig.influences()];
+        let edges = weights.iter().filter(|weight| **weight > 0.0).count();
+        let marks = influences(&rig, positions, vertex);
+        let lines = marks.iter().filter(|mark| mark.ends[0] != mark.ends[1]);
+        let red = lines.filter(|mark| mark.colour == VERTEX).count();
+        assert!(edges > 0 && red == edges, "{red} of {edges}");
+        assert_eq!(marks.last().unwrap().ends[0], rig.rest[vertex]);
+
+        let normal = [0.0, 0.0, 1.0].repeat(rig.vertices());
+        let marks = frames(&rig, positions, &normal, 0.5);
+        assert!(marks.len() > 3 * FRAMES / 2);
+        for frame in marks.chunks(3) {
+            let axes: Vec<[f32; 3]> =
+                frame.iter().map(|m| std::array::from_fn(|c| (m.ends[1][c] - m.ends[0][c]) / 0.5)).collect();
+            for i in 0..3 {
+                for j in 0..3 {
+                    let dot: f32 = (0..3).map(|c| axes[i][c] * axes[j][c]).sum();
+                    assert!((dot - if i == j { 1.0 } else { 0.0 }).abs() < 1e-3, "{axes:?}");
+                }
+            }
+            // Right-handed: n = t × b.
+            let [t, b, n] = [axes[0], axes[1], axes[2]];
+            assert!((t[0] * b[1] - t[1] * b[0] - n[2]).abs() < 1e-3);
+        }
+    }
+}
