@@ -4,6 +4,7 @@ use crate::heat::Heat;
 use crate::picture::{Picture, to_srgb};
 use embedded_graphics::Pixel;
 use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1::FONT_10X20};
+use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 use std::convert::Infallible;
@@ -71,8 +72,6 @@ fn short(number: f32) -> String {
         false => text,
     }
 }
-
-use embedded_graphics::pixelcolor::Rgb888;
 
 impl OriginDimensions for Picture {
     fn size(&self) -> Size {
