@@ -29,6 +29,7 @@ mod error;
 mod face;
 pub mod human;
 pub mod input_file;
+pub mod laplacian;
 mod learned;
 mod mesh;
 pub mod plan;

@@ -21,7 +21,9 @@ impl FrameBuffers {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size: 4 * (floats * vertices).max(1) as u64,
-                usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+                usage: wgpu::BufferUsages::VERTEX
+                    | wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         };

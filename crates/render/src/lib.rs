@@ -43,6 +43,7 @@ mod overlay;
 mod picture;
 mod renderer;
 mod sheet;
+mod skin;
 mod words;
 
 pub use animated::AnimatedPng;
@@ -55,6 +56,7 @@ pub use overlay::{Mark, Overlay};
 pub use picture::Picture;
 pub use renderer::{Look, Renderer, Target, Vertices};
 pub use sheet::Sheet;
+pub use skin::{Gaussian, Lights, SKIN, Skin, SkinRenderer, Sky, Tone};
 pub use words::{Anchor, LEGEND, LINE};
 
 use rhytid_core::{DeviceErrorKind, Error, Result};

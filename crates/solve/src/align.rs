@@ -1,8 +1,8 @@
 //! Examples put into the neutral's place: what the scanned head moved by between two scans is no expression.
-use crate::laplacian::laplacian;
 use crate::triangulate::triangulate;
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_core::laplacian::laplacian;
 use rhytid_core::{Example, Face};
 use rhytid_registration::{Similarity, what_stays};
 

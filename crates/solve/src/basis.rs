@@ -1,9 +1,9 @@
 //! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
 use crate::cholesky::Factor;
 use crate::dissection::{Dissection, dissect};
-use crate::laplacian::Laplacian;
 use crate::system::{NONE, System};
 use rayon::prelude::*;
+use rhytid_core::laplacian::Laplacian;
 use rhytid_core::{Progress, Result};
 
 /// Right-hand sides solved for by one thread at a time: enough for dense kernels, few enough to bound the memory.

@@ -39,7 +39,6 @@ mod driven;
 mod exposure;
 pub mod geodesic;
 pub mod influences;
-pub mod laplacian;
 mod learned;
 mod mirror;
 mod pins;
@@ -72,7 +71,7 @@ pub mod internals {
 }
 
 use driven::DrivenComponents;
-use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges};
+use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges, laplacian};
 use rhytid_kernels::strain;
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.

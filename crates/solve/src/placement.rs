@@ -1,13 +1,13 @@
 //! Handles placed on a mesh: spread over its front, or where a frame's markers are.
+use crate::Topology;
 use crate::align::aligned;
 use crate::exposure::exposure;
 use crate::geodesic::EdgeGraph;
 use crate::mirror::mirror_images;
 use crate::topology::components;
 use crate::triangulate::{is_degenerate, triangulate};
-use crate::{Topology, laplacian};
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Face, Result, UpAxis};
+use rhytid_core::{Error, Face, Result, UpAxis, laplacian};
 use rhytid_kernels::normals;
 use rhytid_registration::{OntoSurface, Start, Surface, onto_surface};
 

@@ -1,0 +1,197 @@
+//! Light that spreads in the skin before it comes out: the heat equation on the mesh.
+
+use super::compute;
+use super::profile::{Gaussian, Series};
+use rhytid_core::laplacian::laplacian;
+use rhytid_core::{Error, Result};
+
+/// Words of a step's uniforms.
+const STEP_WORDS: usize = 12;
+
+/// Spreads light over one mesh as a profile says, along the surface at rest.
+#[derive(Debug)]
+pub(crate) struct Diffusion {
+    pipeline: wgpu::ComputePipeline,
+    steps: u32,
+    /// Bytes from one step's uniforms to the next's.
+    stride: u32,
+    vertices: u32,
+    /// By turns: what is read of and written to.
+    groups: [wgpu::BindGroup; 2],
+    /// V × 4: light before, of which three are its colours.
+    pub light: wgpu::Buffer,
+    /// V × 4: light after.
+    pub spread: wgpu::Buffer,
+    /// The part of the surface on which light spreads less far than it should, since its triangles are finer than a series resolves.
+    pub too_fine: f64,
+}
+
+impl Diffusion {
+    /// For V `rest` positions, whose unit is so many `millimetres`, in `longest` − 1 steps at most.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        rest: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        millimetres: f64,
+        profile: &[Gaussian],
+        longest: usize,
+    ) -> Result<Self> {
+        let matrix = Matrix::new(rest, triangles, millimetres, (profile, longest));
+        let links = 8 * matrix.links.len().max(1) as u64;
+        let most = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size);
+        if links > most {
+            return Err(Error::input(format!(
+                "skin on {} vertices needs a buffer of {links} bytes, and this device has {most} at most; \
+                 draw on another device, or without skin",
+                rest.len()
+            )));
+        }
+        crate::checked(device, "preparing skin", || {
+            let storage = |label, size: u64, usage| {
+                device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(label),
+                    size: size.max(16),
+                    usage: wgpu::BufferUsages::STORAGE | usage,
+                    mapped_at_creation: false,
+                })
+            };
+            let (upload, read) = (wgpu::BufferUsages::COPY_DST, wgpu::BufferUsages::COPY_SRC);
+            let offsets = storage("offsets of links", 4 * matrix.offsets.len() as u64, upload);
+            queue.write_buffer(&offsets, 0, bytemuck::cast_slice(&matrix.offsets));
+            let links = storage("links", links, upload);
+            queue.write_buffer(&links, 0, bytemuck::cast_slice(&matrix.links));
+            let of_vertices = |label, usage| storage(label, 16 * rest.len() as u64, usage);
+            let light = of_vertices("light", upload);
+            let last = of_vertices("a polynomial", wgpu::BufferUsages::empty());
+            let spread = of_vertices("spread light", read | wgpu::BufferUsages::VERTEX);
+
+            let stride =
+                (4 * STEP_WORDS as u32).next_multiple_of(device.limits().min_uniform_buffer_offset_alignment);
+            let steps = matrix.series.coefficients.len() - 1;
+            let mut uniforms = vec![0_u8; stride as usize * steps];
+            for (k, bytes) in uniforms.chunks_exact_mut(stride as usize).enumerate() {
+                let part = |k: usize, w: f32| {
+                    let [r, g, b] = matrix.series.coefficients[k].map(|x| x as f32);
+                    [r, g, b, w]
+                };
+                let floats = [part(k + 1, if k == 0 { 0.0 } else { 1.0 }), part(0, 0.0)].concat();
+                bytes[..32].copy_from_slice(bytemuck::cast_slice(&floats));
+                bytes[32..36].copy_from_slice(&(rest.len() as u32).to_ne_bytes());
+            }
+            let params = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("steps"),
+                size: uniforms.len() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | upload,
+                mapped_at_creation: false,
+            });
+            queue.write_buffer(&params, 0, &uniforms);
+
+            use compute::{Bind, read as input, write};
+            let layout = compute::layout(
+                device,
+                &[
+                    Bind::Uniform { words: STEP_WORDS, dynamic: true },
+                    input(),
+                    input(),
+                    input(),
+                    write(),
+                    write(),
+                ],
+            );
+            let group = |now: &wgpu::Buffer, last: &wgpu::Buffer| {
+                let params = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &params,
+                    offset: 0,
+                    size: wgpu::BufferSize::new(4 * STEP_WORDS as u64),
+                });
+                let [offsets, links, now, last, spread] =
+                    [&offsets, &links, now, last, &spread].map(|buffer| buffer.as_entire_binding());
+                compute::group(device, &layout, [params, offsets, links, now, last, spread])
+            };
+            Self {
+                pipeline: compute::pipeline(device, &layout, "diffuse", include_str!("diffusion.wgsl")),
+                steps: steps as u32,
+                stride,
+                vertices: rest.len() as u32,
+                groups: [group(&light, &last), group(&last, &light)],
+                light,
+                spread,
+                too_fine: matrix.too_fine,
+            }
+        })
+    }
+
+    /// Spreads what is in `light`, which is used up.
+    pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
+        pass.set_pipeline(&self.pipeline);
+        for step in 0..self.steps {
+            pass.set_bind_group(0, &self.groups[step as usize % 2], &[step * self.stride]);
+            compute::dispatch(pass, self.vertices);
+        }
+    }
+}
+
+/// The Laplacian of a mesh, scaled for its series.
+struct Matrix {
+    /// V + 1: where each vertex's links begin.
+    offsets: Vec<u32>,
+    /// A neighbour, and the bits of 2 w / Λ M.
+    links: Vec<[u32; 2]>,
+    series: Series,
+    too_fine: f64,
+}
+
+impl Matrix {
+    fn new(
+        rest: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        millimetres: f64,
+        (profile, longest): (&[Gaussian], usize),
+    ) -> Self {
+        let positions: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|x| millimetres * f64::from(x))).collect();
+        let mut laplacian = laplacian(&positions, triangles);
+        // An edge across which two angles are more than 180° would carry light from dark to bright, beyond either.
+        laplacian.edges.retain(|(_, _, w)| *w > 0.0);
+        // Twice the sum of what leaves a vertex bounds the eigenvalues, by Gershgorin's circles.
+        let mut leaves = vec![0.0; rest.len()];
+        let mut offsets = vec![0_u32; rest.len() + 1];
+        for &(a, b, w) in &laplacian.edges {
+            for v in [a, b] {
+                leaves[v as usize] += 2.0 * w;
+                offsets[v as usize + 1] += 1;
+            }
+        }
+        (0..rest.len()).for_each(|v| offsets[v + 1] += offsets[v]);
+        let rates = laplacian.mass.iter().zip(&leaves).filter(|(mass, _)| **mass > 0.0);
+        let most = rates.map(|(mass, leaves)| leaves / mass).fold(0.0, f64::max);
+        let series = Series::new(profile, most, longest);
+        // A vertex whose light would be gone sooner than the series resolves holds more of it, so that it is slower, and nothing is lost.
+        let (mut area, mut fine) = (0.0, 0.0);
+        let masses: Vec<f64> = laplacian
+            .mass
+            .iter()
+            .zip(&leaves)
+            .map(|(mass, leaves)| {
+                area += mass;
+                if series.most < most && leaves / series.most > *mass {
+                    fine += mass;
+                }
+                mass.max(leaves / series.most)
+            })
+            .collect();
+        let mut links = vec![[0; 2]; 2 * laplacian.edges.len()];
+        let mut next = offsets.clone();
+        for &(a, b, w) in &laplacian.edges {
+            for (v, other) in [(a, b), (b, a)] {
+                let factor = match masses[v as usize] > 0.0 {
+                    true => 2.0 * w / (series.most * masses[v as usize]),
+                    false => 0.0,
+                };
+                links[next[v as usize] as usize] = [other, (factor as f32).to_bits()];
+                next[v as usize] += 1;
+            }
+        }
+        Self { offsets, links, series, too_fine: if area > 0.0 { fine / area } else { 0.0 } }
+    }
+}

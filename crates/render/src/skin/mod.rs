@@ -1,0 +1,350 @@
+//! Skin: light goes into it and comes out beside, its surface shines, and folds cast shadows.
+//!
+//! The light that falls on each vertex, from a key light with soft shadows and from a sky of which folds and hollows see a part, spreads
+//! along the surface by the six Gaussians of E. d'Eon and D. Luebke (GPU Gems 3, chapter 14): heat kernels, applied with the cotangent
+//! Laplacian of the mesh at rest. What the surface throws back, two GGX lobes, is added without that. Units are physical: lx, cd/m², mm.
+
+mod compute;
+mod diffusion;
+mod profile;
+mod sky;
+#[cfg(test)]
+mod tests;
+mod visibility;
+
+pub use profile::{Gaussian, SKIN};
+pub use sky::Sky;
+
+use crate::camera::Camera;
+use crate::renderer::{Target, Vertices};
+use compute::Bind;
+use diffusion::Diffusion;
+use glam::Vec3;
+use rhytid_core::Result;
+use visibility::{Arrays, Visibility};
+
+/// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the skin and the display.
+const SCENE_WORDS: usize = 16 + 16 + 4 + 4 + 36 + 4 + 4 + 4;
+/// Polynomials of the Laplacian at most: those for vertices a quarter of a millimetre apart, as 530,000 on a face are, and twice as many.
+const LONGEST: usize = 128;
+/// Words of a frame's.
+const FRAME_WORDS: usize = 4;
+
+/// What skin is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Skin {
+    /// The part of red, green and blue light that comes out again, linear, 0 to 1.
+    pub albedo: [f32; 3],
+    /// The part that the surface throws back of light that falls straight on it: ((n − 1)/(n + 1))² of the refractive index n.
+    pub reflectance: f32,
+    /// Of two lobes, 0 to 1; α is its square.
+    pub roughness: [f32; 2],
+    /// The part of the first lobe.
+    pub first_lobe: f32,
+    /// How far light spreads.
+    pub profile: [Gaussian; 6],
+}
+
+impl Default for Skin {
+    /// Light skin. Its sources are listed in docs/render.md.
+    fn default() -> Self {
+        Self {
+            // The patch "light skin" of a ColorChecker: 194, 150, 130 in sRGB.
+            albedo: [0.539, 0.305, 0.223],
+            // n = 1.4.
+            reflectance: 0.028,
+            roughness: [0.36, 0.62],
+            first_lobe: 0.5,
+            profile: SKIN,
+        }
+    }
+}
+
+/// How radiance becomes a display's light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// As it is, up to 1.
+    Linear,
+    /// Khronos PBR Neutral: colours stay as they are, but for the brightest.
+    Neutral,
+    /// AgX: more contrast, and what is bright turns white sooner.
+    Agx,
+}
+
+/// What lights a face and how it is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lights {
+    /// Towards the key light, in the camera's space: x to the picture's right, y up, z towards the viewer.
+    pub toward: [f32; 3],
+    /// Its irradiance where it falls straight, in lx.
+    pub key: [f32; 3],
+    /// Over how many millimetres its shadows are soft.
+    pub penumbra: f32,
+    /// All other light.
+    pub sky: Sky,
+    /// Exposure value at ISO 100: a radiance of 1.2 · 2^EV cd/m² is a display's white.
+    pub exposure: f32,
+    /// How that is shown.
+    pub tone: Tone,
+}
+
+impl Default for Lights {
+    /// A portrait: a warm key light from the upper left, and a sky that is brighter above and on the right.
+    fn default() -> Self {
+        let sky = Sky::of(|[x, y, z]| {
+            let (above, right, behind) = (0.5 + 0.5 * y, 0.5 + 0.5 * x, 0.5 - 0.5 * z);
+            [
+                24.0 + 34.0 * above + 26.0 * right + 20.0 * behind,
+                22.0 + 38.0 * above + 28.0 * right + 22.0 * behind,
+                21.0 + 46.0 * above + 32.0 * right + 26.0 * behind,
+            ]
+        });
+        Self {
+            toward: [-0.55, 0.55, 0.63],
+            key: [1090.0, 1000.0, 900.0],
+            penumbra: 1.5,
+            sky,
+            exposure: 7.6,
+            tone: Tone::Neutral,
+        }
+    }
+}
+
+/// Draws one mesh as skin.
+#[derive(Debug)]
+pub struct SkinRenderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    skin: Skin,
+    millimetres: f32,
+    scene: wgpu::Buffer,
+    frame: wgpu::Buffer,
+    triangles: wgpu::Buffer,
+    visibility: Visibility,
+    receiving: wgpu::BindGroupLayout,
+    receive: wgpu::ComputePipeline,
+    diffusion: Diffusion,
+    group: wgpu::BindGroup,
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl SkinRenderer {
+    /// For passes that draw a mesh into `target`: its V positions at `rest`, its `triangles`, and how many `millimetres` its unit is.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Device`] if `device` refuses, as for want of memory; [`rhytid_core::Error::Input`] if the mesh is too large for it.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        (rest, triangles): (&[[f32; 3]], &[[u32; 3]]),
+        millimetres: f64,
+        target: Target,
+        skin: Skin,
+    ) -> Result<Self> {
+        let diffusion = Diffusion::new(device, queue, rest, triangles, millimetres, &skin.profile, LONGEST)?;
+        let visibility = Visibility::new(device, queue, rest)?;
+        crate::checked(device, "preparing skin", || {
+            let buffer = |label, size: usize, usage| {
+                device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some(label),
+                    size: size.max(4) as u64,
+                    usage: usage | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                })
+            };
+            let scene = buffer("scene", 4 * SCENE_WORDS, wgpu::BufferUsages::UNIFORM);
+            let indices = buffer("triangles", 12 * triangles.len(), wgpu::BufferUsages::INDEX);
+            queue.write_buffer(&indices, 0, bytemuck::cast_slice(triangles));
+            let uniform = |words| Bind::Uniform { words, dynamic: false };
+            let receiving = compute::layout(
+                device,
+                &[
+                    uniform(SCENE_WORDS),
+                    uniform(FRAME_WORDS),
+                    compute::read(),
+                    compute::read(),
+                    compute::write(),
+                ],
+            );
+            let drawing = compute::layout(device, &[uniform(SCENE_WORDS)]);
+            let source = include_str!("shade.wgsl");
+            Self {
+                device: device.clone(),
+                queue: queue.clone(),
+                skin,
+                millimetres: millimetres as f32,
+                frame: buffer("frame", 4 * FRAME_WORDS, wgpu::BufferUsages::UNIFORM),
+                triangles: indices,
+                visibility,
+                receive: compute::pipeline(device, &receiving, "receive", source),
+                receiving,
+                diffusion,
+                group: compute::group(device, &drawing, [scene.as_entire_binding()]),
+                pipeline: pipeline(device, &drawing, source, target),
+                scene,
+            }
+        })
+    }
+
+    /// The part of the surface on which light spreads less far than it should, since its triangles are too fine for the steps there are.
+    pub fn too_fine(&self) -> f64 {
+        self.diffusion.too_fine
+    }
+
+    /// Lights a frame and lets the light spread, before a pass draws it as seen by `camera` in a picture whose width is `aspect` times
+    /// its height. Positions and normals must be whole and in buffers with the usage `STORAGE`.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Device`].
+    pub fn light(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        vertices: Vertices<'_>,
+        (camera, aspect): (&Camera, f32),
+        lights: &Lights,
+    ) -> Result<()> {
+        let view = camera.view();
+        let toward = Vec3::from_array(lights.toward).normalize_or(Vec3::Z);
+        self.queue.write_buffer(
+            &self.scene,
+            0,
+            bytemuck::cast_slice(&self.words((camera, aspect), toward, lights)),
+        );
+
+        let alignment = u64::from(self.device.limits().min_storage_buffer_offset_alignment);
+        let [positions, normals] = [vertices.positions, vertices.normals].map(|slice| {
+            let before = slice.offset() % alignment;
+            let binding = wgpu::BufferBinding {
+                buffer: slice.buffer(),
+                offset: slice.offset() - before,
+                size: wgpu::BufferSize::new(before + slice.size()),
+            };
+            (wgpu::BindingResource::Buffer(binding), (before / 4) as u32)
+        });
+        let vertices_count = (vertices.positions.size() / 12) as u32;
+        self.queue.write_buffer(
+            &self.frame,
+            0,
+            bytemuck::cast_slice(&[vertices_count, positions.1, normals.1, 0]),
+        );
+        let arrays = Arrays {
+            uniforms: self.frame.as_entire_binding(),
+            positions: positions.0,
+            normals: normals.0,
+            corners: vertices.positions,
+        };
+        let to_mesh = view.inverse();
+        let sky: Vec<(Vec3, f32)> = sky::directions(visibility::SKY)
+            .into_iter()
+            .map(|direction| {
+                let direction = Vec3::from_array(direction);
+                let [r, g, b] = lights.sky.radiance(view.transform_vector3(direction).to_array());
+                (direction, 0.2126 * r + 0.7152 * g + 0.0722 * b)
+            })
+            .collect();
+        crate::checked(&self.device, "lighting skin", || {
+            let key = (to_mesh.transform_vector3(toward), lights.penumbra / self.millimetres);
+            self.visibility.run(&self.device, encoder, &arrays, &self.triangles, key, &sky);
+            let group = compute::group(
+                &self.device,
+                &self.receiving,
+                [
+                    self.scene.as_entire_binding(),
+                    self.frame.as_entire_binding(),
+                    arrays.normals.clone(),
+                    self.visibility.seen.as_entire_binding(),
+                    self.diffusion.light.as_entire_binding(),
+                ],
+            );
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.receive);
+            pass.set_bind_group(0, &group, &[]);
+            compute::dispatch(&mut pass, vertices_count);
+            self.diffusion.run(&mut pass);
+        })
+    }
+
+    /// Draws the frame that was lit last into a pass whose attachments are the [`Target`] that the renderer was made for.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Vertices<'_>) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.set_vertex_buffer(0, vertices.positions);
+        pass.set_vertex_buffer(1, vertices.normals);
+        pass.set_vertex_buffer(2, self.diffusion.spread.slice(..));
+        pass.set_vertex_buffer(3, self.visibility.seen.slice(..));
+        pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..(self.triangles.size() / 4) as u32, 0, 0..1);
+    }
+
+    fn words(&self, (camera, aspect): (&Camera, f32), toward: Vec3, lights: &Lights) -> Vec<f32> {
+        let view = camera.view();
+        let [first, second] = self.skin.roughness;
+        let opaque = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];
+        let mut words = Vec::with_capacity(SCENE_WORDS);
+        words.extend((camera.projection(aspect) * view).to_cols_array());
+        words.extend(view.to_cols_array());
+        words.extend(toward.extend(0.0).to_array());
+        words.extend(opaque(lights.key));
+        words.extend(lights.sky.coefficients.into_iter().flat_map(opaque));
+        words.extend(opaque(self.skin.albedo));
+        words.extend([self.skin.reflectance, first, second, self.skin.first_lobe]);
+        let tone = match lights.tone {
+            Tone::Linear => 0.0,
+            Tone::Neutral => 1.0,
+            Tone::Agx => 2.0,
+        };
+        words.extend([1.0 / (1.2 * lights.exposure.exp2()), tone, 0.0, 0.0]);
+        words
+    }
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    source: &str,
+    target: Target,
+) -> wgpu::RenderPipeline {
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("skin"), source });
+    let attribute = |format, shader_location| [wgpu::VertexAttribute { format, offset: 0, shader_location }];
+    let attributes = [
+        attribute(wgpu::VertexFormat::Float32x3, 0),
+        attribute(wgpu::VertexFormat::Float32x3, 1),
+        attribute(wgpu::VertexFormat::Float32x4, 2),
+        attribute(wgpu::VertexFormat::Float32x4, 3),
+    ];
+    let buffers = attributes.each_ref().map(|attributes| {
+        Some(wgpu::VertexBufferLayout {
+            array_stride: attributes[0].format.size(),
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes,
+        })
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("skin"),
+        layout: Some(&compute::pipeline_layout(device, layout)),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("corner"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: target.depth,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::LessEqual),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: target.samples, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("skin"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(target.color.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

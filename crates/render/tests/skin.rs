@@ -1,0 +1,316 @@
+//! Skin on every device here, against what light does.
+
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{Backend, UpAxis};
+use rhytid_render::{
+    Camera, FrameBuffers, Lights, Offscreen, Picture, Skin, SkinRenderer, Sky, Sphere, Tone, View,
+};
+use std::f32::consts::PI;
+
+/// A display's white is 1.2 cd/m² then, so that a radiance of 1 is 1/1.2.
+const EXPOSURE: f32 = 0.0;
+
+struct Mesh {
+    /// In millimetres.
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A grid of n × n squares from −1 to 1, each of whose points is put somewhere.
+    fn grid(n: u32, place: impl Fn(f32, f32) -> ([f32; 3], [f32; 3])) -> Self {
+        let at = |i: u32| i as f32 / n as f32 * 2.0 - 1.0;
+        let grid = (0..=n).flat_map(|y| (0..=n).map(move |x| [at(x), at(y)]));
+        let (positions, normals) = grid.map(|[x, y]| place(x, y)).unzip();
+        let triangles = (0..n)
+            .flat_map(|y| (0..n).map(move |x| y * (n + 1) + x))
+            .flat_map(|v| [[v, v + 1, v + n + 2], [v, v + n + 2, v + n + 1]])
+            .collect();
+        Self { positions, normals, triangles }
+    }
+
+    fn sheet(n: u32, side: f32) -> Self {
+        Self::grid(n, |x, y| ([0.5 * side * x, 0.5 * side * y, 0.0], [0.0, 0.0, 1.0]))
+    }
+
+    fn ball(n: u32, radius: f32) -> Self {
+        Self::grid(n, |x, y| {
+            let [(s, c), (t, d)] = [x * PI, y * 0.5 * PI].map(f32::sin_cos);
+            let normal = [s * d, t, c * d];
+            (normal.map(|x| radius * x), normal)
+        })
+    }
+
+    fn and(mut self, other: Self) -> Self {
+        let first = self.positions.len() as u32;
+        self.positions.extend(other.positions);
+        self.normals.extend(other.normals);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| first + v)));
+        self
+    }
+
+    fn camera(&self, view: View) -> Camera {
+        Camera::around(Sphere::around(&self.positions), UpAxis::Y, view, 1.0)
+    }
+
+    fn draw(&self, wgpu: &Wgpu, camera: &Camera, skin: Skin, lights: &Lights) -> Picture {
+        let (device, queue) = (wgpu.device(), wgpu.queue());
+        let mesh = (&self.positions[..], &self.triangles[..]);
+        let renderer = SkinRenderer::new(device, queue, mesh, 1.0, Offscreen::TARGET, skin).unwrap();
+        let page = Offscreen::new(device, queue, [SIDE; 2]).unwrap();
+        let frame = FrameBuffers::new(device, queue, self.positions.len()).unwrap();
+        frame.set(self.positions.as_flattened(), self.normals.as_flattened(), &[]);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        renderer.light(&mut encoder, frame.vertices(), (camera, 1.0), lights).unwrap();
+        queue.submit([encoder.finish()]);
+        page.draw([0; 4], |pass| {
+            renderer.draw(pass, frame.vertices());
+            Ok(())
+        })
+        .unwrap()
+    }
+}
+
+const SIDE: u32 = 200;
+
+fn each_device(test: impl Fn(&str, &Wgpu)) {
+    let devices = Wgpu::devices().unwrap();
+    assert!(!devices.is_empty(), "there is no device of wgpu's here");
+    for info in devices {
+        test(&format!("{} {}", info.name, info.driver), &Wgpu::open(&info).unwrap());
+    }
+}
+
+/// What a pixel shows, linear.
+fn linear(picture: &Picture, at: [u32; 2]) -> [f32; 3] {
+    let [r, g, b, _] = picture.pixel(at);
+    [r, g, b].map(|part| {
+        let x = f32::from(part) / 255.0;
+        if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+    })
+}
+
+/// What is thrown back of even light at a cosine, by one lobe: the fit that the shader names, from its article's numbers.
+fn thrown_back(reflectance: f32, roughness: f32, cosine: f32) -> f32 {
+    let r = [(-1.0, 1.0), (-0.0275, 0.0425), (-0.572, 1.04), (0.022, -0.04)].map(|(a, b)| roughness * a + b);
+    let a = (r[0] * r[0]).min((-9.28 * cosine).exp2()) * r[0] + r[1];
+    reflectance * (-1.04 * a + r[2]) + 1.04 * a + r[3]
+}
+
+fn thrown_back_by(skin: &Skin, cosine: f32) -> f32 {
+    let [first, second] = skin.roughness.map(|roughness| thrown_back(skin.reflectance, roughness, cosine));
+    skin.first_lobe * first + (1.0 - skin.first_lobe) * second
+}
+
+fn white() -> Skin {
+    Skin { albedo: [1.0; 3], ..Skin::default() }
+}
+
+fn dark() -> Lights {
+    Lights {
+        key: [0.0; 3],
+        sky: Sky::even([0.0; 3]),
+        exposure: EXPOSURE,
+        tone: Tone::Linear,
+        ..Lights::default()
+    }
+}
+
+#[test]
+fn a_white_furnace_throws_back_no_more_than_comes() {
+    let ball = Mesh::ball(64, 20.0);
+    let camera = ball.camera(View::default());
+    let lights = Lights { sky: Sky::even([0.6; 3]), ..dark() };
+    each_device(|device, wgpu| {
+        let picture = ball.draw(wgpu, &camera, white(), &lights);
+        for y in 0..SIDE {
+            for x in 0..SIDE {
+                if picture.pixel([x, y])[3] == 255 {
+                    for part in linear(&picture, [x, y]) {
+                        // 0.5 comes; a little of what the surface throws back is lost inside.
+                        assert!(part < 0.505 && part > 0.44, "{device}: {part} at {x}, {y}");
+                    }
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn the_key_light_falls_and_shines_as_it_should() {
+    let sheet = Mesh::sheet(24, 60.0);
+    let skin = Skin { albedo: [0.8, 0.5, 0.2], ..Skin::default() };
+    each_device(|device, wgpu| {
+        for (turn, toward) in [(0.0, [0.0, 0.0, 1.0]), (0.0, [0.6, 0.0, 0.8]), (40.0, [0.0, 0.6, 0.8])] {
+            let camera = sheet.camera(View { turn, lens: 2000.0, ..View::default() });
+            let lights = Lights { toward, key: [1.5; 3], ..dark() };
+            let picture = sheet.draw(wgpu, &camera, skin, &lights);
+            // The sheet's normal as the camera sees it; the eye is far away.
+            let (sin, cos) = f32::sin_cos(f32::to_radians(turn));
+            let (n, eye): ([f32; 3], [f32; 3]) = ([-sin, 0.0, cos], [0.0, 0.0, 1.0]);
+            let dot = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f32>();
+            let half: [f32; 3] = std::array::from_fn(|c| eye[c] + toward[c]);
+            let length = dot(half, half).sqrt();
+            let half = half.map(|x| x / length);
+            let (to_light, to_eye) = (dot(n, toward), dot(n, eye));
+            let lobe = |roughness: f32| {
+                let a2 = roughness.powi(4);
+                let d = a2 / (PI * (dot(n, half).powi(2) * (a2 - 1.0) + 1.0).powi(2));
+                // Smith's masking of both directions, correlated by height: 1 / (1 + Λ(l) + Λ(v)).
+                let lambda = |c: f32| 0.5 * ((1.0 + a2 * (1.0 / (c * c) - 1.0)).sqrt() - 1.0);
+                d / (1.0 + lambda(to_light) + lambda(to_eye)) / (4.0 * to_light * to_eye)
+            };
+            let fresnel = skin.reflectance + (1.0 - skin.reflectance) * (1.0 - dot(eye, half)).powi(5);
+            let [first, second] = skin.roughness.map(lobe);
+            let shine = fresnel * (skin.first_lobe * first + (1.0 - skin.first_lobe) * second);
+            let inside = (1.0 - thrown_back_by(&skin, to_light)) * (1.0 - thrown_back_by(&skin, to_eye));
+            let found = linear(&picture, [SIDE / 2; 2]);
+            for c in 0..3 {
+                let expected = 1.5 * to_light * (skin.albedo[c] / PI * inside + shine) / 1.2;
+                assert!(
+                    (found[c] - expected).abs() < 0.008,
+                    "{device}: {toward:?}: {found:?}, not {expected}"
+                );
+            }
+        }
+    });
+}
+
+#[test]
+fn shadows_are_where_they_should_be_and_nowhere_else() {
+    // A square of 8 mm, 10 mm above a sheet, lit from 45° on the right; and a ball beside it.
+    let square = Mesh::grid(4, |x, y| ([4.0 * x, 4.0 * y, 10.0], [0.0, 0.0, 1.0]));
+    let mesh = Mesh::sheet(120, 60.0).and(square);
+    let camera = mesh.camera(View { lens: 2000.0, ..View::default() });
+    let at = |x: f32, y: f32| {
+        let [x, y, _] = camera.project([SIDE; 2], [x, y, 0.0]);
+        [x as u32, y as u32]
+    };
+    let matt = Skin { reflectance: 0.0, ..white() };
+    let lights = Lights { toward: [1.0, 0.0, 1.0], key: [2.0; 3], penumbra: 1.0, ..dark() };
+    let half = 0.5_f32.sqrt();
+    each_device(|device, wgpu| {
+        let picture = mesh.draw(wgpu, &camera, matt, &lights);
+        // Rays at 45° put the shadow as far to the left as the square is high.
+        let [dark, _, _] = linear(&picture, at(-10.0, 0.0));
+        assert!(dark < 0.01, "{device}: {dark}");
+        let lit = linear(&picture, at(20.0, 15.0))[1];
+        let grazing = 1.0 - thrown_back_by(&matt, half);
+        let expected = 2.0 * half * grazing * (1.0 - thrown_back_by(&matt, 1.0)) / PI / 1.2;
+        assert!((lit - expected).abs() < 0.01, "{device}: {lit}, not {expected}");
+        // Of green, which spreads less than a millimetre, half arrives at the shadow's rims.
+        for (x, y) in [(-14.0, 0.0), (-6.0, 0.0), (-10.0, 4.0), (-10.0, -4.0)] {
+            let [_, rim, _] = linear(&picture, at(x, y));
+            assert!((rim / lit - 0.5).abs() < 0.2, "{device}: {} at {x}, {y}", rim / lit);
+        }
+        // Nothing else is darker anywhere: no surface shades itself.
+        for i in 0..40 {
+            for j in 0..40 {
+                let (x, y) = (1.4 * i as f32 - 27.0, 1.4 * j as f32 - 27.0);
+                let near = (-19.0..9.0).contains(&x) && y.abs() < 9.0;
+                let green = linear(&picture, at(x, y))[1];
+                assert!(near || (green - lit).abs() < 0.012, "{device}: {green}, not {lit}, at {x}, {y}");
+            }
+        }
+    });
+    // A ball is lit down to where the light only grazes it.
+    let ball = Mesh::ball(96, 40.0);
+    let camera = ball.camera(View { lens: 2000.0, ..View::default() });
+    each_device(|device, wgpu| {
+        let picture = ball.draw(wgpu, &camera, matt, &lights);
+        for i in 0..20 {
+            let angle = (5.0 * i as f32 - 50.0).to_radians();
+            let normal = [angle.sin(), 0.0, angle.cos()];
+            let cosine = half * (normal[0] + normal[2]);
+            let [x, y, _] = camera.project([SIDE; 2], normal.map(|x| 40.0 * x));
+            let found = linear(&picture, [x as u32, y as u32])[2];
+            let inside =
+                (1.0 - thrown_back_by(&matt, cosine.max(0.0))) * (1.0 - thrown_back_by(&matt, normal[2]));
+            let expected = 2.0 * cosine.max(0.0) * inside / PI / 1.2;
+            if cosine > 0.1 {
+                assert!((found - expected).abs() < 0.03, "{device}: {found}, not {expected}, at {angle}");
+            }
+        }
+    });
+}
+
+#[test]
+fn a_wall_takes_half_of_the_sky() {
+    // A sheet, and a wall of 100 mm on its left.
+    let wall = Mesh::grid(40, |x, y| ([-30.0, 30.0 * y, 50.0 + 50.0 * x], [1.0, 0.0, 0.0]));
+    let mesh = Mesh::sheet(120, 60.0).and(wall);
+    let camera = mesh.camera(View { lens: 2000.0, ..View::default() });
+    let matt = Skin { reflectance: 0.0, ..white() };
+    let lights = Lights { sky: Sky::even([0.6; 3]), ..dark() };
+    each_device(|device, wgpu| {
+        let picture = mesh.draw(wgpu, &camera, matt, &lights);
+        let at = |x: f32| {
+            let [x, y, _] = camera.project([SIDE; 2], [x, 0.0, 0.0]);
+            linear(&picture, [x as u32, y as u32])[2]
+        };
+        let even = 0.5 * (1.0 - thrown_back_by(&matt, 0.5)) * (1.0 - thrown_back_by(&matt, 1.0));
+        // What a wall of height h and length l on one side hides of a point at the distance d, by its view factor.
+        let hidden = |d: f32| {
+            let (h, l) = (100.0_f32, 30.0_f32);
+            let c = (h * h + d * d).sqrt();
+            // Twice that of the half of the wall on one side of the point.
+            ((l / d).atan() - d / c * (l / c).atan()) / PI
+        };
+        // By 16 directions on this side.
+        for d in [2.0_f32, 10.0, 30.0, 55.0] {
+            let (found, expected) = (at(d - 30.0) / even, 1.0 - hidden(d));
+            assert!(
+                (found - expected).abs() < 0.08,
+                "{device}: {found}, not {expected}, {d} mm from the wall"
+            );
+        }
+    });
+}
+
+#[test]
+fn tones_are_what_their_makers_say() {
+    let sheet = Mesh::sheet(8, 60.0);
+    let camera = sheet.camera(View { lens: 2000.0, ..View::default() });
+    let matt = Skin { reflectance: 0.0, ..white() };
+    let inside = (1.0 - thrown_back_by(&matt, 0.5)) * (1.0 - thrown_back_by(&matt, 1.0));
+    each_device(|device, wgpu| {
+        let shown = |tone, colour: [f32; 3]| {
+            let sky = Sky::even(colour.map(|x| 1.2 * x / inside));
+            linear(&sheet.draw(wgpu, &camera, matt, &Lights { sky, tone, ..dark() }), [SIDE / 2; 2])
+        };
+        let near = |found: [f32; 3], expected: [f32; 3]| {
+            let off = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f32::max);
+            assert!(off < 0.01, "{device}: {found:?}, expected {expected:?}");
+        };
+        near(shown(Tone::Linear, [0.2, 0.5, 3.0]), [0.2, 0.5, 1.0]);
+        // What is not bright is as it is, but for the 4 % that a mirror of 4 % throws back.
+        near(shown(Tone::Neutral, [0.2, 0.5, 0.7]), [0.16, 0.46, 0.66]);
+        near(shown(Tone::Neutral, [0.04, 0.04, 0.04]), [0.01; 3]);
+        // 1.04 is 1 without the mirror: 0.24 beyond the knee, which has 0.24 of room: half of it is used.
+        near(shown(Tone::Neutral, [1.04, 1.04, 1.04]), [0.88; 3]);
+        // A middle grey is half-way up the display's scale, and a bright colour becomes paler.
+        near(shown(Tone::Agx, [0.18; 3]), [0.5_f32.powf(2.2); 3]);
+        let [r, g, b] = shown(Tone::Agx, [60.0, 2.0, 2.0]);
+        assert!(r > 0.85 && g > 0.2 && (g - b).abs() < 0.02, "{device}: {r} {g} {b}");
+    });
+}
+
+#[test]
+fn devices_draw_the_same_skin_and_twice_the_same_bytes() {
+    let ball = Mesh::ball(64, 30.0).and(Mesh::grid(24, |x, y| ([20.0 * x, 20.0 * y, 36.0], [0.0, 0.0, 1.0])));
+    let camera = ball.camera(View { turn: 30.0, raise: 10.0, ..View::default() });
+    let pictures = std::cell::RefCell::new(Vec::new());
+    each_device(|device, wgpu| {
+        let [first, second] = [0; 2].map(|_| ball.draw(wgpu, &camera, Skin::default(), &Lights::default()));
+        assert!(first == second, "{device}");
+        pictures.borrow_mut().push((device.to_owned(), first));
+    });
+    let pictures = pictures.into_inner();
+    for (device, picture) in &pictures {
+        let first = &pictures[0].1.pixels;
+        let apart: f64 = first.iter().zip(&picture.pixels).map(|(a, b)| f64::from(a.abs_diff(*b))).sum();
+        let mean = apart / first.len() as f64;
+        assert!(mean < 1.0, "{device}: {mean} of 255 from {}", pictures[0].0);
+    }
+}
