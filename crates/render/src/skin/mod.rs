@@ -23,8 +23,8 @@ use glam::Vec3;
 use rhytid_core::Result;
 use visibility::{Arrays, Visibility};
 
-/// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the skin and the display.
-const SCENE_WORDS: usize = 16 + 16 + 4 + 4 + 36 + 4 + 4 + 4;
+/// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the surface and the display.
+const SCENE_WORDS: usize = 16 + 16 + 4 + 4 + 36 + 4 + 4;
 /// Polynomials of the Laplacian at most: those for vertices a quarter of a millimetre apart, as 530,000 on a face are, and twice as many.
 const LONGEST: usize = 128;
 /// Words of a frame's.
@@ -120,6 +120,8 @@ pub struct SkinRenderer {
     scene: wgpu::Buffer,
     frame: wgpu::Buffer,
     triangles: wgpu::Buffer,
+    /// V × 4 bytes.
+    albedos: wgpu::Buffer,
     visibility: Visibility,
     receiving: wgpu::BindGroupLayout,
     receive: wgpu::ComputePipeline,
@@ -155,6 +157,8 @@ impl SkinRenderer {
             let scene = buffer("scene", 4 * SCENE_WORDS, wgpu::BufferUsages::UNIFORM);
             let indices = buffer("triangles", 12 * triangles.len(), wgpu::BufferUsages::INDEX);
             queue.write_buffer(&indices, 0, bytemuck::cast_slice(triangles));
+            let albedos = buffer("albedos", 4 * rest.len(), wgpu::BufferUsages::VERTEX);
+            queue.write_buffer(&albedos, 0, bytemuck::cast_slice(&vec![bytes(skin.albedo); rest.len()]));
             let uniform = |words| Bind::Uniform { words, dynamic: false };
             let receiving = compute::layout(
                 device,
@@ -175,6 +179,7 @@ impl SkinRenderer {
                 millimetres: millimetres as f32,
                 frame: buffer("frame", 4 * FRAME_WORDS, wgpu::BufferUsages::UNIFORM),
                 triangles: indices,
+                albedos,
                 visibility,
                 receive: compute::pipeline(device, &receiving, "receive", source),
                 receiving,
@@ -184,6 +189,15 @@ impl SkinRenderer {
                 scene,
             }
         })
+    }
+
+    /// Gives each of the V vertices an albedo of its own, as eyes and teeth have.
+    ///
+    /// # Panics
+    /// If there are more.
+    pub fn paint(&self, albedos: &[[f32; 3]]) {
+        let albedos: Vec<[u8; 4]> = albedos.iter().map(|albedo| bytes(*albedo)).collect();
+        self.queue.write_buffer(&self.albedos, 0, bytemuck::cast_slice(&albedos));
     }
 
     /// The part of the surface on which light spreads less far than it should, since its triangles are too fine for the steps there are.
@@ -272,6 +286,7 @@ impl SkinRenderer {
         pass.set_vertex_buffer(1, vertices.normals);
         pass.set_vertex_buffer(2, self.diffusion.spread.slice(..));
         pass.set_vertex_buffer(3, self.visibility.seen.slice(..));
+        pass.set_vertex_buffer(4, self.albedos.slice(..));
         pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..(self.triangles.size() / 4) as u32, 0, 0..1);
     }
@@ -286,7 +301,6 @@ impl SkinRenderer {
         words.extend(toward.extend(0.0).to_array());
         words.extend(opaque(lights.key));
         words.extend(lights.sky.coefficients.into_iter().flat_map(opaque));
-        words.extend(opaque(self.skin.albedo));
         words.extend([self.skin.reflectance, first, second, self.skin.first_lobe]);
         let tone = match lights.tone {
             Tone::Linear => 0.0,
@@ -296,6 +310,11 @@ impl SkinRenderer {
         words.extend([1.0 / (1.2 * lights.exposure.exp2()), tone, 0.0, 0.0]);
         words
     }
+}
+
+fn bytes(albedo: [f32; 3]) -> [u8; 4] {
+    let [r, g, b] = albedo.map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
+    [r, g, b, 255]
 }
 
 fn pipeline(
@@ -312,6 +331,7 @@ fn pipeline(
         attribute(wgpu::VertexFormat::Float32x3, 1),
         attribute(wgpu::VertexFormat::Float32x4, 2),
         attribute(wgpu::VertexFormat::Float32x4, 3),
+        attribute(wgpu::VertexFormat::Unorm8x4, 4),
     ];
     let buffers = attributes.each_ref().map(|attributes| {
         Some(wgpu::VertexBufferLayout {

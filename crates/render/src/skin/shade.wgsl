@@ -10,7 +10,6 @@ struct Scene {
     key: vec4f,
     // The sky's spherical harmonics.
     sky: array<vec4f, 9>,
-    albedo: vec4f,
     // Reflectance straight on, the roughness of two lobes, and the part of the first.
     specular: vec4f,
     // What a display shows of 1 cd/m², and how: 0 as it is, 1 Khronos PBR Neutral, 2 AgX.
@@ -78,6 +77,7 @@ struct Corner {
     @location(1) normal: vec3f,
     @location(2) spread: vec3f,
     @location(3) seen: vec2f,
+    @location(4) albedo: vec3f,
 }
 
 @vertex fn corner(
@@ -85,11 +85,12 @@ struct Corner {
     @location(1) normal: vec3f,
     @location(2) spread: vec4f,
     @location(3) reached: vec4f,
+    @location(4) albedo: vec4f,
 ) -> Corner {
     let place = (scene.camera_from_mesh * vec4f(position, 1)).xyz;
     let turned = (scene.camera_from_mesh * vec4f(normal, 0)).xyz;
     let open = select(1.0, reached.x / reached.y, reached.y > 0);
-    return Corner(scene.clip_from_mesh * vec4f(position, 1), place, turned, spread.rgb, vec2f(open, reached.z));
+    return Corner(scene.clip_from_mesh * vec4f(position, 1), place, turned, spread.rgb, vec2f(open, reached.z), albedo.rgb);
 }
 
 // B. Walter et al. (2007), with the height-correlated masking of E. Heitz (2014): D G / 4 (n·l) (n·v).
@@ -106,7 +107,7 @@ fn lobe(alpha: f32, half: f32, to_light: f32, to_eye: f32) -> f32 {
     let outward = normalize(c.normal);
     let n = select(-outward, outward, is_front);
     let to_eye = max(dot(n, eye), 1e-3);
-    let diffuse = scene.albedo.rgb / PI * c.spread * (1 - thrown_back_by_both(to_eye));
+    let diffuse = c.albedo / PI * c.spread * (1 - thrown_back_by_both(to_eye));
     if !is_front {
         // What is seen from its inside is darker and does not shine.
         return vec4f(shown(0.3 * diffuse), 1);
