@@ -1,0 +1,102 @@
+//! The connected parts of a mesh: skin, eyes, teeth, lashes.
+
+use rhytid_core::{Faces, Rig};
+
+/// Red, green and blue of teeth and eyeballs, linear: a shade of white, since nothing says more of them.
+const WHITE: [f32; 3] = [0.62, 0.60, 0.55];
+
+/// The smallest vertex of each vertex's connected part.
+fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
+    fn root(of: &mut [u32], mut v: u32) -> u32 {
+        while of[v as usize] != v {
+            of[v as usize] = of[of[v as usize] as usize];
+            v = of[v as usize];
+        }
+        v
+    }
+    let mut of: Vec<u32> = (0..vertices as u32).collect();
+    for face in faces.iter() {
+        for pair in face.windows(2) {
+            let (a, b) = (root(&mut of, pair[0]), root(&mut of, pair[1]));
+            of[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..vertices as u32).map(|v| root(&mut of, v)).collect()
+}
+
+/// Albedos of V vertices, linear: `skin`, but for what moves as a solid and has no handle, which is taken for teeth and eyes.
+pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
+    let Some(learned) = &rig.learned else { return vec![skin; rig.vertices()] };
+    let parts = parts(rig.vertices(), &rig.faces);
+    let n = learned.anchors_per_vertex();
+    let row = |v: usize| (&learned.anchors[v * n..][..n], &learned.anchor_weights[v * n..][..n]);
+    // A solid listens to the same anchors everywhere, and to nothing else.
+    let listens_alone = |v: usize| row(v).1.iter().sum::<f32>() > 0.999;
+    let mut solid: Vec<bool> = (0..rig.vertices()).map(listens_alone).collect();
+    for (v, &part) in parts.iter().enumerate() {
+        if row(v) != row(part as usize) || !listens_alone(v) {
+            solid[part as usize] = false;
+        }
+    }
+    for &handle in &rig.handles {
+        solid[parts[handle as usize] as usize] = false;
+    }
+    parts.iter().map(|&part| if solid[part as usize] { WHITE } else { skin }).collect()
+}
+
+/// What is left of a rig's polygons and triangles without the connected parts that have any of these `vertices`.
+///
+/// # Panics
+/// If the rig has no such vertex.
+pub fn without_parts(rig: &Rig, vertices: &[usize]) -> (Faces, Vec<[u32; 3]>) {
+    let parts = parts(rig.vertices(), &rig.faces);
+    let hidden: Vec<u32> = vertices.iter().map(|&v| parts[v]).collect();
+    let is_seen = |corners: &[u32]| corners.iter().all(|&v| !hidden.contains(&parts[v as usize]));
+    let mut faces = Faces::default();
+    rig.faces.iter().filter(|face| is_seen(face)).for_each(|face| faces.push(face));
+    (faces, rig.triangles.iter().filter(|triangle| is_seen(&triangle[..])).copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_core::NoProgress;
+
+    /// The demo's face, and behind it a block, whose corners move as one with the face's first handle in each example.
+    fn rig() -> Rig {
+        let mut face = rhytid_demo::face(2_000);
+        let first = face.neutral.positions.len() as u32;
+        let at = face.handles.vertices[0] as usize;
+        let corner = |p: [f64; 3], i: usize| {
+            let [x, y, z] = p;
+            [x + (i & 1) as f64, y + (i >> 1 & 1) as f64, z - 2.0 - (i >> 2) as f64]
+        };
+        let rest = face.neutral.positions[at];
+        face.neutral.positions.extend((0..8).map(|i| corner(rest, i)));
+        for quad in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+            face.neutral.faces.push(&quad.map(|v: u32| first + v));
+        }
+        face.neutral.uvs = None;
+        face.neutral.materials = None;
+        for example in &mut face.examples {
+            let moved = example.positions[at];
+            example.positions.extend((0..8).map(|i| corner(moved, i)));
+        }
+        rhytid_solve::solve(&face, &NoProgress).unwrap().cast()
+    }
+
+    #[test]
+    fn solids_are_white_and_parts_are_left_out() {
+        let rig = rig();
+        let skin = [0.5, 0.3, 0.2];
+        let first = rig.vertices() - 8;
+        let albedos = albedos(&rig, skin);
+        assert!(albedos[..first].iter().all(|albedo| *albedo == skin));
+        assert!(albedos[first..].iter().all(|albedo| *albedo == WHITE));
+        let (faces, triangles) = without_parts(&rig, &[first + 3]);
+        assert_eq!((faces.len(), triangles.len()), (rig.faces.len() - 6, rig.triangles.len() - 12));
+        assert!(triangles.as_flattened().iter().all(|&v| (v as usize) < first));
+        let (faces, triangles) = without_parts(&rig, &[0]);
+        assert_eq!((faces.len(), triangles.len()), (6, 12));
+    }
+}
