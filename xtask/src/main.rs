@@ -1,6 +1,7 @@
 //! The project's chores: `cargo xtask check | setup | test | kernels | package | deny | fuzz | bench`, one file each.
 #![forbid(unsafe_code)]
 
+mod advisories;
 mod bench;
 mod check;
 mod debian;
@@ -37,7 +38,7 @@ enum Chore {
     },
     /// Pack every crate that is published, and check that the packages compile and serve a newcomer.
     Package,
-    /// Check the dependencies' licences, versions, sources and advisories with cargo-deny.
+    /// Compare the lock files with the advisories we know of; check licences, versions, sources and newer advisories with cargo-deny.
     Deny,
     /// Run every fuzz target for a while.
     Fuzz {
