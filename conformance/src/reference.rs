@@ -218,32 +218,36 @@ fn vertex_normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[Expected; 3]> 
     let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
     of_vertices(positions.len() / vertices, vertices, |frame, v| {
         let p = &positions[frame * vertices..][..vertices];
-        let incident = vertex_triangles.at(v);
-        let (mut sum, mut sizes) = ([0.0; 3], [0.0; 3]);
-        for &t in incident {
-            let mut corners = rig.triangles[t as usize].map(|i| p[i as usize]);
-            let mut largest = [0.0f64; 3];
-            // The area is the same from each corner, the products are not.
-            for _ in corners {
-                let (e, f) = (vec3::sub(corners[1], corners[0]), vec3::sub(corners[2], corners[0]));
-                for (c, largest) in largest.iter_mut().enumerate() {
-                    let (i, j) = ((c + 1) % 3, (c + 2) % 3);
-                    *largest = largest.max((e[i] * f[j]).abs() + (e[j] * f[i]).abs());
-                }
-                corners.rotate_left(1);
-            }
-            let [a, b, c] = corners;
-            let cross = vec3::cross(vec3::sub(b, a), vec3::sub(c, a));
-            for c in 0..3 {
-                sum[c] += cross[c];
-                sizes[c] += largest[c];
-            }
-        }
-        let roundings = tolerance::cross_products(incident.len());
-        // Where there are no products there is nothing to flush either.
-        let flushed = if sizes == [0.0; 3] { 0.0 } else { 3.0 * roundings * TINY };
-        unit(sum, sizes.map(|size| gamma(roundings) * size + flushed))
+        let incident = vertex_triangles.at(v).iter().map(|&t| rig.triangles[t as usize]);
+        vertex_normal(incident.map(|triangle| triangle.map(|i| p[i as usize])))
     })
+}
+
+/// The normal of one vertex, given the corners of the triangles at it; where rounding leaves it no direction, the bound allows any.
+pub fn vertex_normal(triangles: impl ExactSizeIterator<Item = [[f64; 3]; 3]>) -> [Expected; 3] {
+    let roundings = tolerance::cross_products(triangles.len());
+    let (mut sum, mut sizes) = ([0.0; 3], [0.0; 3]);
+    for mut corners in triangles {
+        let mut largest = [0.0f64; 3];
+        // The area is the same from each corner, the products are not.
+        for _ in corners {
+            let (e, f) = (vec3::sub(corners[1], corners[0]), vec3::sub(corners[2], corners[0]));
+            for (c, largest) in largest.iter_mut().enumerate() {
+                let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+                *largest = largest.max((e[i] * f[j]).abs() + (e[j] * f[i]).abs());
+            }
+            corners.rotate_left(1);
+        }
+        let [a, b, c] = corners;
+        let cross = vec3::cross(vec3::sub(b, a), vec3::sub(c, a));
+        for c in 0..3 {
+            sum[c] += cross[c];
+            sizes[c] += largest[c];
+        }
+    }
+    // Where there are no products there is nothing to flush either.
+    let flushed = if sizes == [0.0; 3] { 0.0 } else { 3.0 * roundings * TINY };
+    unit(sum, sizes.map(|size| gamma(roundings) * size + flushed))
 }
 
 fn details(found: &Found) -> Vec<[Expected; 3]> {

@@ -79,13 +79,13 @@ impl<'a> Current<'a> {
         results: &mut [Vec<f32>],
     ) -> Result<()> {
         self.animator.evaluate(handle_positions)?;
-        for (stage, out) in stages.iter().zip(results) {
+        for (stage, out) in stages.iter().zip(&mut *results) {
             self.animator.read(*stage, out)?;
-            if let Some(watch) = &mut self.watch {
-                watch.batch(handle_positions, *stage, out)?;
-            }
         }
-        Ok(())
+        match &mut self.watch {
+            Some(watch) => watch.batch(handle_positions, stages, results),
+            None => Ok(()),
+        }
     }
 }
 
@@ -139,12 +139,14 @@ pub(crate) mod tests {
     use std::time::Duration;
 
     /// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
-    /// in the second stage read of the third batch, `upload` at once; `nothing` computes nothing.
+    /// in the second stage read of the third batch, `upload` at once; `nothing` computes nothing. From the third batch on `dark:2` has
+    /// no normals, `flipped:2` has them inside out, and `late:2` those of the frame before.
     pub(crate) struct Flaky(String);
 
     pub(crate) struct FlakySession {
         session: CpuSession,
         fails: String,
+        frames: usize,
         batches: usize,
         reads: usize,
     }
@@ -171,7 +173,7 @@ pub(crate) mod tests {
                 return Err(Error::Device { kind, device: self.0.clone(), message: "full".into() });
             }
             let session = Cpu.upload(rig, options)?;
-            Ok(FlakySession { session, fails: self.0.clone(), batches: 0, reads: 0 })
+            Ok(FlakySession { session, fails: self.0.clone(), frames: 0, batches: 0, reads: 0 })
         }
     }
 
@@ -180,6 +182,7 @@ pub(crate) mod tests {
             if self.fails == format!("evaluate:{}", self.batches) {
                 return Err(lost(&self.fails));
             }
+            self.frames = frames.frames;
             self.batches += 1;
             self.reads = 0;
             self.session.evaluate(frames)
@@ -194,6 +197,17 @@ pub(crate) mod tests {
             self.session.read(stage, out)?;
             if self.fails == "nothing" {
                 out.fill(0.0);
+            }
+            if let (Stage::Normals, Some((fault, from))) = (stage, self.fails.split_once(':'))
+                && self.batches > from.parse().unwrap()
+            {
+                let frame = out.len() / self.frames;
+                match fault {
+                    "dark" => out.fill(0.0),
+                    "flipped" => out.iter_mut().for_each(|x| *x = -*x),
+                    "late" => out.rotate_right(frame),
+                    _ => {}
+                }
             }
             Ok(())
         }
@@ -210,6 +224,11 @@ pub(crate) mod tests {
         info
     }
 
+    /// The same, not as the processor, so that it is watched.
+    pub(crate) fn watched(name: &str) -> DeviceInfo {
+        DeviceInfo { backend: "flaky", ..info(name) }
+    }
+
     const STAGES: [Stage; 2] = [Stage::Positions, Stage::Normals];
 
     /// All frames of the demo's performance in batches of five, as the devices give them one after the other.
@@ -217,7 +236,7 @@ pub(crate) mod tests {
         let face = rhytid_demo::face(1_000);
         let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
         let handles = rhytid_demo::performance(&face).slice(0..23).handle_positions(&rig.labels).unwrap();
-        let devices: Vec<DeviceInfo> = devices.iter().map(|name| info(name)).collect();
+        let devices: Vec<DeviceInfo> = devices.iter().map(|name| watched(name)).collect();
         let open: Open<'_> = &Device::open::<Flaky>;
         let mut evaluator = match Evaluator::new(&rig, UploadOptions::frames(5), &devices, open) {
             Ok(evaluator) => evaluator,
@@ -245,6 +264,8 @@ pub(crate) mod tests {
             (&["read:4", "sound"], "sound"),
             (&["upload", "read:1", "upload", "evaluate:1", "sound"], "sound"),
             (&["sound", "upload"], "sound"),
+            (&["nothing", "sound"], "sound"),
+            (&["dark:3", "flipped:2", "late:1", "sound"], "sound"),
         ] {
             let (found, on) = play(devices);
             assert!(found.unwrap() == whole, "{devices:?}");

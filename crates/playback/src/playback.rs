@@ -110,9 +110,9 @@ impl<'a> Playback<'a> {
     /// [`Error::Device`].
     pub fn rest_normals(&mut self) -> Result<Vec<[f32; 3]>> {
         let handles: Vec<f32> = self.rig.handles.iter().flat_map(|&v| self.rig.rest[v as usize]).collect();
-        let mut results = [Vec::new()];
-        self.evaluator.evaluate(&handles, &[Stage::LargeScaleNormals], &mut results)?;
-        let [normals] = results;
+        let mut results = [Vec::new(), Vec::new()];
+        self.evaluator.evaluate(&handles, &stages(OutputStage::LargeScale), &mut results)?;
+        let [_, normals] = results;
         Ok(normals.as_chunks().0.to_vec())
     }
 

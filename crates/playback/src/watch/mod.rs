@@ -1,0 +1,229 @@
+//! What a device computes is compared with what the processor computes of the same, now and then: a driver that does nothing and
+//! says that all went well, or goes wrong later, would otherwise be in every frame that comes after.
+
+mod normals;
+
+use normals::{Normals, Wrong};
+use rayon::prelude::*;
+use rhytid_core::{
+    Animator, Device, DeviceErrorKind, DeviceInfo, Error, Result, Rig, Session, Stage, UploadOptions,
+};
+use std::time::{Duration, Instant};
+
+/// Vertices that are compared when a rig is uploaded.
+const AT_FIRST: usize = 1024;
+/// Vertices that are compared of one frame later on.
+const LATER: usize = 64;
+/// Normals of each frame that are computed anew.
+const NORMALS: usize = 16;
+/// How long no comparison with the processor is made after one.
+const PAUSE: Duration = Duration::from_secs(1);
+/// Two devices differ by rounding: by less than this part of the face's diagonal, and of what handles move by.
+const ROUNDING: f32 = 1e-4;
+/// No face goes farther from its rest pose than this many diagonals, and this many times as far as its handles make its vertices go.
+const FARTHEST: f32 = 4.0;
+
+/// Watches one device.
+pub(crate) struct Watch<'a> {
+    rig: &'a Rig,
+    options: UploadOptions,
+    device: String,
+    processor: Device,
+    diagonal: f32,
+    bounds: [[f32; 3]; 2],
+    /// The most that a vertex moves where every handle moves by 1.
+    gain: f32,
+    normals: Normals<'a>,
+    last: Instant,
+    /// Which vertices are compared with the processor's next, and whose normals are.
+    looks: Looks,
+    normal_looks: Looks,
+}
+
+impl<'a> Watch<'a> {
+    /// Looks at a device that `rig` was just uploaded to; `None` where there is nothing to compare with, as for the processor
+    /// itself.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the device does not do one frame as the processor does it.
+    pub(crate) fn begin(
+        rig: &'a Rig,
+        options: UploadOptions,
+        info: &DeviceInfo,
+        animator: &mut Animator<Box<dyn Session>>,
+    ) -> Result<Option<Self>> {
+        if info.backend == "cpu" {
+            return Ok(None);
+        }
+        let Some(processor) = rhytid_backends::find("cpu:0") else { return Ok(None) };
+        let processor = rhytid_backends::open(&processor)?;
+        let (low, high) = rig.rest.iter().fold(([f32::MAX; 3], [f32::MIN; 3]), |(low, high), x| {
+            ([0, 1, 2].map(|c| low[c].min(x[c])), [0, 1, 2].map(|c| high[c].max(x[c])))
+        });
+        let diagonal = (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f32>().sqrt();
+        let gain = |row: &[f32]| row.iter().map(|b| b.abs()).sum::<f32>();
+        let gain = rig.basis.par_chunks(rig.handles.len().max(1)).map(gain).reduce(|| 1.0, f32::max);
+        let options = UploadOptions { max_frames: 1, ..options };
+        let mut watch = Self {
+            rig,
+            options,
+            device: info.id(),
+            processor,
+            diagonal,
+            bounds: [low, high],
+            gain,
+            normals: Normals::of(rig),
+            last: Instant::now(),
+            looks: Looks::default(),
+            normal_looks: Looks::default(),
+        };
+        // An example is a frame that the rig knows; without any, handles that move apart.
+        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]);
+        let handles: Vec<f32> = match rig.example_handles.get(..rig.handles.len()) {
+            Some(example) => example.as_flattened().to_vec(),
+            None => rest.flat_map(|x| x.map(|x| 1.01 * x + 0.001 * diagonal)).collect(),
+        };
+        let stages = [Stage::Positions, Stage::Normals];
+        let mut found = [Vec::new(), Vec::new()];
+        animator.evaluate(&handles)?;
+        for (stage, found) in stages.into_iter().zip(&mut found) {
+            animator.read(stage, found)?;
+        }
+        watch.batch(&handles, &stages, &found)?;
+        watch.compare(&handles, Stage::Positions, &found[0], AT_FIRST)?;
+        watch.compare_normals(&found[0], &found[1], AT_FIRST)?;
+        Ok(Some(watch))
+    }
+
+    /// Looks at `stages` of a batch: all positions are where a face can be, and from time to time a few of the last frame are where the
+    /// processor has them; all normals are of length 1, or 0 where the triangles have no direction, and a few of each frame are those of
+    /// the triangles. Normals without their positions say nothing, and the other stages are not played.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if not.
+    pub(crate) fn batch(&mut self, handles: &[f32], stages: &[Stage], found: &[Vec<f32>]) -> Result<()> {
+        let of = |wanted| stages.iter().position(|stage| *stage == wanted).map(|i| &found[i]);
+        let is_due = self.last.elapsed() > PAUSE;
+        for stage in [Stage::LargeScale, Stage::Positions] {
+            if let Some(found) = of(stage) {
+                self.positions(handles, stage, found, is_due)?;
+            }
+        }
+        for (positions, normals) in
+            [(Stage::LargeScale, Stage::LargeScaleNormals), (Stage::Positions, Stage::Normals)]
+        {
+            let (Some(positions), Some(normals)) = (of(positions), of(normals)) else { continue };
+            self.compare_normals(positions, normals, NORMALS)?;
+        }
+        if is_due {
+            self.last = Instant::now();
+        }
+        Ok(())
+    }
+
+    fn positions(&mut self, handles: &[f32], stage: Stage, found: &[f32], is_due: bool) -> Result<()> {
+        let (per_frame, of_frame) = (self.rig.handles.len() * 3, self.rig.vertices() * 3);
+        for (handles, found) in handles.chunks_exact(per_frame).zip(found.chunks_exact(of_frame)) {
+            if let Some(vertex) = self.out_of_bounds(handles, found) {
+                // Unless the handles are where no face has them, so that the processor finds the same.
+                self.compare_vertices(handles, stage, found, &[vertex as u32])?;
+            }
+        }
+        if is_due {
+            let (handles, found) = (&handles[handles.len() - per_frame..], &found[found.len() - of_frame..]);
+            self.compare(handles, stage, found, LATER)?;
+        }
+        Ok(())
+    }
+
+    /// The first vertex that is farther away than any face goes, or not a number.
+    fn out_of_bounds(&self, handles: &[f32], found: &[f32]) -> Option<usize> {
+        let rest = self.rig.handles.iter().flat_map(|&v| self.rig.rest[v as usize]);
+        let moved = handles.iter().zip(rest).map(|(x, rest)| (x - rest).abs()).fold(0.0, f32::max);
+        let most = FARTHEST * (self.diagonal + self.gain * moved);
+        let [low, high] = self.bounds;
+        let (low, high) = (low.map(|x| x - most), high.map(|x| x + most));
+        // In blocks without an exit, which a processor compares many at a time.
+        let is_in = |block: &[[f32; 3]]| {
+            block
+                .iter()
+                .fold(true, |all, x| (0..3).fold(all, |all, c| all & (x[c] >= low[c]) & (x[c] <= high[c])))
+        };
+        let (found, _) = found.as_chunks::<3>();
+        let block = found.par_chunks(4096).position_first(|block| !is_in(block))?;
+        let first = block * 4096;
+        found[first..].iter().position(|x| !is_in(std::slice::from_ref(x))).map(|v| first + v)
+    }
+
+    /// Compares `count` vertices of a frame with the processor's.
+    fn compare(&mut self, handles: &[f32], stage: Stage, found: &[f32], count: usize) -> Result<()> {
+        let vertices: Vec<u32> = self.looks.next(self.rig.vertices(), count).map(|v| v as u32).collect();
+        self.compare_vertices(handles, stage, found, &vertices)
+    }
+
+    /// Computes `count` normals of each frame anew, and all that are not of length 1.
+    fn compare_normals(&mut self, positions: &[f32], normals: &[f32], count: usize) -> Result<()> {
+        let v = self.rig.vertices();
+        let (positions, normals) = (positions.as_chunks().0, normals.as_chunks().0);
+        let are_units = normals::are_units(normals);
+        for (positions, normals) in positions.chunks_exact(v).zip(normals.chunks_exact(v)) {
+            let others = if are_units { &[] } else { normals };
+            let others = normals::no_units(others);
+            let vertices = self.normal_looks.next(v, count).chain(others);
+            if let Some(Wrong { vertex, found, expected }) =
+                self.normals.first_wrong(positions, normals, vertices)
+            {
+                return Err(self.wrong(format!(
+                    "vertex {vertex} has the normal {found:?}, and its triangles have {expected:?}"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn compare_vertices(&self, handles: &[f32], stage: Stage, found: &[f32], vertices: &[u32]) -> Result<()> {
+        let part = self.rig.part(vertices);
+        let mut expected = Vec::new();
+        let mut processor = self.processor.upload(&part, self.options)?;
+        processor.evaluate(handles)?;
+        processor.read(stage, &mut expected)?;
+        let size = expected.iter().map(|x| x.abs()).fold(self.diagonal, f32::max);
+        for (&v, expected) in vertices.iter().zip(expected.as_chunks::<3>().0) {
+            let found = &found[3 * v as usize..][..3];
+            let apart = (0..3).map(|c| (found[c] - expected[c]).powi(2)).sum::<f32>().sqrt();
+            if apart.is_nan() || apart > ROUNDING * size {
+                return Err(
+                    self.wrong(format!("vertex {v} is at {found:?}, and the processor finds {expected:?}"))
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn wrong(&self, what: String) -> Error {
+        Error::Device {
+            kind: DeviceErrorKind::Driver,
+            device: self.device.clone(),
+            message: format!("its driver computes wrongly: {what}"),
+        }
+    }
+}
+
+/// Where on the face to look: others each time.
+#[derive(Default)]
+struct Looks(u64);
+
+impl Looks {
+    /// Up to `count` of `vertices` vertices, evenly spread.
+    fn next(&mut self, vertices: usize, count: usize) -> impl Iterator<Item = usize> + use<> {
+        let step = vertices.div_ceil(count).max(1);
+        // Steps of the golden section leave no part of the face for long, whatever the step is divisible by.
+        let part = self.0.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+        self.0 += 1;
+        let first = ((part * step as u64) >> 32) as usize;
+        (first..vertices).step_by(step)
+    }
+}
+
+#[cfg(test)]
+mod tests;
