@@ -3,7 +3,7 @@ use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
 /// What the tests run and are checked with, beside Python and Node.js.
-const PACKAGES: [&str; 19] = [
+const PACKAGES: [&str; 21] = [
     // fincore, which tells how much of a file is in memory.
     "util-linux-extra",
     // Vulkan: the loader, the lavapipe driver, the validation layers, `spirv-val`.
@@ -23,6 +23,9 @@ const PACKAGES: [&str; 19] = [
     "libgl1-mesa-dri",
     // A browser for three.js, which also brings SwiftShader, a second Vulkan driver on the CPU.
     "chromium",
+    // What else opens films and moving pictures: `ffmpeg` and `ffprobe`; `webpinfo`, `webpmux` and `dwebp`.
+    "ffmpeg",
+    "webp",
     // What Blender's Python module is linked with, beside the OpenGL above; each brings those that it needs itself.
     "libgl1",
     "libxfixes3",

@@ -12,7 +12,7 @@ use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use placing::{Handles, New, TakeSpace};
 #[cfg(feature = "wgpu")]
-pub(crate) use render::{Render, Show};
+pub(crate) use render::{Background, Render, Show};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;
@@ -98,7 +98,8 @@ Examples:
   rhytid render FACE.safetensors TAKE.csv -o sheet.png
   rhytid render FACE.safetensors TAKE.csv -o sheet.png --show shaded,strain,detail --frames 100..200 --turn 30
   rhytid render FACE.safetensors TAKE.csv -o pictures/{frame}.png --size 1280x720
-  rhytid render FACE.safetensors TAKE.csv -o around.apng --turntable --frames 60..61 --count 48
+  rhytid render FACE.safetensors TAKE.csv -o film.mp4
+  rhytid render FACE.safetensors TAKE.csv -o around.webp --turntable --frames 60..61 --count 48 --background none
 
 docs/render.md has pictures of what can be shown.")]
     Render(Render),

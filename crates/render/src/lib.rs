@@ -33,10 +33,14 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod animated;
+mod animated_png;
+mod animated_webp;
 mod camera;
+#[cfg(feature = "film")]
+mod film;
 mod frame_buffers;
 mod heat;
+mod moving;
 mod numbers;
 mod offscreen;
 mod overlay;
@@ -46,11 +50,17 @@ mod renderer;
 mod sheet;
 mod skin;
 mod words;
+#[cfg(feature = "film")]
+mod yuv;
 
-pub use animated::AnimatedPng;
+pub use animated_png::AnimatedPng;
+pub use animated_webp::AnimatedWebP;
 pub use camera::{Camera, Sphere, View};
+#[cfg(feature = "film")]
+pub use film::Film;
 pub use frame_buffers::FrameBuffers;
 pub use heat::Heat;
+pub use moving::{Moving, MovingFormat};
 pub use numbers::{Strains, distances};
 pub use offscreen::Offscreen;
 pub use overlay::{Mark, Overlay};

@@ -16,8 +16,8 @@ pub(crate) struct Render {
     /// The take, as for `animate`.
     pub take: PathBuf,
 
-    /// The picture to write: .png is a sheet of frames, with {frame} in its name a picture for each frame; .apng is one that moves, with
-    /// all frames.
+    /// What to write: .png is a sheet of frames, with {frame} in its name a picture for each frame; .mp4 is a film of all frames (AV1),
+    /// .webp and .apng are pictures that move, without loss.
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 

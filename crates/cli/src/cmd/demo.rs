@@ -22,6 +22,12 @@ const MAX_FILE_BYTES: usize = 1_000_000_000;
 /// compressed: a web page can hold no target for each frame.
 const ANIMATIONS: [(&str, usize, bool); 2] = [("face.usd", 24, false), ("face.glb", 24, true)];
 
+/// The film, which is to be a small part of the whole on two processors.
+#[cfg(feature = "film")]
+const FILM_FRAMES: usize = 60;
+#[cfg(feature = "film")]
+const FILM_SIZE: [u32; 2] = [360, 480];
+
 /// What was done, for the table at the end.
 #[derive(Default)]
 struct Steps(Vec<[String; 3]>);
@@ -74,6 +80,8 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     steps.add("write the input", written?, time);
 
     let ranges = ANIMATIONS.map(|(file, bytes, compressed)| (file, range(&face, &take, bytes), compressed));
+    #[cfg(feature = "film")]
+    let filmed = around_strongest(&face, &take, FILM_FRAMES);
     let frames = take.frames();
     drop((face, take));
 
@@ -132,21 +140,33 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
         steps.add(&format!("animate on {}", done.device.id()), made, done.time);
     }
     #[cfg(feature = "wgpu")]
-    draw_sheet(dir, &rig, ui, steps)?;
+    {
+        draw(dir, &rig, "face.png", FrameRange::default(), None, ui, steps)?;
+        #[cfg(feature = "film")]
+        draw(dir, &rig, "face.mp4", filmed, Some(FILM_SIZE), ui, steps)?;
+    }
     Ok(())
 }
 
-/// A picture, where something here draws.
+/// A sheet or a film, where something here draws.
 #[cfg(feature = "wgpu")]
-fn draw_sheet(dir: &Path, rig: &Path, ui: &Ui, steps: &mut Steps) -> Result<()> {
+fn draw(
+    dir: &Path,
+    rig: &Path,
+    file: &str,
+    frames: FrameRange,
+    size: Option<[u32; 2]>,
+    ui: &Ui,
+    steps: &mut Steps,
+) -> Result<()> {
     let job = args::Render {
         rig: rig.to_owned(),
         take: dir.join("performance.csv"),
-        output: dir.join("face.png"),
-        frames: FrameRange::default(),
+        output: dir.join(file),
+        frames,
         count: 12,
         show: vec![args::Show::Shaded],
-        size: None,
+        size,
         turn: 20.0,
         raise: 0.0,
         whole: false,
@@ -169,16 +189,13 @@ fn draw_sheet(dir: &Path, rig: &Path, ui: &Ui, steps: &mut Steps) -> Result<()> 
     };
     match super::render::draw(&job, ui) {
         Ok(done) => {
-            let made = format!(
-                "face.png, {}, {}",
-                human::counted(done.pictures, "picture"),
-                human::bytes(done.bytes)
-            );
+            let made =
+                format!("{file}, {}, {}", human::counted(done.pictures, "picture"), human::bytes(done.bytes));
             steps.add(&format!("draw on {}", done.draws), made, done.time);
             Ok(())
         }
         Err(Error::Device { message, .. }) => {
-            log::warn!("face.png is left out: {message}");
+            log::warn!("{file} is left out: {message}");
             Ok(())
         }
         Err(other) => Err(other),
@@ -240,15 +257,19 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
     })
 }
 
-/// All frames, or as many as a file has room for, around the strongest expression.
+/// All frames, or as many as a file has room for.
 fn range(face: &Face, take: &Take, bytes_per_vertex: usize) -> FrameRange {
     let room = MAX_FILE_BYTES / (face.neutral.positions.len() * bytes_per_vertex).max(1);
-    let room = room.max(1);
-    if take.frames() <= room {
+    around_strongest(face, take, room.max(1))
+}
+
+/// All frames, or `count` around the strongest expression.
+fn around_strongest(face: &Face, take: &Take, count: usize) -> FrameRange {
+    if take.frames() <= count {
         return FrameRange::default();
     }
-    let start = strongest_frame(face, take).saturating_sub(room / 2).min(take.frames() - room);
-    FrameRange { start: Some(start), end: Some(start + room) }
+    let start = strongest_frame(face, take).saturating_sub(count / 2).min(take.frames() - count);
+    FrameRange { start: Some(start), end: Some(start + count) }
 }
 
 /// The frame whose handles are farthest from rest, all together.

@@ -92,7 +92,15 @@ fn a_picture_moves_with_the_takes_frames_and_the_camera_goes_around() {
 fn what_cannot_be_drawn_is_refused_in_a_sentence() {
     let f = solved();
     for (args, words) in [
-        ("-o out/face.jpg", &["out/face.jpg", "written as .png"][..]),
+        ("-o out/face.jpg", &["out/face.jpg", "expected .png", ".mp4, .webp or .apng"][..]),
+        ("-o out/{frame}.webp", &["out/{frame}.webp", "{frame} is for .png"]),
+        ("-o out/face.webp --size 16385x10", &["16385 × 10 pixels", "expected 1 to"]),
+        #[cfg(feature = "film")]
+        ("-o out/face.mp4 --background none", &["--background none", "no transparency", ".webp"]),
+        #[cfg(feature = "film")]
+        ("-o out/face.mp4 --size 15x400", &["out/face.mp4: 15 × 400 pixels", "16 to 65535"]),
+        #[cfg(feature = "film")]
+        ("-o out/face.mp4 --size 0x10", &["expected width x height", "1 to 32768"]),
         ("-o out/face.png --size 0x10", &["expected width x height", "1 to 32768"]),
         ("-o out/face.png --size 100000x10", &["expected width x height", "1 to 32768"]),
         ("-o out/face.png --show influences", &["--show influences", "--vertex N"]),

@@ -3,14 +3,14 @@
 mod marks;
 mod pictures;
 
-use crate::args::{Show, StageChoice};
+use crate::args::{Background, Show, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use pictures::{Evaluated, Pictures};
 use rhytid::formats::export::OutputStage;
 use rhytid::formats::refuse_inputs;
 use rhytid::playback::{Playback, PlaybackOptions, Selection};
-use rhytid::render::{AnimatedPng, Picture, Sheet};
+use rhytid::render::{Moving, MovingFormat, Picture, Sheet};
 use rhytid::{AtomicFile, DeviceInfo, Error, Progress, Result, human, rig_file};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -65,18 +65,27 @@ pub(super) fn run(args: &args::Render, ui: &Ui) -> Result<()> {
 enum Kind {
     Sheet,
     Each,
-    Animated,
+    Moving(MovingFormat),
 }
 
 impl Kind {
     fn of(path: &Path) -> Result<Self> {
         let name = path.to_string_lossy();
-        let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
-        match ending.as_ref().and_then(|ending| ending.to_str()) {
-            Some("png") if name.contains(FRAME) => Ok(Self::Each),
-            Some("png") => Ok(Self::Sheet),
-            Some("apng") => Ok(Self::Animated),
-            _ => Err(Error::input(format!("{name}: pictures are written as .png, or as .apng if they move"))),
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+        match (extension.as_deref(), extension.as_deref().and_then(MovingFormat::by_extension)) {
+            (Some("png"), _) if name.contains(FRAME) => Ok(Self::Each),
+            (Some("png"), _) => Ok(Self::Sheet),
+            (_, Some(_)) if name.contains(FRAME) => {
+                Err(Error::input(format!("{name}: {FRAME} is for .png, one picture a file; leave it out")))
+            }
+            (_, Some(format)) => Ok(Self::Moving(format)),
+            (Some("mp4"), None) => Err(Error::input(format!(
+                "{name}: this build writes no films (the feature film is off); expected .webp or .apng"
+            ))),
+            _ => Err(Error::input(format!(
+                "{name}: expected .png for a sheet, or for a picture of each frame with {FRAME} in the name; or .mp4, .webp or .apng, \
+                 which move"
+            ))),
         }
     }
 }
@@ -89,6 +98,13 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let kind = Kind::of(&args.output)?;
     if args.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
         return Err(Error::input("--show detail is for --stage full: the others have no detail"));
+    }
+    let format = if let Kind::Moving(format) = kind { Some(format) } else { None };
+    if format.is_some_and(|format| !format.has_opacity()) && args.background == Some(Background([0; 4])) {
+        let film = args.output.display();
+        return Err(Error::input(format!(
+            "--background none: {film} would be a film, which has no transparency; write .webp, .apng or pictures instead"
+        )));
     }
     if args.vertex.is_none() && args.show.contains(&Show::Influences) {
         return Err(Error::input("--show influences: say with --vertex N of which vertex"));
@@ -110,13 +126,13 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let steps = if args.turntable && range.len() == 1 { args.count as usize } else { 1 };
     let frames: Vec<usize> = match kind {
         Kind::Sheet => spread(range.start, range.len(), args.count as usize),
-        Kind::Each | Kind::Animated => range.collect(),
+        Kind::Each | Kind::Moving(_) => range.collect(),
     };
     let name = args.output.to_string_lossy();
     let files: Vec<PathBuf> = match kind {
         Kind::Each if steps > 1 => (0..steps).map(|step| numbered(&name, step)).collect(),
         Kind::Each => frames.iter().map(|&frame| numbered(&name, frame)).collect(),
-        Kind::Sheet | Kind::Animated => vec![args.output.clone()],
+        Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
     };
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(args.setup.as_deref()))?;
@@ -127,14 +143,15 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let count = frames.len() * steps;
     let mut sheet = match kind {
         Kind::Sheet => Some(Sheet::new(count as u32, pictures.size(), &pictures.legends())?),
-        Kind::Each | Kind::Animated => None,
+        Kind::Each | Kind::Moving(_) => None,
     };
-    let mut animated = match kind {
-        Kind::Animated => Some(
-            AnimatedPng::new(&mut whole, pictures.size(), count as u32, take.rate())
-                .map_err(Error::io(&args.output))?,
-        ),
-        Kind::Sheet | Kind::Each => None,
+    let mut moving = match format {
+        Some(format) => {
+            format.check(pictures.size(), &args.output)?;
+            let moving = Moving::new(format, &mut whole, pictures.size(), count as u32, take.rate());
+            Some(moving.map_err(Error::io(&args.output))?)
+        }
+        None => None,
     };
     let devices = inputs::devices(device, ui)?;
     let mut playback = Playback::new(&rig, &devices, frames.len())?;
@@ -147,8 +164,8 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         if let Some(sheet) = &mut sheet {
             let frame = frames[done / steps];
             sheet.add(&picture, &format!("{frame}   {:.2} s", take.times[frame]));
-        } else if let Some(animated) = &mut animated {
-            animated.add(&picture).map_err(Error::io(&args.output))?;
+        } else if let Some(moving) = &mut moving {
+            moving.add(&picture).map_err(Error::io(&args.output))?;
         } else {
             bytes += write(AtomicFile::create(outputs[done])?, &picture)?;
         }
@@ -187,9 +204,9 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
             (0..steps).try_for_each(|_| picture(&frame))
         })?;
     }
-    animated.map_or(Ok(()), AnimatedPng::finish).map_err(Error::io(&args.output))?;
+    moving.map_or(Ok(()), Moving::finish).map_err(Error::io(&args.output))?;
     match (kind, sheet) {
-        (Kind::Animated, _) => {
+        (Kind::Moving(_), _) => {
             whole.finish()?;
             bytes = std::fs::metadata(&args.output).map_err(Error::io(&args.output))?.len();
         }

@@ -1,8 +1,10 @@
 //! What other people's programs show of the files that `animate` writes, compared with the library's own evaluation:
-//! Blender, three.js in a browser, and two versions of USD.
+//! Blender, three.js in a browser, and two versions of USD. And what they find in moving pictures.
 
 mod animation;
 mod faces;
+#[cfg(feature = "film")]
+mod moving;
 mod programs;
 
 use animation::{Animation, distance};

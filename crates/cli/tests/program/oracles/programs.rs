@@ -1,4 +1,4 @@
-//! Blender, three.js and USD: how each is asked what it makes of files. All files go to one process.
+//! Blender, three.js, Chromium and USD: how each is asked what it makes of files. All files go to one process.
 
 use rhytid_test_support::installed;
 use serde_json::{Value, json};
@@ -50,7 +50,7 @@ pub(super) fn blender(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
 pub(super) fn three(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
     let mut job = frames.job(files);
     job["modules"] = json!(installed("node/node_modules/three"));
-    let (report, out) = ask(Command::new("node").arg(program("three.mjs")), job);
+    let (report, out) = browser("three.html", job);
     shown(&report, frames, out.path())
 }
 
@@ -75,6 +75,18 @@ impl Frames {
         let frames: Vec<usize> = (0..self.count).collect();
         json!({ "files": files, "rate": self.rate, "first": self.first, "frames": frames })
     }
+}
+
+/// What Chromium finds in moving pictures, so many in each file: the report of `moving.html`.
+#[cfg(feature = "film")]
+pub(super) fn chromium(files: &[PathBuf], pictures: usize) -> Value {
+    browser("moving.html", json!({ "files": files, "pictures": pictures })).0
+}
+
+/// Opens a page beside this file in Chromium.
+fn browser(page: &str, mut job: Value) -> (Value, TempDir) {
+    job["page"] = json!(page);
+    ask(Command::new("node").arg(program("browser.mjs")), job)
 }
 
 /// A program beside this file.

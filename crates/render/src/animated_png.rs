@@ -1,4 +1,4 @@
-//! Moving pictures.
+//! Moving pictures in PNG.
 
 use crate::picture::Picture;
 use std::io::{self, Write};

@@ -1,15 +1,12 @@
-// Plays files in three.js, in a headless Chromium, and writes where it shows every vertex.
+// Opens a page in a headless Chromium, with files that it is to show, and writes what it finds.
 //
-//     node three.mjs JOB
+//     node browser.mjs JOB
 //
-// JOB is a JSON file: `files` to load (.glb, or .gltf with its buffers beside it), `out` (a folder), `modules` (the
-// folder of three.js's package), `rate` (frames per second) and `frames` to look at, counted from the first, which is
-// at 0 s. For file number i, `out`/i.f64 gets frames × vertices × 3 float64, positions in the world, metres, Y up;
-// `out`/i.normals.f64 the same of the normals, which may have any length, where the file has some; `out`/i.png a
-// picture of the last frame. Printed: for each file the number of `vertices`; their `ids`, the original's vertex
-// numbers, if the file has them; and the error that is `stated` in the file, in millimetres, if one is.
+// JOB is a JSON file: `page`, a file beside this one; `files` to show; `out`, a folder; where the page needs it `modules`, the
+// folder of three.js's package; and what else the page reads, which says it at its beginning. What the page posts under a name
+// becomes a file in `out`; what it posts as `done` is printed.
 //
-// This program is the web server and starts the browser; the work is done by three.html. A page that reports to its
+// This program is the web server and starts the browser; the work is done by the page. A page that reports to its
 // server needs no driver for the browser, which would be made for one version of it and another of Node.js.
 import { spawn } from "node:child_process";
 import { createReadStream, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -26,7 +23,7 @@ const types = { ".html": "text/html", ".js": "text/javascript" };
 // What the page asks for: itself, three.js, the job, a file by its number and what lies beside it.
 function source(url) {
     const [, kind, ...rest] = decodeURIComponent(url).split("/");
-    if (kind === "") return path.join(here, "three.html");
+    if (kind === "") return path.join(here, job.page);
     if (kind === "three") return path.join(job.modules, ...rest);
     if (kind === "file") return path.join(path.dirname(job.files[rest[0]]), rest[1]);
     return null;
