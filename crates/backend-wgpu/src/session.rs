@@ -127,6 +127,16 @@ impl WgpuSession {
             .map(move |slice| (slice.frames.clone(), &self.buffers[slice.results[stage as usize]]))
     }
 
+    /// Waits until the last batch is done, as reading it does, and as who draws with it need not: to time it. In a browser nothing
+    /// waits.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Device`].
+    pub fn wait(&self) -> Result<()> {
+        let _turn = self.gpu.turn();
+        self.gpu.wait(&self.gpu.queue.submit([]), "waiting for a batch")
+    }
+
     /// [`Session::read`] for browsers. Elsewhere it waits within the first poll.
     ///
     /// # Errors

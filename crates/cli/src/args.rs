@@ -12,7 +12,7 @@ use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use placing::{Handles, New, TakeSpace};
 #[cfg(feature = "wgpu")]
-pub(crate) use render::{Background, Render, Show};
+pub(crate) use render::{Background, Render, Show, What};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 use std::path::PathBuf;

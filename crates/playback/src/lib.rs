@@ -58,3 +58,4 @@ pub use regions::{handle_gains, region_of};
 pub use selection::{FrameRange, Selection, uneven_step};
 pub use shapes::handle_shapes;
 pub use takes::{CleanUp, read_raw_take, read_take};
+pub use watch::Watch;

@@ -3,6 +3,7 @@
 use super::placing::TakeSpace;
 use super::values::{Elsewhere, MissingChoice, StageChoice, parse_gain};
 use clap::ValueEnum;
+use clap::builder::ArgPredicate;
 use rhytid::playback::FrameRange;
 use rhytid::render::Look;
 use std::path::PathBuf;
@@ -29,9 +30,28 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=400))]
     pub count: u32,
 
-    /// What to show, beside each other.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "shaded")]
+    /// What to show, beside each other [default: shaded; with --compare shaded,error].
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "shaded",
+        default_value_if("compare", ArgPredicate::IsPresent, "shaded,error"),
+        hide_default_value = true
+    )]
     pub show: Vec<Show>,
+
+    /// What each is put beside, to its left: the face before a stage, or as another rig has it.
+    #[arg(long, value_name = "shell|large-scale|RIG", value_parser = parse_what)]
+    pub before: Option<What>,
+
+    /// Dense meshes that show the truth, which each is put beside: as for `evaluate --truth`.
+    #[arg(long, value_name = "TRUTH")]
+    pub compare: Option<PathBuf>,
+
+    /// Which frames of the take the truth has: CSV with a column frame, counted from 0 [default: all].
+    #[arg(long, value_name = "FRAMES.csv", requires = "compare")]
+    pub truth_frames: Option<PathBuf>,
 
     /// Width and height of each, in pixels [default: 300x400 on a sheet, else 720x960].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -77,6 +97,10 @@ pub(crate) struct Render {
     #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = parse_range)]
     pub sigma_range: f32,
 
+    /// The error that has the last colour, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range)]
+    pub error_range: f32,
+
     /// Fade the folds out where they are not to be trusted, as for `animate`.
     #[arg(long)]
     pub fade_detail: bool,
@@ -89,13 +113,14 @@ pub(crate) struct Render {
     #[arg(long, value_enum, default_value_t = StageChoice::Full)]
     pub stage: StageChoice,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the one that draws where it is a GPU and frames are drawn from
+    /// where they are, else the fastest that conforms, software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 
-    /// The device to draw with, one of the backend wgpu.
-    #[arg(long, default_value = "wgpu")]
-    pub draw_on: String,
+    /// The device to draw with, one of the backend wgpu [default: that of --device where it is one, else the first].
+    #[arg(long)]
+    pub draw_on: Option<String>,
 
     /// What to do where a marker is missing from a frame.
     #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
@@ -135,9 +160,16 @@ pub(crate) enum Show {
     Detail,
     /// How far each vertex may be from where a scan of the frame would have it.
     Sigma,
+    /// How far each vertex is from where --compare has it.
+    Error,
 }
 
 impl Show {
+    /// Whether it is made of a frame on the host, beside positions and normals where they are.
+    pub(crate) fn is_made_on_the_host(self) -> bool {
+        !matches!(self, Self::Shaded | Self::Gouraud | Self::Flat | Self::Wireframe)
+    }
+
     /// `None` for those that show numbers.
     pub(crate) fn look(self) -> Option<Look> {
         match self {
@@ -145,8 +177,36 @@ impl Show {
             Self::Gouraud => Some(Look::Gouraud),
             Self::Flat => Some(Look::Flat),
             Self::Wireframe => Some(Look::Wireframe),
-            Self::Strain | Self::Detail | Self::Sigma => None,
+            Self::Strain | Self::Detail | Self::Sigma | Self::Error => None,
         }
+    }
+}
+
+/// `--before`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum What {
+    Stage(StageChoice),
+    Rig(PathBuf),
+}
+
+impl What {
+    /// As it is said.
+    pub(crate) fn words(&self) -> String {
+        match self {
+            Self::Stage(stage) => {
+                stage.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+            }
+            Self::Rig(path) => path.display().to_string(),
+        }
+    }
+}
+
+fn parse_what(text: &str) -> Result<What, String> {
+    match text {
+        "shell" => Ok(What::Stage(StageChoice::Shell)),
+        "large-scale" => Ok(What::Stage(StageChoice::LargeScale)),
+        file if file.contains('.') => Ok(What::Rig(file.into())),
+        _ => Err("expected shell, large-scale or a rig file".to_owned()),
     }
 }
 

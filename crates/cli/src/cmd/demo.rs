@@ -177,11 +177,15 @@ fn draw(
         strain_range: 0.3,
         detail_range: 1.0,
         sigma_range: 2.0,
+        error_range: 1.0,
+        before: None,
+        compare: None,
+        truth_frames: None,
         fade_detail: false,
         detail: 1.0,
         stage: StageChoice::Full,
         device: "auto".to_owned(),
-        draw_on: "wgpu".to_owned(),
+        draw_on: None,
         missing: MissingChoice::Error,
         setup: None,
         elsewhere: args::Elsewhere::default(),
@@ -191,7 +195,7 @@ fn draw(
         Ok(done) => {
             let made =
                 format!("{file}, {}, {}", human::counted(done.pictures, "picture"), human::bytes(done.bytes));
-            steps.add(&format!("draw on {}", done.draws), made, done.time);
+            steps.add(&format!("draw on {}", done.draws()), made, done.time);
             Ok(())
         }
         Err(Error::Device { message, .. }) => {

@@ -88,6 +88,78 @@ fn a_picture_moves_with_the_takes_frames_and_the_camera_goes_around() {
     assert!(f.read("out/face.apng") == whole);
 }
 
+/// The left part of a picture's rows, so many pixels wide.
+fn left((info, pixels): &(png::OutputInfo, Vec<u8>), width: usize) -> Vec<u8> {
+    pixels.chunks(4 * info.width as usize).flat_map(|row| &row[..4 * width]).copied().collect()
+}
+
+#[test]
+fn what_is_drawn_from_where_it_was_evaluated_is_what_the_host_hands_over() {
+    let f = solved();
+    let args = "render face.safetensors take.csv --frames 2..5 --size 90x70 --device wgpu:0";
+    let said = f.done(&format!("{args} -o out/a{{frame}}.png --show shaded,wireframe"));
+    assert!(said.contains("3 pictures evaluated and drawn on wgpu:0"), "{said}");
+    assert!(said.contains(" evaluation, ") && said.contains(" drawing; "), "{said}");
+    // Strains are made on the host, so that all of the frame is handed over.
+    f.done(&format!("{args} -o out/b{{frame}}.png --show shaded,wireframe,strain"));
+    for frame in [2, 3, 4] {
+        let [here, over] = ["a", "b"].map(|name| png(&f.read(&format!("out/{name}0000{frame}.png"))));
+        assert_eq!((here.0.width, over.0.width), (180, 270));
+        assert!(here.1 == left(&over, 180), "frame {frame}");
+    }
+}
+
+#[test]
+fn a_stage_and_a_truth_are_put_to_the_left() {
+    let f = solved();
+    let args = "render face.safetensors take.csv --frames 10..11 --size 90x70";
+    f.done(&format!("{args} -o out/both{{frame}}.png --before shell"));
+    f.done(&format!("{args} -o out/shell{{frame}}.png --stage shell"));
+    f.done(&format!("{args} -o out/full{{frame}}.png"));
+    f.done("animate face.safetensors take.csv -o out/truth.usd");
+    f.done(&format!("{args} -o out/truth{{frame}}.png --compare out/truth.usd"));
+    let [both, shell, full, truth] =
+        ["both", "shell", "full", "truth"].map(|name| png(&f.read(&format!("out/{name}00010.png"))));
+    // A line of words is below, two where errors are said.
+    assert_eq!((both.0.width, both.0.height), (180, 70 + 24));
+    assert_eq!((truth.0.width, truth.0.height), (270, 70 + 48));
+    let columns = |picture: &(png::OutputInfo, Vec<u8>), from: usize| -> Vec<u8> {
+        let rows = picture.1.chunks(4 * picture.0.width as usize).take(70);
+        rows.flat_map(|row| &row[4 * from..][..4 * 90]).copied().collect()
+    };
+    assert!(shell.1 != full.1, "the shell is another shape");
+    assert!(columns(&both, 0) == shell.1 && columns(&both, 90) == full.1);
+    // An exported animation is what was exported, but for the rounding of its normals.
+    assert!(columns(&truth, 90) == full.1);
+    let apart = columns(&truth, 0).iter().zip(&full.1).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(apart <= Some(2), "{apart:?}");
+}
+
+#[test]
+fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
+    let f = solved();
+    // In the first frame the sheet is at rest; the truth has all of it 0.6 mm nearer to the viewer.
+    let nearer = |line: &str| match line.strip_prefix("v ") {
+        Some(numbers) => {
+            let mut numbers: Vec<f64> = numbers.split(' ').map(|x| x.parse().unwrap()).collect();
+            numbers[2] += 0.06;
+            format!("v {} {} {}\n", numbers[0], numbers[1], numbers[2])
+        }
+        None => format!("{line}\n"),
+    };
+    f.write("truth/first.obj", f.read_text("neutral.obj").lines().map(nearer).collect::<String>());
+    f.write("frames.csv", "frame\n0\n");
+    f.done("render face.safetensors take.csv -o out/e{frame}.png --size 90x70 --compare truth --truth-frames frames.csv --show error --error-range 0.8");
+    let (info, pixels) = png(&f.read("out/e00000.png"));
+    let row = pixels.chunks(4 * info.width as usize).nth(35).unwrap();
+    // Three quarters of the way along the colours, in Oklab: lightness 0.7575, chroma 0.13, hue 63.75 degrees.
+    let expected = [233, 157, 80];
+    for x in [30, 45, 60] {
+        let found = &row[4 * x..][..3];
+        assert!(found.iter().zip(expected).all(|(a, b): (&u8, u8)| a.abs_diff(b) <= 2), "{found:?} at {x}");
+    }
+}
+
 #[test]
 fn what_cannot_be_drawn_is_refused_in_a_sentence() {
     let f = solved();
@@ -105,6 +177,11 @@ fn what_cannot_be_drawn_is_refused_in_a_sentence() {
         ("-o out/face.png --size 100000x10", &["expected width x height", "1 to 32768"]),
         ("-o out/face.png --show influences", &["--show influences", "--vertex N"]),
         ("-o out/face.png --show influences --vertex 9999999", &["--vertex 9999999", "0 to"]),
+        ("-o out/face.png --show error", &["--show error", "--compare TRUTH"]),
+        ("-o out/face.png --before shell --stage shell", &["--before shell", "not before the --stage"]),
+        ("-o out/face.png --before nothing", &["expected shell, large-scale or a rig file"]),
+        ("-o out/face.png --before face.toml", &["face.toml: is a project file, expected a rig"]),
+        ("-o out/face.png --compare poses", &["the truth has 1 frames and the take 20"]),
         ("-o out/face.png --background red", &["expected six digits", "none"]),
         ("-o out/face.png --size 30000x10", &["30000 × 10 pixels", "expected 1 to"]),
         ("-o out/face.png --show strain --stage shell --draw-on cpu:0", &["--draw-on cpu:0", "backend wgpu"]),

@@ -23,8 +23,8 @@ const ROUNDING: f32 = 1e-4;
 /// No face goes farther from its rest pose than this many diagonals, and this many times as far as its handles make its vertices go.
 const FARTHEST: f32 = 4.0;
 
-/// Watches one device.
-pub(crate) struct Watch<'a> {
+/// Watches one device: what every frame of a [`crate::Playback`] goes by, and what a program that evaluates by itself can have.
+pub struct Watch<'a> {
     rig: &'a Rig,
     options: UploadOptions,
     device: String,
@@ -46,11 +46,11 @@ impl<'a> Watch<'a> {
     ///
     /// # Errors
     /// [`Error::Device`] if the device does not do one frame as the processor does it.
-    pub(crate) fn begin(
+    pub fn begin(
         rig: &'a Rig,
         options: UploadOptions,
         info: &DeviceInfo,
-        animator: &mut Animator<Box<dyn Session>>,
+        animator: &mut Animator<impl Session>,
     ) -> Result<Option<Self>> {
         if info.backend == "cpu" {
             return Ok(None);
@@ -95,15 +95,21 @@ impl<'a> Watch<'a> {
         Ok(Some(watch))
     }
 
-    /// Looks at `stages` of a batch: all positions are where a face can be, and from time to time a few of the last frame are where the
+    /// Whether the next batch is one of which vertices are compared, a second after the last one: a program that otherwise has no use
+    /// for results on the host reads those of such a batch.
+    pub fn is_due(&self) -> bool {
+        self.last.elapsed() > PAUSE
+    }
+
+    /// Looks at `stages` of a batch, and what was found of each: all positions are where a face can be, and from time to time a few of the last frame are where the
     /// processor has them; all normals are of length 1, or 0 where the triangles have no direction, and a few of each frame are those of
     /// the triangles. Normals without their positions say nothing, and the other stages are not played.
     ///
     /// # Errors
     /// [`Error::Device`] if not.
-    pub(crate) fn batch(&mut self, handles: &[f32], stages: &[Stage], found: &[Vec<f32>]) -> Result<()> {
+    pub fn batch(&mut self, handles: &[f32], stages: &[Stage], found: &[Vec<f32>]) -> Result<()> {
         let of = |wanted| stages.iter().position(|stage| *stage == wanted).map(|i| &found[i]);
-        let is_due = self.last.elapsed() > PAUSE;
+        let is_due = self.is_due();
         for stage in [Stage::LargeScale, Stage::Positions] {
             if let Some(found) = of(stage) {
                 self.positions(handles, stage, found, is_due)?;

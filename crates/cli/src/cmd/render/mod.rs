@@ -1,40 +1,49 @@
 //! `rhytid render`
 
+mod frames;
 mod marks;
 mod pictures;
+mod truth;
 
-use crate::args::{Background, Show, StageChoice};
+use crate::args::{Background, Show, StageChoice, What};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use pictures::{Evaluated, Pictures};
-use rhytid::formats::export::OutputStage;
-use rhytid::formats::refuse_inputs;
-use rhytid::playback::{Playback, PlaybackOptions, Selection};
+use frames::{Before, Evaluated, Frames, Wanted};
+use pictures::Pictures;
+use rhytid::backends::wgpu::Wgpu;
+use rhytid::formats::{FileKind, refuse_inputs};
+use rhytid::playback::PlaybackOptions;
 use rhytid::render::{Moving, MovingFormat, Picture, Sheet};
-use rhytid::{AtomicFile, DeviceInfo, Error, Progress, Result, human, rig_file};
+use rhytid::{AtomicFile, Backend, DeviceInfo, Error, Progress, Result, Rig, human, rig_file};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use truth::Truth;
 
 /// Where a frame's number goes in a file's name.
 const FRAME: &str = "{frame}";
 const ON_A_SHEET: [u32; 2] = [300, 400];
 const ALONE: [u32; 2] = [720, 960];
-/// Frames whose large scale is kept until their detail is there.
-const BATCH: usize = 16;
 
 /// What pictures came to.
 pub(super) struct Drawn {
     pub pictures: usize,
-    /// The device that evaluated.
-    pub device: DeviceInfo,
-    /// What drew, for people.
-    pub draws: String,
-    /// From the upload of the rig to the last file, and of that what drawing took.
+    /// The device that evaluated, and the one that drew.
+    pub devices: [DeviceInfo; 2],
+    /// From the upload of the rig to the last file.
     pub time: Duration,
-    pub drawing: Duration,
+    /// Of that what evaluation and drawing took.
+    pub parts: [(&'static str, Duration); 2],
     /// Of all files.
     pub bytes: u64,
+}
+
+impl Drawn {
+    /// The device that drew, for people.
+    pub(super) fn draws(&self) -> String {
+        let [_, device] = &self.devices;
+        format!("{} ({})", device.id(), device.name)
+    }
 }
 
 /// Draws and says what was done.
@@ -46,15 +55,19 @@ pub(super) fn run(args: &args::Render, ui: &Ui) -> Result<()> {
     if ui.is_quiet() {
         return Ok(());
     }
+    let [evaluates, draws] = &done.devices;
+    let on = match evaluates == draws {
+        true => String::new(),
+        false => format!(" on {} ({})", evaluates.id(), evaluates.name),
+    };
+    let part = |(what, time): &(&str, Duration)| format!("{} {what}", human::duration(*time));
     output::say(&format!(
-        "{}: {} evaluated on {} ({}) and drawn on {} in {}, of these {} drawing; {} a second, {}",
+        "{}: {} evaluated{on} and drawn on {} in {}: {}; {} a second, {}",
         args.output.display(),
         human::counted(done.pictures, "picture"),
-        done.device.id(),
-        done.device.name,
-        done.draws,
+        done.draws(),
         human::duration(done.time),
-        human::duration(done.drawing),
+        done.parts.iter().map(part).collect::<Vec<_>>().join(", "),
         human::number((done.pictures as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
         human::bytes(done.bytes)
     ))
@@ -109,9 +122,13 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     if args.vertex.is_none() && args.show.contains(&Show::Influences) {
         return Err(Error::input("--show influences: say with --vertex N of which vertex"));
     }
+    if args.compare.is_none() && args.show.contains(&Show::Error) {
+        return Err(Error::input("--show error: say with --compare TRUTH how far from what"));
+    }
     inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
-    let device = inputs::named_device(&args.device)?;
+    let (draws, named) = frames::devices(args)?;
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let before = args.before.as_ref().map(|before| before_the_result(before, args, &rig, ui)).transpose()?;
     if args.stage == StageChoice::Shell {
         rig = rig.shell();
     }
@@ -120,14 +137,22 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         return Err(Error::input(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
     }
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
-    let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
+    let mut take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
     let range = args.frames.within(take.frames())?;
-    // The camera goes around one frame in as many steps as there are to be pictures.
-    let steps = if args.turntable && range.len() == 1 { args.count as usize } else { 1 };
-    let frames: Vec<usize> = match kind {
-        Kind::Sheet => spread(range.start, range.len(), args.count as usize),
-        Kind::Each | Kind::Moving(_) => range.collect(),
+    let mut truth = None;
+    if let Some(path) = &args.compare {
+        let opened = Truth::open(path, args, &rig, take)?;
+        (truth, take) = (Some(opened.0), opened.1);
+    }
+    let mut frames: Vec<usize> = match &truth {
+        Some(truth) => truth.within(range)?,
+        None => range.collect(),
     };
+    // The camera goes around one frame in as many steps as there are to be pictures.
+    let steps = if args.turntable && frames.len() == 1 { args.count as usize } else { 1 };
+    if kind == Kind::Sheet {
+        frames = spread(frames.len(), args.count as usize).map(|i| frames[i]).collect();
+    }
     let name = args.output.to_string_lossy();
     let files: Vec<PathBuf> = match kind {
         Kind::Each if steps > 1 => (0..steps).map(|step| numbered(&name, step)).collect(),
@@ -135,11 +160,13 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
     };
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-    refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(args.setup.as_deref()))?;
+    let also_read = [&args.setup, &args.compare, &args.truth_frames].into_iter().filter_map(Option::as_deref);
+    refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read))?;
     let mut whole = AtomicFile::create(outputs[0])?;
 
     let size = args.size.unwrap_or(if kind == Kind::Sheet { ON_A_SHEET } else { ALONE });
-    let mut pictures = Pictures::new(args, &rig, size)?;
+    let wgpu = Wgpu::open(&draws)?;
+    let mut pictures = Pictures::new(args, &rig, before.as_ref(), &wgpu, size)?;
     let count = frames.len() * steps;
     let mut sheet = match kind {
         Kind::Sheet => Some(Sheet::new(count as u32, pictures.size(), &pictures.legends())?),
@@ -153,8 +180,20 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         }
         None => None,
     };
-    let devices = inputs::devices(device, ui)?;
-    let mut playback = Playback::new(&rig, &devices, frames.len())?;
+    let wanted = Wanted {
+        playback: PlaybackOptions {
+            stage: args.stage.into(),
+            sigma: args.show.contains(&Show::Sigma),
+            fade_detail: args.fade_detail,
+            detail: args.detail,
+            ..PlaybackOptions::default()
+        },
+        large_scale: args.show.contains(&Show::Detail),
+        before: before.as_ref(),
+        truth,
+        on_host: args.show.iter().any(|show| show.is_made_on_the_host()),
+    };
+    let mut source = Frames::new(&rig, frames.len(), wanted, (&wgpu, &draws), named, ui)?;
     let (start, mut drawing, mut bytes, mut done) = (Instant::now(), Duration::ZERO, 0, 0);
     let mut picture = |frame: &Evaluated<'_>| -> Result<()> {
         let begin = Instant::now();
@@ -173,37 +212,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         ui.step("render", done as u64, count as u64)
     };
     ui.report("render", 0, count as u64);
-    let wanted = PlaybackOptions {
-        stage: args.stage.into(),
-        sigma: args.show.contains(&Show::Sigma),
-        fade_detail: args.fade_detail,
-        detail: args.detail,
-        ..PlaybackOptions::default()
-    };
-    let large_scale =
-        PlaybackOptions { stage: OutputStage::LargeScale, normals: false, ..PlaybackOptions::default() };
-    let has_detail = args.show.contains(&Show::Detail);
-    for frames in frames.chunks(if has_detail { BATCH } else { usize::MAX }) {
-        let (take, inner) = (take.pick(frames), 0..frames.len());
-        let selection = Selection { rate: take.rate(), take, inner, first: 0 };
-        let mut smooth = Vec::new();
-        if has_detail {
-            playback.play(&selection, large_scale, ui, |frame| {
-                smooth.extend_from_slice(frame.positions);
-                Ok(())
-            })?;
-        }
-        let mut smooth = smooth.chunks_exact(3 * rig.vertices());
-        playback.play(&selection, wanted, ui, |frame| {
-            let frame = Evaluated {
-                positions: frame.positions,
-                normals: frame.normals.unwrap_or_default(),
-                sigma: frame.sigma.unwrap_or_default(),
-                large_scale: smooth.next().unwrap_or_default(),
-            };
-            (0..steps).try_for_each(|_| picture(&frame))
-        })?;
-    }
+    source.each(&take, &frames, ui, |frame| (0..steps).try_for_each(|_| picture(frame)))?;
     moving.map_or(Ok(()), Moving::finish).map_err(Error::io(&args.output))?;
     match (kind, sheet) {
         (Kind::Moving(_), _) => {
@@ -213,18 +222,53 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         (_, Some(sheet)) => bytes = write(whole, &sheet.into_picture())?,
         (_, None) => {}
     }
-    let device = playback.device().clone();
-    Ok(Drawn { pictures: count, device, draws: pictures.device, time: start.elapsed(), drawing, bytes })
+    Ok(Drawn {
+        pictures: count,
+        devices: [source.device().clone(), draws],
+        time: start.elapsed(),
+        parts: [("evaluation", source.evaluation), ("drawing", drawing)],
+        bytes,
+    })
 }
 
 fn numbered(name: &str, number: usize) -> PathBuf {
     PathBuf::from(name.replace(FRAME, &format!("{number:05}")))
 }
 
-/// `count` of `frames` frames from `first` on, the first and the last among them.
-fn spread(first: usize, frames: usize, count: usize) -> Vec<usize> {
+/// `count` of `frames` frames, the first and the last among them.
+fn spread(frames: usize, count: usize) -> impl Iterator<Item = usize> {
     let count = count.min(frames);
-    (0..count).map(|i| first + (i * (frames - 1) + (count - 1) / 2) / (count - 1).max(1)).collect()
+    (0..count).map(move |i| (i * (frames - 1) + (count - 1) / 2) / (count - 1).max(1))
+}
+
+/// What the result is put beside.
+fn before_the_result(before: &What, args: &args::Render, rig: &Rig, ui: &Ui) -> Result<Before> {
+    let is_later = |stage: StageChoice| stage as usize >= args.stage as usize;
+    match before {
+        What::Stage(stage) if is_later(*stage) => Err(Error::input(format!(
+            "--before {}: that is not before the --stage that is shown, expected an earlier one, or another rig",
+            before.words()
+        ))),
+        What::Stage(stage) => Ok(Before {
+            rig: (*stage == StageChoice::Shell).then(|| rig.clone().shell()),
+            stage: (*stage).into(),
+            words: [before.words(), "result".to_owned()],
+        }),
+        What::Rig(path) => {
+            inputs::expect(path, &[FileKind::Rig], "rhytid render RIG TAKE -o OUT.png --before OTHER_RIG")?;
+            let other = ui.timed("read the rig to put it beside", || rig_file::read(path)).0?;
+            if other.faces != rig.faces {
+                return Err(Error::input(format!(
+                    "{}: has other faces than {}, expected a rig of the same mesh",
+                    path.display(),
+                    args.rig.display()
+                )));
+            }
+            let name = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let rig = if args.stage == StageChoice::Shell { other.shell() } else { other };
+            Ok(Before { rig: Some(rig), stage: args.stage.into(), words: [name(path), name(&args.rig)] })
+        }
+    }
 }
 
 fn write(mut file: AtomicFile, picture: &Picture) -> Result<u64> {
@@ -240,9 +284,10 @@ mod tests {
 
     #[test]
     fn frames_are_spread_evenly_from_the_first_to_the_last() {
-        assert_eq!(spread(10, 101, 5), [10, 35, 60, 85, 110]);
-        assert_eq!(spread(3, 4, 12), [3, 4, 5, 6]);
-        assert_eq!(spread(7, 1, 12), [7]);
-        assert_eq!(spread(0, 10, 1), [0]);
+        let spread = |frames, count| spread(frames, count).collect::<Vec<_>>();
+        assert_eq!(spread(101, 5), [0, 25, 50, 75, 100]);
+        assert_eq!(spread(4, 12), [0, 1, 2, 3]);
+        assert_eq!(spread(1, 12), [0]);
+        assert_eq!(spread(10, 1), [0]);
     }
 }

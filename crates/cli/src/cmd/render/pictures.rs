@@ -1,22 +1,21 @@
 //! A frame as a picture, once for each thing to show.
 
+use super::frames::{Before, Evaluated, Shape};
 use super::marks;
 use crate::args::{self, Show};
-use crate::guard::guard;
 use rhytid::backends::wgpu::Wgpu;
-use rhytid::playback::find_device;
 use rhytid::render::{
-    Camera, FrameBuffers, Heat, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet, Sphere, Strains,
-    View, distances,
+    Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
+    Sphere, Strains, View, distances,
 };
-use rhytid::{Backend, DeviceErrorKind, Error, Result, Rig};
+use rhytid::{Result, Rig};
 
 /// What draws.
 pub(super) struct Pictures<'a> {
     rig: &'a Rig,
-    /// For people.
-    pub device: String,
-    shown: Vec<(Show, Option<Heat>)>,
+    cells: Vec<Cell>,
+    /// What each side is called, written below each cell; `None` where the result is alone.
+    words: Option<[String; 3]>,
     renderer: Renderer,
     overlay: Overlay,
     /// By how much marks are nearer than they are, in mesh units: the chord between two markers runs below the skin.
@@ -33,46 +32,74 @@ pub(super) struct Pictures<'a> {
     millimetres: f32,
 }
 
-/// What there is of a frame: V × 3 each but for one, the large scale only where it was asked for.
-pub(super) struct Evaluated<'a> {
-    pub positions: &'a [f32],
-    pub normals: &'a [f32],
-    pub large_scale: &'a [f32],
-    /// V, where it was asked for.
-    pub sigma: &'a [f32],
+/// What is drawn of a frame, beside others.
+struct Cell {
+    show: Show,
+    heat: Option<Heat>,
+    side: Side,
+}
+
+/// Whose frame it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Truth,
+    Before,
+    Result,
+}
+
+impl Side {
+    const ALL: [Self; 3] = [Self::Truth, Self::Before, Self::Result];
+
+    fn of<'a>(self, frame: &Evaluated<'a>) -> Shape<'a> {
+        match self {
+            Self::Truth => frame.truth,
+            Self::Before => frame.before,
+            Self::Result => frame.result,
+        }
+    }
+
+    fn has(self, show: Show) -> bool {
+        match show {
+            Show::Detail | Show::Sigma => self == Self::Result,
+            Show::Error => self != Self::Truth,
+            _ => true,
+        }
+    }
 }
 
 impl<'a> Pictures<'a> {
-    /// Pictures of `size` pixels for each thing to show.
-    pub(super) fn new(args: &args::Render, rig: &'a Rig, size: [u32; 2]) -> Result<Self> {
-        let info = find_device(&args.draw_on, guard()).map_err(|error| match error {
-            Error::Device { kind: DeviceErrorKind::NotFound, device, .. } => Error::Device {
-                kind: DeviceErrorKind::NotFound,
-                device,
-                message: "there is none to draw with; `rhytid devices` lists those of the backend wgpu, which a driver for \
-                          Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1 brings"
-                    .to_owned(),
-            },
-            other => other,
-        })?;
-        if info.backend != Wgpu::NAME {
-            return Err(Error::input(format!(
-                "--draw-on {}: expected a device of the backend wgpu, as `rhytid devices` lists them",
-                args.draw_on
-            )));
-        }
-        let wgpu = Wgpu::open(&info)?;
+    /// Pictures of `size` pixels for each thing to show, drawn by `wgpu`; `before` says what the result is put beside.
+    pub(super) fn new(
+        args: &args::Render,
+        rig: &'a Rig,
+        before: Option<&Before>,
+        wgpu: &Wgpu,
+        size: [u32; 2],
+    ) -> Result<Self> {
         let (device, queue) = (wgpu.device(), wgpu.queue());
         let heat = |show| match show {
             Show::Strain | Show::Markers => Some(Heat::Signed(args.strain_range)),
             Show::Detail => Some(Heat::From0(args.detail_range)),
             Show::Sigma => Some(Heat::From0(args.sigma_range)),
+            Show::Error => Some(Heat::From0(args.error_range)),
             _ => None,
         };
+        let sides = Side::ALL.into_iter().filter(|side| match side {
+            Side::Truth => args.compare.is_some(),
+            Side::Before => before.is_some(),
+            Side::Result => true,
+        });
+        let sides: Vec<Side> = sides.collect();
+        let cells = args.show.iter().flat_map(|&show| {
+            let sides = sides.iter().filter(move |side| side.has(show));
+            sides.map(move |&side| Cell { show, heat: heat(show), side })
+        });
+        let [before, result] =
+            before.map_or_else(|| [String::new(), "result".to_owned()], |before| before.words.clone());
         Ok(Self {
             rig,
-            device: format!("{} ({})", info.id(), info.name),
-            shown: args.show.iter().map(|&show| (show, heat(show))).collect(),
+            cells: cells.collect(),
+            words: (sides.len() > 1).then(|| ["truth".to_owned(), before, result]),
             renderer: Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?,
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
             lift: 0.1 * Sphere::around(&marks::at_rest(rig)).radius,
@@ -94,67 +121,123 @@ impl<'a> Pictures<'a> {
     /// Of what is shown, beside each other.
     pub(super) fn size(&self) -> [u32; 2] {
         let [width, height] = self.page.size();
-        [width.saturating_mul(self.shown.len() as u32), height]
+        [width.saturating_mul(self.cells.len() as u32), height + self.lines() * LINE]
+    }
+
+    /// Lines of words below each cell.
+    fn lines(&self) -> u32 {
+        let has_numbers = self.cells.iter().any(|cell| cell.show == Show::Error);
+        if self.words.is_some() { 1 + u32::from(has_numbers) } else { 0 }
     }
 
     pub(super) fn legends(&self) -> Vec<(Heat, &'static str)> {
         let title = |show: Show| match show {
             Show::Strain | Show::Markers => "strain",
             Show::Sigma => "sigma, mm",
+            Show::Error => "error, mm",
             _ => "detail, mm",
         };
-        let mut legends: Vec<_> =
-            self.shown.iter().filter_map(|(show, heat)| Some(((*heat)?, title(*show)))).collect();
+        let of_cells = self.cells.iter().filter_map(|cell| Some((cell.heat?, title(cell.show))));
+        let mut legends: Vec<_> = of_cells.collect();
         legends.dedup();
         legends
     }
 
     /// Draws a frame, the camera turned by so many degrees more.
     pub(super) fn draw(&mut self, frame: &Evaluated<'_>, turned: f32) -> Result<Picture> {
-        let [width, _] = self.page.size();
+        let [width, height] = self.page.size();
         let view = View { turn: self.view.turn + turned, ..self.view };
         let aspect = self.page.aspect();
         let camera = match &self.framed {
             Some(points) => Camera::framing(points, self.rig.up_axis, view, aspect),
             None => Camera::around(Sphere::around(&self.rig.rest), self.rig.up_axis, view, aspect),
         };
-        let mut picture = Picture::filled(self.size(), [0; 4]);
-        for (i, (show, heat)) in (0..).zip(&self.shown) {
-            let numbers = match show {
-                Show::Strain => {
-                    self.strains.as_ref().map(|strains| strains.of(frame.positions)).unwrap_or_default()
-                }
-                Show::Detail => distances(frame.positions, frame.large_scale, self.millimetres),
-                Show::Sigma => frame.sigma.iter().map(|sigma| sigma * self.millimetres).collect(),
-                _ => Vec::new(),
-            };
-            self.frame.set(frame.positions, frame.normals, &numbers);
-            let look = show.look().or(heat.map(Look::Heat)).unwrap_or(Look::Smooth);
+        let mut picture = Picture::filled(self.size(), self.background);
+        for (i, cell) in (0..).zip(&self.cells) {
+            let shape = cell.side.of(frame);
+            let numbers = self.numbers(cell, frame);
+            let vertices = frame.drawn_from.unwrap_or_else(|| {
+                self.frame.set(shape.positions, shape.normals, &numbers);
+                self.frame.vertices()
+            });
+            let look = cell.show.look().or(cell.heat.map(Look::Heat)).unwrap_or(Look::Smooth);
             self.renderer.show(&camera, aspect, look);
-            let marks = self.marks(*show, *heat, frame);
+            let marks = self.marks(cell, shape);
             if let Some(marks) = &marks {
                 self.overlay.show(&camera, self.page.size(), self.lift, marks)?;
             }
             let part = self.page.draw(self.background, |pass| {
-                self.renderer.draw(pass, self.frame.vertices())?;
+                self.renderer.draw(pass, vertices)?;
                 if marks.is_some() {
                     self.overlay.draw(pass);
                 }
                 Ok(())
             })?;
             picture.put(&part, [i * width, 0]);
+            if let Some(words) = &self.words {
+                // Of its own, so that long words end where the cell does.
+                let mut line = Picture::filled([width, self.lines() * LINE], self.background);
+                for (y, words) in (0..).zip(caption(cell, words, &numbers)) {
+                    let top = [width as i32 / 2, 2 + y * LINE as i32];
+                    line.write(&words, top, Anchor::Center, ink(self.background));
+                }
+                picture.put(&line, [i * width, height]);
+            }
         }
         Ok(picture)
     }
 
+    /// The numbers that a heat map is of, V of them.
+    fn numbers(&self, cell: &Cell, frame: &Evaluated<'_>) -> Vec<f32> {
+        let Shape { positions, .. } = cell.side.of(frame);
+        match cell.show {
+            Show::Strain => self.strains.as_ref().map(|strains| strains.of(positions)).unwrap_or_default(),
+            Show::Detail => distances(positions, frame.large_scale, self.millimetres),
+            Show::Sigma => frame.sigma.iter().map(|sigma| sigma * self.millimetres).collect(),
+            Show::Error => distances(positions, frame.truth.positions, self.millimetres),
+            _ => Vec::new(),
+        }
+    }
+
     /// What is over the face.
-    fn marks(&self, show: Show, heat: Option<Heat>, frame: &Evaluated<'_>) -> Option<Vec<Mark>> {
-        match show {
-            Show::Markers => Some(marks::markers(self.rig, frame.positions, heat?)),
-            Show::Influences => Some(marks::influences(self.rig, frame.positions, self.vertex?)),
-            Show::Frames => Some(marks::frames(self.rig, frame.positions, frame.normals, 0.3 * self.lift)),
+    fn marks(&self, cell: &Cell, Shape { positions, normals }: Shape<'_>) -> Option<Vec<Mark>> {
+        match cell.show {
+            Show::Markers => Some(marks::markers(self.rig, positions, cell.heat?)),
+            Show::Influences => Some(marks::influences(self.rig, positions, self.vertex?)),
+            Show::Frames => Some(marks::frames(self.rig, positions, normals, 0.3 * self.lift)),
             _ => None,
         }
+    }
+}
+
+/// What is written below a cell, given what the truth, what is before and the result are called.
+fn caption(cell: &Cell, [truth, before, result]: &[String; 3], numbers: &[f32]) -> Vec<String> {
+    let side = match cell.side {
+        Side::Truth => truth,
+        Side::Before => before,
+        Side::Result => result,
+    };
+    match cell.show {
+        Show::Error => {
+            let squares: f64 = numbers.iter().map(|x| f64::from(*x).powi(2)).sum();
+            let rms = (squares / numbers.len().max(1) as f64).sqrt();
+            let worst = numbers.iter().copied().fold(0.0, f32::max);
+            let whose = if before.is_empty() { "error".to_owned() } else { format!("error: {side}") };
+            vec![whose, format!("RMS {rms:.2}, worst {worst:.2} mm")]
+        }
+        Show::Strain => vec![format!("strain: {side}")],
+        Show::Detail => vec!["detail".to_owned()],
+        Show::Sigma => vec!["sigma".to_owned()],
+        _ => vec![side.clone()],
+    }
+}
+
+/// What is read on a background.
+fn ink([r, g, b, opacity]: [u8; 4]) -> [u8; 3] {
+    match [r, g, b].map(u32::from).iter().sum::<u32>() {
+        _ if opacity == 0 => [128; 3],
+        ..=383 => [222, 224, 228],
+        _ => [20, 20, 24],
     }
 }
 
@@ -169,4 +252,21 @@ fn about_the_handles(rig: &Rig) -> Vec<[f32; 3]> {
     });
     let beyond = |p: &[f32; 3], c: usize| center[c] + BEYOND * (p[c] - center[c]);
     points.iter().map(|p| std::array::from_fn(|c| beyond(p, c).clamp(low[c], high[c]))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_of_a_frame_is_said_in_millimetres() {
+        let cell = |show, side| Cell { show, heat: None, side };
+        let words = ["truth", "", "result"].map(str::to_owned);
+        let said = caption(&cell(Show::Error, Side::Result), &words, &[0.0, 3.0, 4.0, 0.0]);
+        assert_eq!(said, ["error", "RMS 2.50, worst 4.00 mm"]);
+        let words = ["truth", "shell", "result"].map(str::to_owned);
+        assert_eq!(caption(&cell(Show::Error, Side::Before), &words, &[0.125])[0], "error: shell");
+        assert_eq!(caption(&cell(Show::Shaded, Side::Truth), &words, &[]), ["truth"]);
+        assert_eq!(caption(&cell(Show::Strain, Side::Result), &words, &[]), ["strain: result"]);
+    }
 }

@@ -1,0 +1,305 @@
+//! Frames to be drawn, evaluated one after the other: where they are drawn, or on another device, which hands them over.
+
+use super::truth::Truth;
+use crate::guard::guard;
+use crate::progress::Ui;
+use crate::{args, inputs};
+use rhytid::backends::wgpu::{Wgpu, WgpuSession};
+use rhytid::formats::export::OutputStage;
+use rhytid::playback::{Playback, PlaybackOptions, Selection, Watch, find_device};
+use rhytid::render::Vertices;
+use rhytid::{
+    Animator, Backend, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Rig, Stage, Take, UploadOptions,
+};
+use std::time::{Duration, Instant};
+
+/// Frames of which other stages are kept until the result is there.
+const BATCH: usize = 16;
+
+/// A frame on the host, V × 3 each.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Shape<'a> {
+    pub positions: &'a [f32],
+    pub normals: &'a [f32],
+}
+
+/// What there is of a frame.
+#[derive(Default)]
+pub(super) struct Evaluated<'a> {
+    /// Where the result is on the device that draws; all the rest is empty then.
+    pub drawn_from: Option<Vertices<'a>>,
+    pub result: Shape<'a>,
+    /// The same before a stage or by another rig, where it was asked for.
+    pub before: Shape<'a>,
+    /// What the result should be, where that was given.
+    pub truth: Shape<'a>,
+    /// V × 3 positions, where they were asked for.
+    pub large_scale: &'a [f32],
+    /// V, where it was asked for.
+    pub sigma: &'a [f32],
+}
+
+/// What the result is put beside.
+pub(super) struct Before {
+    /// `None` for the same rig.
+    pub rig: Option<Rig>,
+    pub stage: OutputStage,
+    /// What it is called, and then the result.
+    pub words: [String; 2],
+}
+
+/// What is wanted of each frame.
+pub(super) struct Wanted<'a> {
+    pub playback: PlaybackOptions,
+    pub large_scale: bool,
+    pub before: Option<&'a Before>,
+    pub truth: Option<Truth>,
+    /// What is shown is made of frames on the host.
+    pub on_host: bool,
+}
+
+impl Wanted<'_> {
+    /// Whether a session's own buffers have all of it: positions and normals.
+    fn is_drawn_from_a_session(&self) -> bool {
+        let is_more = self.on_host || self.large_scale || self.before.is_some() || self.truth.is_some();
+        !is_more && self.playback == PlaybackOptions::default()
+    }
+}
+
+/// Frames of a rig.
+pub(super) struct Frames<'a> {
+    rig: &'a Rig,
+    on: On<'a>,
+    wanted: Wanted<'a>,
+    /// What evaluation took: all of it where it is drawn from, else as long as drawing had to wait for it.
+    pub evaluation: Duration,
+}
+
+/// Where frames are evaluated.
+enum On<'a> {
+    /// Where they are drawn, so that they are drawn from where they are.
+    Same { session: Animator<WgpuSession>, info: DeviceInfo, watch: Option<Watch<'a>> },
+    /// Elsewhere; and the rig to put the result beside, where that is another.
+    Other { playback: Playback<'a>, before: Option<Playback<'a>> },
+}
+
+/// The device to draw with, and the one that was named to evaluate, `None` for `auto`.
+///
+/// # Errors
+/// As [`find_device`]; [`Error::Input`] for one that does not draw.
+pub(super) fn devices(args: &args::Render) -> Result<(DeviceInfo, Option<DeviceInfo>)> {
+    let named = inputs::named_device(&args.device)?;
+    let evaluates = named.as_ref().filter(|device| device.backend == Wgpu::NAME);
+    let draws = match (&args.draw_on, evaluates) {
+        (None, Some(device)) => device.clone(),
+        (wanted, _) => drawing(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
+    };
+    Ok((draws, named))
+}
+
+fn drawing(wanted: &str) -> Result<DeviceInfo> {
+    let info = find_device(wanted, guard()).map_err(|error| match error {
+        Error::Device { kind: DeviceErrorKind::NotFound, device, .. } => Error::Device {
+            kind: DeviceErrorKind::NotFound,
+            device,
+            message: "there is none to draw with; `rhytid devices` lists those of the backend wgpu, which a driver for \
+                      Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1 brings"
+                .to_owned(),
+        },
+        other => other,
+    })?;
+    match info.backend == Wgpu::NAME {
+        true => Ok(info),
+        false => Err(Error::input(format!(
+            "--draw-on {wanted}: expected a device of the backend wgpu, as `rhytid devices` lists them"
+        ))),
+    }
+}
+
+impl<'a> Frames<'a> {
+    /// `count` frames of `rig`, which `wgpu`, the device `draws`, draws: evaluated on the device `named`; where none is, on the one that draws if
+    /// it is a GPU and has all that is wanted, else on the fastest.
+    ///
+    /// # Errors
+    /// As [`Playback::new`] and [`inputs::devices`].
+    pub(super) fn new(
+        rig: &'a Rig,
+        count: usize,
+        wanted: Wanted<'a>,
+        (wgpu, draws): (&Wgpu, &DeviceInfo),
+        named: Option<DeviceInfo>,
+        ui: &Ui,
+    ) -> Result<Self> {
+        let is_same = named.as_ref().map_or(!draws.is_software_driver(), |named| named == draws);
+        let same = match is_same && wanted.is_drawn_from_a_session() {
+            true => match On::same(rig, wgpu, draws) {
+                Err(error @ Error::Device { .. }) if named.is_none() => {
+                    log::warn!("{error}; going on with another device");
+                    None
+                }
+                on => Some(on?),
+            },
+            false => None,
+        };
+        let on = match same {
+            Some(on) => on,
+            None => {
+                let devices = inputs::devices(named, ui)?;
+                let before = wanted.before.and_then(|before| before.rig.as_ref());
+                let before = before.map(|rig| Playback::new(rig, &devices, count.min(BATCH)));
+                On::Other { playback: Playback::new(rig, &devices, count)?, before: before.transpose()? }
+            }
+        };
+        Ok(Self { rig, on, wanted, evaluation: Duration::ZERO })
+    }
+
+    /// The device that evaluates.
+    pub(super) fn device(&self) -> &DeviceInfo {
+        match &self.on {
+            On::Same { info, .. } => info,
+            On::Other { playback, .. } => playback.device(),
+        }
+    }
+
+    /// Evaluates the frames of `take` with these numbers, which rise, and hands each to `each`.
+    ///
+    /// # Errors
+    /// As [`Playback::play`] and `each`.
+    pub(super) fn each(
+        &mut self,
+        take: &Take,
+        frames: &[usize],
+        ui: &Ui,
+        mut each: impl FnMut(&Evaluated<'_>) -> Result<()>,
+    ) -> Result<()> {
+        match &mut self.on {
+            On::Same { session, watch, .. } => {
+                let handles = take.pick(frames).handle_positions(&self.rig.labels)?;
+                for handles in handles.chunks_exact(3 * self.rig.handles.len()) {
+                    if ui.cancelled() {
+                        return Err(Error::Cancelled);
+                    }
+                    let begin = Instant::now();
+                    session.evaluate(handles)?;
+                    session.session().wait()?;
+                    self.evaluation += begin.elapsed();
+                    if let Some(watch) = watch.as_mut().filter(|watch| watch.is_due()) {
+                        let stages = [Stage::Positions, Stage::Normals];
+                        let mut found = [Vec::new(), Vec::new()];
+                        for (stage, found) in stages.into_iter().zip(&mut found) {
+                            session.read(stage, found)?;
+                        }
+                        watch.batch(handles, &stages, &found)?;
+                    }
+                    each(&Evaluated {
+                        drawn_from: Some(vertices(session.session())?),
+                        ..Default::default()
+                    })?;
+                }
+                Ok(())
+            }
+            On::Other { playback, before } => {
+                let is_kept = self.wanted.large_scale || self.wanted.before.is_some();
+                for frames in frames.chunks(if is_kept { BATCH } else { usize::MAX }) {
+                    let begin = Instant::now();
+                    let drawn = hand_over(
+                        &mut self.wanted,
+                        (playback, before.as_mut()),
+                        take,
+                        frames,
+                        ui,
+                        &mut each,
+                    )?;
+                    self.evaluation += begin.elapsed().saturating_sub(drawn);
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl On<'_> {
+    fn same<'a>(rig: &'a Rig, wgpu: &Wgpu, info: &DeviceInfo) -> Result<On<'a>> {
+        let options = UploadOptions::frames(1);
+        let mut session = Animator::new(wgpu, rig, options)?;
+        let watch = Watch::begin(rig, options, info, &mut session)?;
+        Ok(On::Same { session, info: info.clone(), watch })
+    }
+}
+
+/// Where a session of one frame has it.
+fn vertices(session: &WgpuSession) -> Result<Vertices<'_>> {
+    let result = |stage| session.results(stage).next().map(|(_, buffer)| buffer.slice(..));
+    let (positions, normals) = (result(Stage::Positions), result(Stage::Normals));
+    match positions.zip(normals) {
+        Some((positions, normals)) => Ok(Vertices { positions, normals, numbers: None }),
+        None => Err(Error::Internal("a session without results".into())),
+    }
+}
+
+/// Plays frames of a take on the host: the rig, and another one before it, if there is one. How long `each` took.
+fn hand_over<'a>(
+    wanted: &mut Wanted<'_>,
+    (playback, other): (&mut Playback<'a>, Option<&mut Playback<'a>>),
+    take: &Take,
+    frames: &[usize],
+    ui: &Ui,
+    each: &mut impl FnMut(&Evaluated<'_>) -> Result<()>,
+) -> Result<Duration> {
+    let (take, inner) = (take.pick(frames), 0..frames.len());
+    let selection = Selection { rate: take.rate(), take, inner, first: 0 };
+    let per_frame = 3 * playback.rig().vertices();
+    let mut large_scale = Kept::default();
+    if wanted.large_scale {
+        large_scale = Kept::of(playback, &selection, OutputStage::LargeScale, ui)?;
+    }
+    let mut before = Kept::default();
+    if let Some(Before { stage, .. }) = wanted.before {
+        before = Kept::of(other.unwrap_or(&mut *playback), &selection, *stage, ui)?;
+    }
+    let (mut i, mut drawn) = (0, Duration::ZERO);
+    playback.play(&selection, wanted.playback, ui, |frame| {
+        let truth = wanted.truth.as_mut().map(|truth| truth.frame(frames[i])).transpose()?;
+        let begin = Instant::now();
+        each(&Evaluated {
+            drawn_from: None,
+            result: Shape { positions: frame.positions, normals: frame.normals.unwrap_or_default() },
+            before: before.frame(i, per_frame),
+            truth: truth.unwrap_or_default(),
+            large_scale: large_scale.frame(i, per_frame).positions,
+            sigma: frame.sigma.unwrap_or_default(),
+        })?;
+        i += 1;
+        drawn += begin.elapsed();
+        Ok(())
+    })?;
+    Ok(drawn)
+}
+
+/// Frames one after the other.
+#[derive(Default)]
+struct Kept {
+    positions: Vec<f32>,
+    normals: Vec<f32>,
+}
+
+impl Kept {
+    fn of(playback: &mut Playback<'_>, selection: &Selection, stage: OutputStage, ui: &Ui) -> Result<Self> {
+        let mut kept = Self::default();
+        playback.play(selection, PlaybackOptions { stage, ..PlaybackOptions::default() }, ui, |frame| {
+            kept.positions.extend_from_slice(frame.positions);
+            kept.normals.extend_from_slice(frame.normals.unwrap_or_default());
+            Ok(())
+        })?;
+        Ok(kept)
+    }
+
+    /// One of them, of so many numbers; empty where nothing was kept.
+    fn frame(&self, i: usize, per_frame: usize) -> Shape<'_> {
+        let of = |numbers: &[f32]| i * per_frame..((i + 1) * per_frame).min(numbers.len());
+        Shape {
+            positions: self.positions.get(of(&self.positions)).unwrap_or_default(),
+            normals: self.normals.get(of(&self.normals)).unwrap_or_default(),
+        }
+    }
+}

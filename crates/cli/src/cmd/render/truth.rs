@@ -1,0 +1,84 @@
+//! The truth that pictures are compared with.
+
+use super::frames::Shape;
+use crate::args;
+use rayon::prelude::*;
+use rhytid::formats::sequence::Sequence;
+use rhytid::formats::tables;
+use rhytid::{Error, Mesh, Result, Rig, Take, evaluate};
+use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
+use std::ops::Range;
+use std::path::Path;
+
+/// Dense meshes, and which frames of the take they are.
+pub(super) struct Truth {
+    meshes: Sequence,
+    frames: Vec<usize>,
+    triangles: Vec<[u32; 3]>,
+    at_vertices: VertexTriangles,
+    positions: Vec<f32>,
+    normals: Vec<f32>,
+}
+
+impl Truth {
+    /// The truth `path` for a take on a rig, matched as `evaluate` does it; and the take again.
+    ///
+    /// # Errors
+    /// As [`Sequence::open`] and [`evaluate::Truth::new`].
+    pub(super) fn open(path: &Path, args: &args::Render, rig: &Rig, take: Take) -> Result<(Self, Take)> {
+        let neutral = Mesh {
+            positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
+            faces: rig.faces.clone(),
+            uvs: rig.uvs.clone(),
+            materials: rig.materials.clone(),
+        };
+        let meshes = Sequence::open(path, &neutral, &args.rig, rig.metres_per_unit)?;
+        let frames = args.truth_frames.as_ref().map(|path| tables::read_frames(path, take.frames()));
+        let evaluate::Truth { meshes, frames, take } =
+            evaluate::Truth::new(meshes, frames.transpose()?, take)?;
+        let truth = Self {
+            meshes,
+            frames,
+            at_vertices: VertexTriangles::new(rig.vertices(), &rig.triangles),
+            triangles: rig.triangles.clone(),
+            positions: Vec::new(),
+            normals: Vec::new(),
+        };
+        Ok((truth, take))
+    }
+
+    /// Those frames of a range that it has, rising.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is none.
+    pub(super) fn within(&self, range: Range<usize>) -> Result<Vec<usize>> {
+        let mut frames: Vec<usize> =
+            self.frames.iter().copied().filter(|frame| range.contains(frame)).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        match frames.is_empty() {
+            true => Err(Error::input(format!(
+                "--frames {}..{}: the truth has none of these; its first is {}",
+                range.start,
+                range.end,
+                self.frames.iter().min().copied().unwrap_or_default()
+            ))),
+            false => Ok(frames),
+        }
+    }
+
+    /// What it has for a frame of the take, one of its own, with normals as a rig's frames have them.
+    ///
+    /// # Errors
+    /// As [`Sequence::positions`].
+    pub(super) fn frame(&mut self, frame: usize) -> Result<Shape<'_>> {
+        let mesh = self.frames.iter().position(|own| *own == frame);
+        let mesh = mesh.ok_or_else(|| Error::Internal(format!("the truth has no frame {frame}")))?;
+        self.meshes.positions(mesh, &mut self.positions)?;
+        let (points, _) = self.positions.as_chunks::<3>();
+        let normal = |v: usize| vertex_normal(points, &self.triangles, self.at_vertices.at(v));
+        let normals: Vec<[f32; 3]> = (0..points.len()).into_par_iter().map(normal).collect();
+        self.normals = normals.into_flattened();
+        Ok(Shape { positions: &self.positions, normals: &self.normals })
+    }
+}
