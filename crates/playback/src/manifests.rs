@@ -1,6 +1,6 @@
 //! Where drivers say that they are installed, by the conventions of the loaders of Vulkan, OpenCL and EGL.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
@@ -17,10 +17,11 @@ const FURTHER: [&str; 4] = [
 
 /// Vulkan's loader takes the first of these that is set instead of its folders; older ones know the second only.
 const VULKAN_FILES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+/// Beside its folders, where none of those is set.
+const VULKAN_ADDED: &str = "VK_ADD_DRIVER_FILES";
 const OPENCL_FOLDER: &str = "OCL_ICD_VENDORS";
 /// Others that make a difference.
-const VARIABLES: [&str; 6] = [
-    "VK_ADD_DRIVER_FILES",
+const VARIABLES: [&str; 5] = [
     "VK_LOADER_DRIVERS_DISABLE",
     "VK_LOADER_DRIVERS_SELECT",
     "VK_INSTANCE_LAYERS",
@@ -30,17 +31,25 @@ const VARIABLES: [&str; 6] = [
 
 /// The manifests of a backend's drivers.
 pub(crate) fn drivers(backend: &str) -> Vec<PathBuf> {
-    let named = match backend {
-        "vulkan" => VULKAN_FILES.iter().find_map(std::env::var_os),
-        "opencl" => std::env::var_os(OPENCL_FOLDER),
+    drivers_by(backend, |name| std::env::var_os(name))
+}
+
+/// As [`drivers`], given the environment.
+fn drivers_by(backend: &str, variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
+    let named = |name: &str| variable(name).map(|paths| std::env::split_paths(&paths).collect());
+    let (places, ending): (Vec<PathBuf>, _) = match backend {
+        "vulkan" => {
+            let home = || Some(PathBuf::from(variable("HOME")?).join(".local/share"));
+            let own = variable("XDG_DATA_HOME").map(PathBuf::from).or_else(home);
+            let own = own.map(|data| data.join("vulkan/icd.d"));
+            let found = || VULKAN.iter().map(PathBuf::from).chain(own);
+            let added = || named(VULKAN_ADDED).unwrap_or_default();
+            let named = VULKAN_FILES.iter().find_map(|name| named(name));
+            (named.unwrap_or_else(|| found().chain(added()).collect()), "json")
+        }
+        "opencl" => (named(OPENCL_FOLDER).unwrap_or_else(|| vec![OPENCL.into()]), "icd"),
         _ => return Vec::new(),
     };
-    let places: Vec<PathBuf> = match &named {
-        Some(paths) => std::env::split_paths(paths).collect(),
-        None if backend == "vulkan" => VULKAN.iter().map(PathBuf::from).collect(),
-        None => vec![PathBuf::from(OPENCL)],
-    };
-    let ending = if backend == "vulkan" { "json" } else { "icd" };
     let mut files: Vec<PathBuf> = places
         .into_iter()
         .flat_map(|place| match std::fs::read_dir(&place) {
@@ -50,6 +59,7 @@ pub(crate) fn drivers(backend: &str) -> Vec<PathBuf> {
         .filter(|file| file.extension() == Some(OsStr::new(ending)))
         .collect();
     files.sort();
+    files.dedup();
     files
 }
 
@@ -75,7 +85,7 @@ pub(crate) fn remedy(backend: &str, drivers: &[&PathBuf]) -> String {
 /// The drivers that are installed now, and when each was: as long as that is the same, so is what they do.
 pub(crate) fn installed() -> String {
     let mut text = String::new();
-    for variable in VULKAN_FILES.iter().chain([&OPENCL_FOLDER]).chain(&VARIABLES) {
+    for variable in VULKAN_FILES.iter().chain([&VULKAN_ADDED, &OPENCL_FOLDER]).chain(&VARIABLES) {
         if let Some(value) = std::env::var_os(variable) {
             let _ = write!(text, "{variable}={} ", value.display());
         }
@@ -91,4 +101,37 @@ pub(crate) fn installed() -> String {
         let _ = write!(text, "{}@{seconds} ", file.display());
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn drivers_are_where_the_loader_finds_them() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join(".local/share/vulkan/icd.d");
+        std::fs::create_dir_all(&folder).unwrap();
+        let own = folder.join("own.json");
+        std::fs::write(&own, "{}").unwrap();
+        std::fs::write(folder.join("notes.txt"), "").unwrap();
+        let found = |set: &[(&str, &str)]| {
+            let home = ("HOME", home.path().to_str().unwrap());
+            let set: Vec<_> = set.iter().chain([&home]).collect();
+            drivers_by("vulkan", |name| set.iter().find(|(n, _)| *n == name).map(|(_, value)| value.into()))
+        };
+        let usual = found(&[("XDG_DATA_HOME", "/nowhere")]);
+        assert!(!usual.contains(&own));
+        let with = |further: &[&Path]| {
+            let mut all = usual.clone();
+            all.extend(further.iter().map(|path| path.to_path_buf()));
+            all.sort();
+            all
+        };
+        assert_eq!(found(&[]), with(&[&own]));
+        let (a, b) = (Path::new("/x/a.json"), Path::new("/x/b.json"));
+        assert_eq!(found(&[("VK_ADD_DRIVER_FILES", "/x/a.json:/x/b.json")]), with(&[a, b, &own]));
+        // Which replaces all of them.
+        assert_eq!(found(&[("VK_ADD_DRIVER_FILES", "/x/a.json"), ("VK_ICD_FILENAMES", "/x/b.json")]), [b]);
+    }
 }
