@@ -5,6 +5,8 @@ mod placing;
 #[cfg(feature = "wgpu")]
 mod render;
 mod setup;
+#[cfg(feature = "wgpu")]
+mod skin;
 mod values;
 
 use clap::{Parser, Subcommand};
@@ -15,6 +17,8 @@ pub(crate) use placing::{Handles, New, TakeSpace};
 pub(crate) use render::{Background, Render, Show, What};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
+#[cfg(feature = "wgpu")]
+pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
 pub(crate) use values::{Elsewhere, HeadChoice, MissingChoice, StageChoice, UnitChoice};
 use values::{parse_gain, parse_millimetres, parse_rate, parse_region};

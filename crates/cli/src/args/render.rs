@@ -1,6 +1,7 @@
 //! `rhytid render`
 
 use super::placing::TakeSpace;
+use super::skin::SkinLight;
 use super::values::{Elsewhere, MissingChoice, StageChoice, parse_gain};
 use clap::ValueEnum;
 use clap::builder::ArgPredicate;
@@ -122,6 +123,13 @@ pub(crate) struct Render {
     #[arg(long)]
     pub draw_on: Option<String>,
 
+    /// Leave out the connected parts of the mesh that these vertices are of, such as the film of tears before an eye.
+    #[arg(long, value_name = "VERTEX", value_delimiter = ',')]
+    pub hide: Vec<usize>,
+
+    #[command(flatten)]
+    pub skin: SkinLight,
+
     /// What to do where a marker is missing from a frame.
     #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
     pub missing: MissingChoice,
@@ -146,6 +154,8 @@ pub(crate) enum Show {
     Gouraud,
     /// Lit by triangles.
     Flat,
+    /// As skin: light that spreads in it, shadows, and a surface that shines (--light, --exposure, --tone).
+    Skin,
     /// The edges of the mesh's polygons.
     Wireframe,
     /// Shaded, with the markers, and how much longer (red) or shorter (blue) the strain edges between them are than at rest.
@@ -167,17 +177,17 @@ pub(crate) enum Show {
 impl Show {
     /// Whether it is made of a frame on the host, beside positions and normals where they are.
     pub(crate) fn is_made_on_the_host(self) -> bool {
-        !matches!(self, Self::Shaded | Self::Gouraud | Self::Flat | Self::Wireframe)
+        !matches!(self, Self::Shaded | Self::Gouraud | Self::Flat | Self::Skin | Self::Wireframe)
     }
 
-    /// `None` for those that show numbers.
+    /// `None` for those that show numbers, and for skin.
     pub(crate) fn look(self) -> Option<Look> {
         match self {
             Self::Shaded | Self::Markers | Self::Influences | Self::Frames => Some(Look::Smooth),
             Self::Gouraud => Some(Look::Gouraud),
             Self::Flat => Some(Look::Flat),
             Self::Wireframe => Some(Look::Wireframe),
-            Self::Strain | Self::Detail | Self::Sigma | Self::Error => None,
+            Self::Skin | Self::Strain | Self::Detail | Self::Sigma | Self::Error => None,
         }
     }
 }

@@ -181,6 +181,8 @@ fn draw(
         before: None,
         compare: None,
         truth_frames: None,
+        hide: Vec::new(),
+        skin: args::SkinLight::default(),
         fade_detail: false,
         detail: 1.0,
         stage: StageChoice::Full,

@@ -20,7 +20,7 @@ use crate::renderer::{Target, Vertices};
 use compute::Bind;
 use diffusion::Diffusion;
 use glam::Vec3;
-use rhytid_core::Result;
+use rhytid_core::{DeviceErrorKind, Error, Result};
 use visibility::{Arrays, Visibility};
 
 /// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the surface and the display.
@@ -144,7 +144,7 @@ impl SkinRenderer {
         skin: Skin,
     ) -> Result<Self> {
         let diffusion = Diffusion::new(device, queue, rest, triangles, millimetres, &skin.profile, LONGEST)?;
-        let visibility = Visibility::new(device, queue, rest)?;
+        let visibility = Visibility::new(device, queue, (rest, triangles))?;
         crate::checked(device, "preparing skin", || {
             let buffer = |label, size: usize, usage| {
                 device.create_buffer(&wgpu::BufferDescriptor {
@@ -276,6 +276,20 @@ impl SkinRenderer {
             compute::dispatch(&mut pass, vertices_count);
             self.diffusion.run(&mut pass);
         })
+    }
+
+    /// Waits until what was submitted has been done, as for a measurement.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Device`].
+    pub fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
+        self.device.poll(wait).map_err(|reason| Error::Device {
+            kind: DeviceErrorKind::Driver,
+            device: crate::name(&self.device),
+            message: format!("lighting skin failed: {reason}"),
+        })?;
+        Ok(())
     }
 
     /// Draws the frame that was lit last into a pass whose attachments are the [`Target`] that the renderer was made for.

@@ -41,7 +41,13 @@ pub(super) struct Arrays<'a> {
 }
 
 impl Visibility {
-    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, rest: &[[f32; 3]]) -> Result<Self> {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        (rest, triangles): (&[[f32; 3]], &[[u32; 3]]),
+    ) -> Result<Self> {
+        let spacings: Vec<[f32; 4]> =
+            spacings(rest, triangles).into_iter().map(|spacing| [0.0, 0.0, 1.0, spacing]).collect();
         crate::checked(device, "preparing shadows", || {
             let alignment = device.limits().min_uniform_buffer_offset_alignment;
             let stride = (4 * DIRECTION_WORDS as u32).next_multiple_of(alignment);
@@ -85,6 +91,15 @@ impl Visibility {
                 ]
             };
             let around = Sphere::around(rest);
+            let seen = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("what is seen of light"),
+                size: 16 * rest.len().max(1) as u64,
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::VERTEX
+                    | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            queue.write_buffer(&seen, 0, bytemuck::cast_slice(&spacings));
             Self {
                 queue: queue.clone(),
                 casting: compute::group(device, &casting_layout, [direction_of(&directions)]),
@@ -96,12 +111,7 @@ impl Visibility {
                 layout,
                 maps: SIDES.map(map),
                 sphere: Sphere { radius: ROOM * around.radius, ..around },
-                seen: device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("what is seen of light"),
-                    size: 16 * rest.len().max(1) as u64,
-                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX,
-                    mapped_at_creation: false,
-                }),
+                seen,
             }
         })
     }
@@ -214,6 +224,21 @@ impl Visibility {
         words[24] = f32::from_bits(u32::from(penumbra.is_some()));
         words
     }
+}
+
+/// The mean length of the edges at each vertex.
+fn spacings(rest: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<f32> {
+    let mut sums = vec![(0.0, 0.0_f32); rest.len()];
+    for triangle in triangles {
+        for i in 0..3 {
+            let [a, b] = [triangle[i], triangle[(i + 1) % 3]].map(|v| v as usize);
+            let length = Vec3::from_array(rest[a]).distance(Vec3::from_array(rest[b]));
+            for v in [a, b] {
+                sums[v] = (sums[v].0 + length, sums[v].1 + 1.0);
+            }
+        }
+    }
+    sums.into_iter().map(|(sum, count)| sum / count.max(1.0)).collect()
 }
 
 fn direction_of(directions: &wgpu::Buffer) -> wgpu::BindingResource<'_> {

@@ -24,7 +24,8 @@ struct Frame {
 @group(0) @binding(2) var map: texture_2d<u32>;
 @group(0) @binding(3) var<storage, read> positions: array<f32>;
 @group(0) @binding(4) var<storage, read> normals: array<f32>;
-// The sky's light that arrives, what would arrive if nothing were in its way, and the part of the key light that arrives.
+// The sky's light that arrives, what would arrive if nothing were in its way, the part of the key light that arrives, and how far
+// vertices are apart here, in mesh units.
 @group(0) @binding(5) var<storage, read_write> seen: array<vec4f>;
 
 struct Corner {
@@ -48,7 +49,7 @@ struct Corner {
 ) {
     let v = id.x + id.y * groups.x * 64;
     if v < frame.vertices {
-        seen[v] = vec4f(0, 0, 1, 0);
+        seen[v] = vec4f(0, 0, 1, seen[v].w);
     }
 }
 
@@ -74,14 +75,16 @@ struct Corner {
     let down = vec3f(d.map_from_mesh[0].y, d.map_from_mesh[1].y, d.map_from_mesh[2].y);
     let texel = 1 / length(right);
     let slope = texel * vec2f(dot(normal, right), dot(normal, down)) * texel / max(cosine, 0.17);
-    // A disc of texels, those at its rim counting less, so that nothing jumps where a vertex moves on.
-    let radius = d.numbers.y;
+    // A disc of texels, those at its rim counting less, so that nothing jumps where a vertex moves on. It reaches half-way to the
+    // next vertices, so that no shadow has a finer edge than the mesh can show; of a large one not every texel is taken.
+    let radius = max(d.numbers.y, 0.6 * seen[v].w / texel);
+    let stride = max(i32(radius / 6), 1);
     let first = vec2i(max(ceil(p.xy - 0.5 - radius), vec2f(0)));
     let end = vec2i(min(floor(p.xy - 0.5 + radius), vec2f(d.numbers.x - 1)));
     var lit = 0.0;
     var all = 0.0;
-    for (var y = first.y; y <= end.y; y++) {
-        for (var x = first.x; x <= end.x; x++) {
+    for (var y = first.y; y <= end.y; y += stride) {
+        for (var x = first.x; x <= end.x; x += stride) {
             let away = vec2f(f32(x) + 0.5, f32(y) + 0.5) - p.xy;
             let weight = max(1 - dot(away, away) / (radius * radius), 0);
             let surface = p.z + dot(slope, away);

@@ -3,6 +3,7 @@
 mod frames;
 mod marks;
 mod pictures;
+mod skin;
 mod truth;
 
 use crate::args::{Background, Show, StageChoice, What};
@@ -32,8 +33,8 @@ pub(super) struct Drawn {
     pub devices: [DeviceInfo; 2],
     /// From the upload of the rig to the last file.
     pub time: Duration,
-    /// Of that what evaluation and drawing took.
-    pub parts: [(&'static str, Duration); 2],
+    /// Of that what evaluation, lighting skin and drawing took.
+    pub parts: Vec<(&'static str, Duration)>,
     /// Of all files.
     pub bytes: u64,
 }
@@ -136,6 +137,10 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         let last = rig.vertices() - 1;
         return Err(Error::input(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
     }
+    if let Some(vertex) = args.hide.iter().find(|vertex| **vertex >= rig.vertices()) {
+        let last = rig.vertices() - 1;
+        return Err(Error::input(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
+    }
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let mut take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
     let range = args.frames.within(take.frames())?;
@@ -222,11 +227,14 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         (_, Some(sheet)) => bytes = write(whole, &sheet.into_picture())?,
         (_, None) => {}
     }
+    let mut parts = vec![("evaluation", source.evaluation)];
+    parts.extend(pictures.lighting().map(|lighting| ("skin", lighting)));
+    parts.push(("drawing", drawing.saturating_sub(pictures.lighting().unwrap_or_default())));
     Ok(Drawn {
         pictures: count,
         devices: [source.device().clone(), draws],
         time: start.elapsed(),
-        parts: [("evaluation", source.evaluation), ("drawing", drawing)],
+        parts,
         bytes,
     })
 }

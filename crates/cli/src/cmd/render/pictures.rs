@@ -2,13 +2,16 @@
 
 use super::frames::{Before, Evaluated, Shape};
 use super::marks;
+use super::skin::SkinLook;
 use crate::args::{self, Show};
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
-    Sphere, Strains, View, distances,
+    Sphere, Strains, View, distances, without_parts,
 };
 use rhytid::{Result, Rig};
+use std::borrow::Cow;
+use std::time::Duration;
 
 /// What draws.
 pub(super) struct Pictures<'a> {
@@ -17,6 +20,7 @@ pub(super) struct Pictures<'a> {
     /// What each side is called, written below each cell; `None` where the result is alone.
     words: Option<[String; 3]>,
     renderer: Renderer,
+    skin: Option<SkinLook>,
     overlay: Overlay,
     /// By how much marks are nearer than they are, in mesh units: the chord between two markers runs below the skin.
     lift: f32,
@@ -96,11 +100,20 @@ impl<'a> Pictures<'a> {
         });
         let [before, result] =
             before.map_or_else(|| [String::new(), "result".to_owned()], |before| before.words.clone());
+        let (faces, triangles) = match args.hide.is_empty() {
+            true => (Cow::Borrowed(&rig.faces), Cow::Borrowed(&rig.triangles)),
+            false => {
+                let (faces, triangles) = without_parts(rig, &args.hide);
+                (Cow::Owned(faces), Cow::Owned(triangles))
+            }
+        };
+        let is_skin = args.show.contains(&Show::Skin);
         Ok(Self {
             rig,
             cells: cells.collect(),
             words: (sides.len() > 1).then(|| ["truth".to_owned(), before, result]),
-            renderer: Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?,
+            renderer: Renderer::new(device, queue, &faces, &triangles, Offscreen::TARGET)?,
+            skin: is_skin.then(|| SkinLook::new(args, rig, &triangles, wgpu)).transpose()?,
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
             lift: 0.1 * Sphere::around(&marks::at_rest(rig)).radius,
             vertex: args.vertex,
@@ -122,6 +135,11 @@ impl<'a> Pictures<'a> {
     pub(super) fn size(&self) -> [u32; 2] {
         let [width, height] = self.page.size();
         [width.saturating_mul(self.cells.len() as u32), height + self.lines() * LINE]
+    }
+
+    /// What lighting skin took, where there is any.
+    pub(super) fn lighting(&self) -> Option<Duration> {
+        self.skin.as_ref().map(|skin| skin.time)
     }
 
     /// Lines of words below each cell.
@@ -160,6 +178,11 @@ impl<'a> Pictures<'a> {
                 self.frame.set(shape.positions, shape.normals, &numbers);
                 self.frame.vertices()
             });
+            if cell.show == Show::Skin
+                && let Some(skin) = &mut self.skin
+            {
+                skin.light(vertices, &camera, aspect)?;
+            }
             let look = cell.show.look().or(cell.heat.map(Look::Heat)).unwrap_or(Look::Smooth);
             self.renderer.show(&camera, aspect, look);
             let marks = self.marks(cell, shape);
@@ -167,7 +190,10 @@ impl<'a> Pictures<'a> {
                 self.overlay.show(&camera, self.page.size(), self.lift, marks)?;
             }
             let part = self.page.draw(self.background, |pass| {
-                self.renderer.draw(pass, vertices)?;
+                match &self.skin {
+                    Some(skin) if cell.show == Show::Skin => skin.renderer.draw(pass, vertices),
+                    _ => self.renderer.draw(pass, vertices)?,
+                }
                 if marks.is_some() {
                     self.overlay.draw(pass);
                 }

@@ -1,0 +1,72 @@
+//! How `rhytid render --show skin` is lit and taken.
+
+use clap::ValueEnum;
+use rhytid::render::{Lights, Tone};
+
+/// For `--show skin`.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct SkinLight {
+    /// Of --show skin: where the key light is, seen from the face: degrees to the picture's right (negative: left), and up.
+    #[arg(long, value_name = "RIGHT,UP", default_value = "-41,33", allow_hyphen_values = true, value_parser = parse_light)]
+    pub light: From,
+
+    /// Of --show skin: by so many stops brighter, or darker.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_stops)]
+    pub exposure: f32,
+
+    /// Of --show skin: how what is bright is shown.
+    #[arg(long, value_enum, default_value_t = ToneChoice::Neutral)]
+    pub tone: ToneChoice,
+}
+
+/// `--light`
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct From {
+    right: f32,
+    up: f32,
+}
+
+/// `--tone`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ToneChoice {
+    /// Colours stay as they are, but for the brightest (Khronos PBR Neutral).
+    Neutral,
+    /// With more contrast, and what is bright becomes white sooner (AgX).
+    Agx,
+}
+
+impl Default for SkinLight {
+    fn default() -> Self {
+        Self { light: From { right: -41.0, up: 33.0 }, exposure: 0.0, tone: ToneChoice::Neutral }
+    }
+}
+
+impl SkinLight {
+    pub(crate) fn lights(&self) -> Lights {
+        let [right, up] = [self.light.right, self.light.up].map(f32::to_radians);
+        let lights = Lights::default();
+        Lights {
+            toward: [right.sin() * up.cos(), up.sin(), right.cos() * up.cos()],
+            exposure: lights.exposure - self.exposure,
+            tone: match self.tone {
+                ToneChoice::Neutral => Tone::Neutral,
+                ToneChoice::Agx => Tone::Agx,
+            },
+            ..lights
+        }
+    }
+}
+
+fn parse_light(text: &str) -> Result<From, String> {
+    let angle = |text: &str, most: f32| text.trim().parse().ok().filter(|x: &f32| x.abs() <= most);
+    text.split_once(',')
+        .and_then(|(right, up)| Some(From { right: angle(right, 180.0)?, up: angle(up, 90.0)? }))
+        .ok_or_else(|| {
+            "expected degrees to the right (-180 to 180) and up (-90 to 90), such as -41,33".to_owned()
+        })
+}
+
+fn parse_stops(text: &str) -> Result<f32, String> {
+    let stops = text.parse().ok().filter(|x: &f32| x.abs() <= 10.0);
+    stops.ok_or_else(|| "expected stops from -10 to 10".to_owned())
+}
