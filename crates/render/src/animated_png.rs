@@ -20,9 +20,9 @@ impl<W: Write> AnimatedPng<W> {
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        encoder.set_animated(pictures, 0)?;
-        encoder.set_frame_delay(100, (100.0 * rate).round().clamp(1.0, 65_535.0) as u16)?;
-        Ok(Self { writer: encoder.write_header()?, size })
+        encoder.set_animated(pictures, 0).map_err(plain)?;
+        encoder.set_frame_delay(100, (100.0 * rate).round().clamp(1.0, 65_535.0) as u16).map_err(plain)?;
+        Ok(Self { writer: encoder.write_header().map_err(plain)?, size })
     }
 
     /// The next picture.
@@ -34,7 +34,7 @@ impl<W: Write> AnimatedPng<W> {
             let what = format!("a picture of {:?} pixels among those of {:?}", picture.size, self.size);
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
-        Ok(self.writer.write_image_data(&picture.pixels)?)
+        self.writer.write_image_data(&picture.pixels).map_err(plain)
     }
 
     /// Writes the end.
@@ -42,7 +42,15 @@ impl<W: Write> AnimatedPng<W> {
     /// # Errors
     /// As what is written to, or if pictures are missing.
     pub fn finish(self) -> io::Result<()> {
-        Ok(self.writer.finish()?)
+        self.writer.finish().map_err(plain)
+    }
+}
+
+/// What was written to says what is wrong, in its own words.
+fn plain(error: png::EncodingError) -> io::Error {
+    match error {
+        png::EncodingError::IoError(error) => error,
+        other => other.into(),
     }
 }
 
@@ -60,6 +68,8 @@ mod tests {
         animated.finish().unwrap();
         let mut reader = png::Decoder::new(io::Cursor::new(&bytes)).read_info().unwrap();
         assert_eq!(reader.info().animation_control.unwrap().num_frames, 3);
+        let full = AnimatedPng::new(&mut [0; 60][..], [5, 4], 3, 24.0).err().map(|error| error.kind());
+        assert_eq!(full, Some(io::ErrorKind::WriteZero));
         for picture in &pictures {
             let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
             reader.next_frame(&mut pixels).unwrap();

@@ -48,8 +48,7 @@ impl<W: Write + Seek> AnimatedWebP<W> {
     /// The next picture.
     ///
     /// # Errors
-    /// As what is written to; [`io::ErrorKind::InvalidInput`] if its size is another; [`io::ErrorKind::FileTooLarge`] beyond the 4 GiB
-    /// of a WebP.
+    /// As what is written to; [`io::ErrorKind::InvalidInput`] if its size is another, or beyond the 4 GiB of a WebP.
     pub fn add(&mut self, picture: &Picture) -> io::Result<()> {
         if picture.size != self.size {
             let what = format!("a picture of {:?} pixels among those of {:?}", picture.size, self.size);
@@ -84,7 +83,7 @@ impl<W: Write + Seek> AnimatedWebP<W> {
         self.written += 8 + size as u64;
         if self.written > u32::MAX.into() {
             let what = "more than the 4 GiB of a WebP; write fewer or smaller pictures, or a film (.mp4)";
-            return Err(io::Error::new(io::ErrorKind::FileTooLarge, what));
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
         self.out.write_all(name)?;
         self.out.write_all(&(size as u32).to_le_bytes())?;

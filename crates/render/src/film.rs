@@ -17,10 +17,10 @@ use std::fmt::Display;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::num::NonZeroU32;
 
-/// The fastest of rav1e's presets: without its assembler, which needs NASM, the others take minutes.
+/// The fastest of rav1e's presets: without its assembler, which needs NASM, the others take several times as long.
 const SPEED: u8 = 10;
-/// From 0, without loss, to 255: with this one, folds stay and skin has no blocks.
-const QUANTIZER: usize = 70;
+/// From 0, without loss, to 255: with this one, folds stay and skin is smooth.
+const QUANTIZER: usize = 40;
 /// Tiles are encoded side by side; each has about so many pixels.
 const PIXELS_PER_TILE: u64 = 100_000;
 /// From one picture that stands alone to the next, which is what a player can jump to.
@@ -64,7 +64,8 @@ impl<W: Write + Seek> Film<W> {
         wanted.low_latency = true;
         wanted.speed_settings.rdo_lookahead_frames = 1;
         wanted.speed_settings.scene_detection_mode = SceneDetectionSpeed::None;
-        wanted.max_key_frame_interval = (SECONDS_BETWEEN_KEYS * rate).ceil().max(1.0) as u64;
+        let between_keys = (SECONDS_BETWEEN_KEYS * rate).ceil().clamp(1.0, 1200.0) as u64;
+        wanted.set_key_frame_interval(between_keys, between_keys);
         // In half the bytes of what the preset has, in the same time.
         wanted.tune = Tune::Psnr;
         wanted.speed_settings.partition.partition_range = PartitionRange::new(

@@ -59,7 +59,7 @@
 //!
 //! # Features
 //!
-//! All are on by default. `default-features = false` with a backend alone is the runtime for a game: no solver, no file format but
+//! All but `film` are on by default. `default-features = false` with a backend alone is the runtime for a game: no solver, no file format but
 //! the rig's, nothing that was only needed before.
 //!
 //! | feature | what it adds |
@@ -71,6 +71,7 @@
 //! | `playback` | a take on a rig, with overlap, fall-back and choice of device: [`playback`] |
 //! | `evaluate` | how good a rig is and where not, which scans to make: [`evaluate`](mod@evaluate) |
 //! | `render` | pictures: shaded, as wire, heat maps; with the backend `wgpu`: [`render`] |
+//! | `film` | pictures as films, off by default: [`render::Film`] |
 //! | `report` | what a clean-up did, and what an evaluation found, as pages: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]

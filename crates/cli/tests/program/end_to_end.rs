@@ -19,6 +19,8 @@ fn demo() {
     let files = list(&f.path("demo"));
     let expected = [
         "face.glb",
+        #[cfg(feature = "film")]
+        "face.mp4",
         #[cfg(feature = "wgpu")]
         "face.png",
         "face.safetensors",

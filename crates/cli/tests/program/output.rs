@@ -187,6 +187,16 @@ fn ctrl_c_stops_and_leaves_nothing() {
     }
 }
 
+#[test]
+#[cfg(all(unix, feature = "film"))]
+fn ctrl_c_stops_a_film() {
+    let f = long_work();
+    let args = "render face.safetensors take.csv -o out/face.mp4 --size 64x48";
+    let output = interrupted(&f, args, "render", &["-INT"]);
+    assert_refused(&output, &["stopped before the end"]);
+    f.assert_nothing_written();
+}
+
 /// The second request comes while the first is still waiting for the end of a frame, if not at the first try.
 #[test]
 #[cfg(target_os = "linux")]

@@ -1,6 +1,6 @@
 //! `rhytid render`: pictures of frames, on every device that draws.
 
-use crate::common::{Fixture, list};
+use crate::common::{Fixture, assert_refused, list};
 
 fn png(bytes: &[u8]) -> (png::OutputInfo, Vec<u8>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
@@ -157,6 +157,30 @@ fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
     for x in [30, 45, 60] {
         let found = &row[4 * x..][..3];
         assert!(found.iter().zip(expected).all(|(a, b): (&u8, u8)| a.abs_diff(b) <= 2), "{found:?} at {x}");
+    }
+}
+
+/// The limit on a file's size stands in for the end of the disk.
+#[test]
+#[cfg(unix)]
+fn what_has_no_room_leaves_nothing() {
+    let f = solved();
+    for ending in [
+        "png",
+        "apng",
+        "webp",
+        #[cfg(feature = "film")]
+        "mp4",
+    ] {
+        let command = format!("render face.safetensors take.csv --size 320x240 -o out/face.{ending}");
+        let script = r#"ulimit -f 8; exec "$0" $1"#;
+        let output = std::process::Command::new("sh")
+            .args(["-c", script, env!("CARGO_BIN_EXE_rhytid"), &command])
+            .current_dir(f.path("."))
+            .output()
+            .unwrap();
+        assert_refused(&output, &["out/face", "no space left", "nothing was written"]);
+        f.assert_nothing_written();
     }
 }
 
