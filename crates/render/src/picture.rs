@@ -44,6 +44,9 @@ impl Picture {
     pub fn put(&mut self, other: &Self, at: [u32; 2]) {
         let width = other.size[0].min(self.size[0].saturating_sub(at[0])) as usize;
         let height = other.size[1].min(self.size[1].saturating_sub(at[1]));
+        if width == 0 {
+            return;
+        }
         for y in 0..height {
             let from = 4 * (y as usize * other.size[0] as usize);
             let to = 4 * ((at[1] + y) as usize * self.size[0] as usize + at[0] as usize);
