@@ -44,17 +44,36 @@ pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
     parts.iter().map(|&part| if solid[part as usize] { WHITE } else { skin }).collect()
 }
 
-/// What is left of a rig's polygons and triangles without the connected parts that have any of these `vertices`.
+/// Takes the polygons and triangles out of a rig whose connected parts have any of these `vertices`: they are not drawn.
 ///
 /// # Panics
 /// If the rig has no such vertex.
-pub fn without_parts(rig: &Rig, vertices: &[usize]) -> (Faces, Vec<[u32; 3]>) {
+pub fn hide_parts(rig: &mut Rig, vertices: &[usize]) {
     let parts = parts(rig.vertices(), &rig.faces);
     let hidden: Vec<u32> = vertices.iter().map(|&v| parts[v]).collect();
     let is_seen = |corners: &[u32]| corners.iter().all(|&v| !hidden.contains(&parts[v as usize]));
-    let mut faces = Faces::default();
-    rig.faces.iter().filter(|face| is_seen(face)).for_each(|face| faces.push(face));
-    (faces, rig.triangles.iter().filter(|triangle| is_seen(&triangle[..])).copied().collect())
+    let of_faces: Vec<bool> = rig.faces.iter().map(is_seen).collect();
+    let counts = rig.faces.counts.iter();
+    let of_corners: Vec<bool> = of_faces
+        .iter()
+        .zip(counts)
+        .flat_map(|(seen, &count)| std::iter::repeat_n(*seen, count as usize))
+        .collect();
+    rig.triangles.retain(|triangle| is_seen(&triangle[..]));
+    keep(&mut rig.faces.counts, &of_faces);
+    keep(&mut rig.faces.indices, &of_corners);
+    if let Some(corners) = rig.uvs.as_mut().and_then(|uvs| uvs.corners.as_mut()) {
+        keep(corners, &of_corners);
+    }
+    if let Some(materials) = &mut rig.materials {
+        keep(&mut materials.of_face, &of_faces);
+    }
+}
+
+/// Those that are seen.
+fn keep<T>(all: &mut Vec<T>, seen: &[bool]) {
+    let mut seen = seen.iter();
+    all.retain(|_| seen.next().is_none_or(|seen| *seen));
 }
 
 #[cfg(test)]
@@ -93,10 +112,15 @@ mod tests {
         let albedos = albedos(&rig, skin);
         assert!(albedos[..first].iter().all(|albedo| *albedo == skin));
         assert!(albedos[first..].iter().all(|albedo| *albedo == WHITE));
-        let (faces, triangles) = without_parts(&rig, &[first + 3]);
-        assert_eq!((faces.len(), triangles.len()), (rig.faces.len() - 6, rig.triangles.len() - 12));
-        assert!(triangles.as_flattened().iter().all(|&v| (v as usize) < first));
-        let (faces, triangles) = without_parts(&rig, &[0]);
-        assert_eq!((faces.len(), triangles.len()), (6, 12));
+        let mut face = rig.clone();
+        hide_parts(&mut face, &[first + 3]);
+        let counts = [face.faces.len(), face.triangles.len(), face.faces.indices.len()];
+        let all = [rig.faces.len(), rig.triangles.len(), rig.faces.indices.len()];
+        assert_eq!(counts, [all[0] - 6, all[1] - 12, all[2] - 24]);
+        assert!(face.triangles.as_flattened().iter().all(|&v| (v as usize) < first));
+        face.triangle_corners().unwrap();
+        let mut block = rig;
+        hide_parts(&mut block, &[0]);
+        assert_eq!((block.faces.len(), block.triangles.len()), (6, 12));
     }
 }

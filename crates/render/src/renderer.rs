@@ -2,6 +2,9 @@
 
 use crate::camera::Camera;
 use crate::heat::Heat;
+use crate::image::Images;
+use crate::picture::Picture;
+use crate::textured::{Surface, Textured};
 use rhytid_core::{Error, Faces, Result};
 use std::num::NonZeroU64;
 
@@ -9,7 +12,7 @@ use std::num::NonZeroU64;
 const UNIFORM_WORDS: usize = 16 + 16 + 4 + 4 + 4 * crate::heat::COLOURS;
 
 /// Linear red, green and blue of a light skin.
-const SKIN: [f32; 3] = [0.85, 0.56, 0.44];
+pub(crate) const SKIN: [f32; 3] = [0.85, 0.56, 0.44];
 const WIRE: [f32; 3] = [0.75, 0.80, 0.85];
 
 /// What a face is drawn as.
@@ -25,6 +28,10 @@ pub enum Look {
     Wireframe,
     /// A colour for the number at each vertex, without light: what the legend says.
     Heat(Heat),
+    /// As a ball looks where its surface has the same direction: [`Picture::clay`], or what [`Renderer::set_matcap`] was given.
+    Matcap,
+    /// Lit at every pixel, in the colours of the images that [`Renderer::set_textures`] was given.
+    Textured,
 }
 
 /// What a pass draws into.
@@ -52,11 +59,17 @@ pub struct Vertices<'a> {
 /// Draws one mesh.
 #[derive(Debug)]
 pub struct Renderer {
+    device: wgpu::Device,
     queue: wgpu::Queue,
+    target: Target,
     uniforms: wgpu::Buffer,
+    layout: wgpu::BindGroupLayout,
     group: wgpu::BindGroup,
-    /// Smooth, Gouraud, flat, what is behind a wire, heat, wire.
-    pipelines: [wgpu::RenderPipeline; 6],
+    images: Images,
+    matcap: wgpu::BindGroup,
+    textured: Option<Textured>,
+    /// Smooth, Gouraud, flat, what is behind a wire, heat, wire, matcap.
+    pipelines: [wgpu::RenderPipeline; 7],
     triangles: wgpu::Buffer,
     edges: wgpu::Buffer,
     /// What [`Renderer::draw`] draws.
@@ -111,16 +124,56 @@ impl Renderer {
                 queue.write_buffer(&buffer, 0, contents);
                 buffer
             };
+            let images = Images::new(device);
             Self {
+                device: device.clone(),
                 queue: queue.clone(),
+                target,
                 uniforms,
                 group,
-                pipelines: pipelines(device, &layout, target),
+                matcap: images.group(device, queue, &Picture::clay()),
+                textured: None,
+                pipelines: pipelines(device, &layout, &images.layout, target),
+                images,
+                layout,
                 triangles: indices("triangles", bytemuck::cast_slice(triangles)),
                 edges: indices("edges", bytemuck::cast_slice(&edges(faces))),
                 look: Look::Smooth,
             }
         })
+    }
+
+    /// The ball that [`Look::Matcap`] shows, which fills the picture.
+    ///
+    /// # Errors
+    /// [`Error::Device`], as for want of memory.
+    pub fn set_matcap(&mut self, ball: &Picture) -> Result<()> {
+        let group = || self.images.group(&self.device, &self.queue, ball);
+        self.matcap = crate::checked(&self.device, "taking a matcap", group)?;
+        Ok(())
+    }
+
+    /// The images that [`Look::Textured`] shows, on the mesh that the renderer was made for.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the surface is not that of one mesh; [`Error::Device`], as for want of memory, or where vertices cannot be read
+    /// from storage buffers.
+    pub fn set_textures(&mut self, surface: Surface<'_>) -> Result<()> {
+        let corners = surface.corners()?;
+        let textured = || {
+            let layouts = [&self.layout, &self.images.layout];
+            Textured::new(
+                &self.device,
+                &self.queue,
+                layouts,
+                self.target,
+                surface.images,
+                &self.images,
+                corners,
+            )
+        };
+        self.textured = Some(crate::checked(&self.device, "taking textures", textured)?);
+        Ok(())
     }
 
     /// What the next pass shows, seen by `camera` in a picture whose width is `aspect` times its height. What has been submitted
@@ -143,18 +196,27 @@ impl Renderer {
     /// Draws a frame into a pass whose attachments are the [`Target`] that the renderer was made for.
     ///
     /// # Errors
-    /// [`Error::Input`] if numbers are to be shown and there are none.
+    /// [`Error::Input`] if numbers or textures are to be shown and there are none.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Vertices<'_>) -> Result<()> {
         pass.set_bind_group(0, &self.group, &[]);
+        if self.look == Look::Textured {
+            let missing = || Error::input("textures are to be shown, and the renderer was given none");
+            self.textured.as_ref().ok_or_else(missing)?.draw(&self.device, pass, vertices);
+            return Ok(());
+        }
         pass.set_vertex_buffer(0, vertices.positions);
         pass.set_vertex_buffer(1, vertices.normals);
         if let Look::Heat(_) = self.look {
             let missing = || Error::input("a heat map needs a number for each vertex, and there are none");
             pass.set_vertex_buffer(2, vertices.numbers.ok_or_else(missing)?);
         }
-        let [smooth, gouraud, flat, behind, heat, wire] = &self.pipelines;
+        if self.look == Look::Matcap {
+            pass.set_bind_group(1, &self.matcap, &[]);
+        }
+        let [smooth, gouraud, flat, behind, heat, wire, matcap] = &self.pipelines;
         pass.set_pipeline(match self.look {
-            Look::Smooth => smooth,
+            Look::Smooth | Look::Textured => smooth,
+            Look::Matcap => matcap,
             Look::Gouraud => gouraud,
             Look::Flat => flat,
             Look::Wireframe => behind,
@@ -185,16 +247,20 @@ pub(crate) fn edges(faces: &Faces) -> Vec<[u32; 2]> {
 
 fn pipelines(
     device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
+    view: &wgpu::BindGroupLayout,
+    image: &wgpu::BindGroupLayout,
     target: Target,
-) -> [wgpu::RenderPipeline; 6] {
+) -> [wgpu::RenderPipeline; 7] {
     let source = wgpu::ShaderSource::Wgsl(include_str!("shader.wgsl").into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("face"), source });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("face"),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
+    let layout = |groups: &[Option<&wgpu::BindGroupLayout>]| {
+        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("face"),
+            bind_group_layouts: groups,
+            immediate_size: 0,
+        })
+    };
+    let (plain, with_image) = (layout(&[Some(view)]), layout(&[Some(view), Some(image)]));
     let attribute = |format, shader_location| [wgpu::VertexAttribute { format, offset: 0, shader_location }];
     let attributes = [
         attribute(wgpu::VertexFormat::Float32x3, 0),
@@ -212,7 +278,7 @@ fn pipelines(
         let [has_numbers, is_wire, is_behind] = ["heat", "wire", "behind"].map(|name| name == fragment);
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
-            layout: Some(&layout),
+            layout: Some(if fragment == "matcap" { &with_image } else { &plain }),
             vertex: wgpu::VertexState {
                 module: &module,
                 entry_point: Some(if has_numbers { "numbered_corner" } else { "corner" }),
@@ -248,5 +314,5 @@ fn pipelines(
             cache: None,
         })
     };
-    ["smooth_skin", "gouraud_skin", "flat_skin", "behind", "heat", "wire"].map(pipeline)
+    ["smooth_skin", "gouraud_skin", "flat_skin", "behind", "heat", "wire", "matcap"].map(pipeline)
 }

@@ -10,6 +10,8 @@ struct View {
 }
 
 @group(0) @binding(0) var<uniform> view: View;
+@group(1) @binding(0) var image: texture_2d<f32>;
+@group(1) @binding(1) var filtering: sampler;
 
 struct Corner {
     @builtin(position) at: vec4f,
@@ -42,9 +44,13 @@ fn seen(position: vec3f, normal: vec3f, number: f32) -> Corner {
 }
 
 // What is seen from its inside is darker.
+fn lit(colour: vec3f, n: vec3f, is_front: bool) -> vec4f {
+    let light = select(0.3 * light(-n), light(n), is_front);
+    return vec4f(min(colour * light, vec3f(1)), 1);
+}
+
 fn skin(n: vec3f, is_front: bool) -> vec4f {
-    let lit = select(0.3 * light(-n), light(n), is_front);
-    return vec4f(min(view.colour.rgb * lit, vec3f(1)), 1);
+    return lit(view.colour.rgb, n, is_front);
 }
 
 @fragment fn smooth_skin(c: Corner, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
@@ -75,4 +81,16 @@ fn skin(n: vec3f, is_front: bool) -> vec4f {
     let t = clamp((c.number - view.range.x) / (view.range.y - view.range.x), 0, 1) * 64;
     let first = min(u32(t), 63u);
     return mix(view.colours[first], view.colours[first + 1], t - f32(first));
+}
+
+// A ball's picture where its surface has the same direction, seen along the ray to this place rather than along the camera's axis,
+// so that a ball looks the same wherever it is in the picture.
+@fragment fn matcap(c: Corner, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
+    let n = select(-1.0, 1.0, is_front) * normalize(c.normal);
+    let toward = normalize(-c.place);
+    let right = normalize(vec3f(toward.z, 0, -toward.x));
+    let seen = vec2f(dot(right, n), dot(cross(toward, right), n));
+    // The ball fills the picture but for half a pixel of 256.
+    let colour = textureSample(image, filtering, 0.5 + vec2f(0.498, -0.498) * seen).rgb;
+    return vec4f(select(0.3, 1.0, is_front) * colour, 1);
 }

@@ -1,14 +1,15 @@
 //! Pictures on every device here, against what is known of them.
 
 use rhytid_backend_wgpu::Wgpu;
-use rhytid_core::{Backend, Faces, UpAxis};
+use rhytid_core::{Backend, Faces, Materials, UpAxis, Uvs};
 use rhytid_render::{
     Anchor, Camera, FrameBuffers, Heat, LEGEND, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sphere,
-    View,
+    Surface, View,
 };
 
 const NONE: [u8; 4] = [0; 4];
 
+#[derive(Clone)]
 struct Mesh {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -265,7 +266,7 @@ fn the_same_picture_twice_has_the_same_bytes() {
 fn devices_draw_the_same_picture() {
     let (mesh, size) = (Mesh::ball(48), [200, 160]);
     let camera = mesh.camera(View { turn: 20.0, raise: 15.0, ..View::default() }, size);
-    for look in [Look::Smooth, Look::Gouraud, Look::Flat, Look::Wireframe] {
+    for look in [Look::Smooth, Look::Gouraud, Look::Flat, Look::Wireframe, Look::Matcap] {
         let pictures = std::cell::RefCell::new(Vec::new());
         each_device(|device, wgpu| {
             pictures.borrow_mut().push((device.to_owned(), mesh.draw(wgpu, &camera, size, look)));
@@ -327,6 +328,138 @@ fn marks_are_on_the_skin_and_hidden_behind_it() {
         near(at(-0.4, -0.5, 0, 2), green, device);
         near(at(0.4, -0.5, 0, 6), skin, device);
         near(at(0.0, -0.5, 0, 0), blue, device);
+    });
+}
+
+#[test]
+fn a_matcap_is_a_balls_picture_by_direction() {
+    let (mut mesh, size) = (Mesh::sheet(4), [200, 200]);
+    let ball = Picture::clay();
+    let at = |[x, y]: [f32; 2]| {
+        let place = |s: f32| ((0.5 + 0.498 * s) * 256.0) as u32;
+        let [r, g, b, _] = ball.pixel([place(x), place(-y)]);
+        [r, g, b].map(|part| {
+            let x = f32::from(part) / 255.0;
+            if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+        })
+    };
+    let camera = mesh.camera(View { lens: 800.0, ..View::default() }, size);
+    // Clay is lit from the upper left.
+    assert!(at([-0.5, 0.6])[0] > 2.0 * at([0.5, -0.6])[0]);
+    each_device(|device, wgpu| {
+        for (x, y) in [(0.0, 0.0), (-0.5, 0.6), (0.5, -0.6), (0.0, 0.7)] {
+            let normal = [x, y, (1.0_f32 - x * x - y * y).sqrt()];
+            let turned = Mesh { normals: vec![normal; mesh.normals.len()], ..mesh.clone() };
+            near(turned.draw(wgpu, &camera, size, Look::Matcap).pixel([100, 100]), at([x, y]), device);
+        }
+    });
+    // From its inside it is as from its outside, but darker.
+    for normal in &mut mesh.normals {
+        *normal = [0.0, 0.0, 1.0];
+    }
+    let behind = mesh.camera(View { turn: 180.0, lens: 800.0, ..View::default() }, size);
+    each_device(|device, wgpu| {
+        let found = mesh.draw(wgpu, &behind, size, Look::Matcap).pixel([100, 100]);
+        near(found, at([0.0, 0.0]).map(|part| 0.3 * part), device);
+    });
+}
+
+/// The sheet with an image whose lower left corner is its own; `materials` of the faces.
+fn textured(
+    mesh: &Mesh,
+    wgpu: &Wgpu,
+    camera: &Camera,
+    size: [u32; 2],
+    (uvs, materials, images): (&Uvs, Option<&Materials>, &[Option<Picture>]),
+) -> Picture {
+    let (device, queue) = (wgpu.device(), wgpu.queue());
+    let mut renderer = Renderer::new(device, queue, &mesh.faces, &mesh.triangles, Offscreen::TARGET).unwrap();
+    let surface = Surface { faces: &mesh.faces, triangles: &mesh.triangles, uvs, materials, images };
+    renderer.set_textures(surface).unwrap();
+    let page = Offscreen::new(device, queue, size).unwrap();
+    let frame = FrameBuffers::new(device, queue, mesh.positions.len()).unwrap();
+    frame.set(mesh.positions.as_flattened(), mesh.normals.as_flattened(), &[]);
+    renderer.show(camera, page.aspect(), Look::Textured);
+    page.draw(NONE, |pass| renderer.draw(pass, frame.vertices())).unwrap()
+}
+
+#[test]
+fn textures_are_where_their_coordinates_say() {
+    // Two quads beside each other, of three columns of vertices.
+    let mut mesh = Mesh::sheet(2);
+    mesh.faces = Faces::default();
+    mesh.triangles.clear();
+    [[0, 1, 4, 3], [1, 2, 5, 4]].into_iter().for_each(|quad| mesh.push(quad));
+    let size = [400, 400];
+    let camera = mesh.camera(View { lens: 800.0, ..View::default() }, size);
+    let (red, green, blue, white) = ([255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]);
+    // Rows from the top: red and green over blue and white, 64 pixels each way so that their middles are themselves.
+    let mut image = Picture::filled([64, 64], white);
+    for (colour, at) in [(red, [0, 0]), (green, [32, 0]), (blue, [0, 32])] {
+        image.put(&Picture::filled([32, 32], colour), at);
+    }
+    // Each quad has the whole image: the vertices between them have two places on it.
+    let square = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let uvs = Uvs { values: square, corners: Some(vec![0, 1, 2, 3, 0, 1, 2, 3]) };
+    let materials = Materials { names: vec!["a".into(), "b".into()], of_face: vec![0, 1] };
+    let lit = |colour: [f32; 3]| colour.map(|part| part * light([0.0, 0.0, 1.0]));
+    each_device(|device, wgpu| {
+        let pixel = |picture: &Picture, x: f32, y: f32| {
+            let [x, y, _] = camera.project(size, [x, y, 0.0]);
+            picture.pixel([x as u32, y as u32])
+        };
+        let all = textured(&mesh, wgpu, &camera, size, (&uvs, None, &[Some(image.clone())]));
+        for left in [-1.0, 0.0] {
+            for (x, y, colour) in [
+                (0.2, -0.2, [1.0, 0.0, 0.0]),
+                (0.8, -0.2, [0.0, 1.0, 0.0]),
+                (0.2, -0.8, [0.0, 0.0, 1.0]),
+                (0.8, -0.8, [1.0; 3]),
+            ] {
+                near(pixel(&all, left + x, y), lit(colour), device);
+            }
+        }
+        // The second material has no image.
+        let one =
+            textured(&mesh, wgpu, &camera, size, (&uvs, Some(&materials), &[Some(image.clone()), None]));
+        near(pixel(&one, -0.8, -0.2), lit([1.0, 0.0, 0.0]), device);
+        near(pixel(&one, 0.2, -0.2), lit(SKIN), device);
+        // By vertex: the image over both.
+        let over = (0..9).map(|v| [(v % 3) as f32 / 2.0, (v / 3) as f32]).collect();
+        let over = Uvs { values: over, corners: None };
+        let wide = textured(&mesh, wgpu, &camera, size, (&over, None, &[Some(image.clone())]));
+        near(pixel(&wide, -0.2, -0.2), lit([1.0, 0.0, 0.0]), device);
+        near(pixel(&wide, 0.2, -0.2), lit([0.0, 1.0, 0.0]), device);
+        // A board that is finer than pixels is grey: half the light.
+        let fine = (0..512 * 512).flat_map(|i| if (i + i / 512) % 2 == 0 { white } else { [0, 0, 0, 255] });
+        let fine = Picture { size: [512, 512], pixels: fine.collect() };
+        let far = mesh.camera(View { lens: 8.0, ..View::default() }, [40, 40]);
+        let grey = textured(&mesh, wgpu, &far, [40, 40], (&uvs, None, &[Some(fine)]));
+        let [x, y, _] = far.project([40, 40], [-0.3, -0.5, 0.0]);
+        near(grey.pixel([x as u32, y as u32]), lit([0.5; 3]), device);
+    });
+}
+
+#[test]
+fn textures_that_do_not_fit_are_refused() {
+    let mesh = Mesh::sheet(1);
+    let values = vec![[0.0; 2]; 4];
+    each_device(|device, wgpu| {
+        let mut renderer =
+            Renderer::new(wgpu.device(), wgpu.queue(), &mesh.faces, &mesh.triangles, Offscreen::TARGET)
+                .unwrap();
+        for corners in [Some(vec![0, 1]), Some(vec![0, 1, 2, 9])] {
+            let uvs = Uvs { values: values.clone(), corners };
+            let surface = Surface {
+                faces: &mesh.faces,
+                triangles: &mesh.triangles,
+                uvs: &uvs,
+                materials: None,
+                images: &[],
+            };
+            let refused = renderer.set_textures(surface).unwrap_err().to_string();
+            assert!(refused.contains("texture coordinate"), "{device}: {refused}");
+        }
     });
 }
 

@@ -82,6 +82,14 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N")]
     pub vertex: Option<usize>,
 
+    /// For --show matcap: the picture of a ball, which fills it, PNG or JPEG [default: clay].
+    #[arg(long, value_name = "IMAGE")]
+    pub matcap: Option<PathBuf>,
+
+    /// For --show textured: the image, PNG or JPEG; or the .obj, .mtl, .glb or .gltf whose materials name theirs.
+    #[arg(long, value_name = "FILE")]
+    pub texture: Option<PathBuf>,
+
     /// What is behind the face: red, green and blue as RRGGBB, or none for a transparent picture [default: that of a sheet's paper].
     #[arg(long, value_name = "COLOUR", value_parser = parse_background)]
     pub background: Option<Background>,
@@ -158,6 +166,10 @@ pub(crate) enum Show {
     Skin,
     /// The edges of the mesh's polygons.
     Wireframe,
+    /// As a ball of clay looks where its surface has the same direction, or the ball of --matcap.
+    Matcap,
+    /// Shaded, in the colours of --texture.
+    Textured,
     /// Shaded, with the markers, and how much longer (red) or shorter (blue) the strain edges between them are than at rest.
     Markers,
     /// Shaded, with the strain edges (red) and anchors (blue) that drive the folds of --vertex.
@@ -177,7 +189,16 @@ pub(crate) enum Show {
 impl Show {
     /// Whether it is made of a frame on the host, beside positions and normals where they are.
     pub(crate) fn is_made_on_the_host(self) -> bool {
-        !matches!(self, Self::Shaded | Self::Gouraud | Self::Flat | Self::Skin | Self::Wireframe)
+        !matches!(
+            self,
+            Self::Shaded
+                | Self::Gouraud
+                | Self::Flat
+                | Self::Skin
+                | Self::Wireframe
+                | Self::Matcap
+                | Self::Textured
+        )
     }
 
     /// `None` for those that show numbers, and for skin.
@@ -187,6 +208,8 @@ impl Show {
             Self::Gouraud => Some(Look::Gouraud),
             Self::Flat => Some(Look::Flat),
             Self::Wireframe => Some(Look::Wireframe),
+            Self::Matcap => Some(Look::Matcap),
+            Self::Textured => Some(Look::Textured),
             Self::Skin | Self::Strain | Self::Detail | Self::Sigma | Self::Error => None,
         }
     }

@@ -183,6 +183,8 @@ fn draw(
         truth_frames: None,
         hide: Vec::new(),
         skin: args::SkinLight::default(),
+        matcap: None,
+        texture: None,
         fade_detail: false,
         detail: 1.0,
         stage: StageChoice::Full,

@@ -11,6 +11,7 @@ mod materials;
 mod obj;
 mod ply;
 mod read;
+mod textures;
 mod uvs;
 mod write_obj;
 
@@ -18,4 +19,5 @@ pub use check::check;
 pub use groups::read_groups;
 pub use like::read_like;
 pub use read::{Format, decode, read};
+pub use textures::read_textures;
 pub use write_obj::write_obj;

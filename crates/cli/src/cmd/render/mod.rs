@@ -1,6 +1,7 @@
 //! `rhytid render`
 
 mod frames;
+mod images;
 mod marks;
 mod pictures;
 mod skin;
@@ -14,7 +15,7 @@ use pictures::Pictures;
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::playback::PlaybackOptions;
-use rhytid::render::{Moving, MovingFormat, Picture, Sheet};
+use rhytid::render::{Moving, MovingFormat, Picture, Sheet, hide_parts};
 use rhytid::{AtomicFile, Backend, DeviceInfo, Error, Progress, Result, Rig, human, rig_file};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -141,6 +142,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         let last = rig.vertices() - 1;
         return Err(Error::input(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
     }
+    hide_parts(&mut rig, &args.hide);
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let mut take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
     let range = args.frames.within(take.frames())?;
@@ -165,7 +167,9 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
     };
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-    let also_read = [&args.setup, &args.compare, &args.truth_frames].into_iter().filter_map(Option::as_deref);
+    let also_read = [&args.setup, &args.compare, &args.truth_frames, &args.matcap, &args.texture]
+        .into_iter()
+        .filter_map(Option::as_deref);
     refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read))?;
     let mut whole = AtomicFile::create(outputs[0])?;
 

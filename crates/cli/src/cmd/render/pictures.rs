@@ -1,16 +1,15 @@
 //! A frame as a picture, once for each thing to show.
 
 use super::frames::{Before, Evaluated, Shape};
-use super::marks;
 use super::skin::SkinLook;
+use super::{images, marks};
 use crate::args::{self, Show};
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
-    Sphere, Strains, View, distances, without_parts,
+    Sphere, Strains, View, distances,
 };
 use rhytid::{Result, Rig};
-use std::borrow::Cow;
 use std::time::Duration;
 
 /// What draws.
@@ -100,20 +99,15 @@ impl<'a> Pictures<'a> {
         });
         let [before, result] =
             before.map_or_else(|| [String::new(), "result".to_owned()], |before| before.words.clone());
-        let (faces, triangles) = match args.hide.is_empty() {
-            true => (Cow::Borrowed(&rig.faces), Cow::Borrowed(&rig.triangles)),
-            false => {
-                let (faces, triangles) = without_parts(rig, &args.hide);
-                (Cow::Owned(faces), Cow::Owned(triangles))
-            }
-        };
         let is_skin = args.show.contains(&Show::Skin);
+        let mut renderer = Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?;
+        images::give(&mut renderer, rig, args)?;
         Ok(Self {
             rig,
             cells: cells.collect(),
             words: (sides.len() > 1).then(|| ["truth".to_owned(), before, result]),
-            renderer: Renderer::new(device, queue, &faces, &triangles, Offscreen::TARGET)?,
-            skin: is_skin.then(|| SkinLook::new(args, rig, &triangles, wgpu)).transpose()?,
+            renderer,
+            skin: is_skin.then(|| SkinLook::new(args, rig, wgpu)).transpose()?,
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
             lift: 0.1 * Sphere::around(&marks::at_rest(rig)).radius,
             vertex: args.vertex,

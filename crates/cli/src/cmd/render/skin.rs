@@ -16,12 +16,18 @@ pub(super) struct SkinLook {
 }
 
 impl SkinLook {
-    /// Of a rig, of which `triangles` are drawn.
-    pub(super) fn new(args: &args::Render, rig: &Rig, triangles: &[[u32; 3]], wgpu: &Wgpu) -> Result<Self> {
+    /// Of a rig.
+    pub(super) fn new(args: &args::Render, rig: &Rig, wgpu: &Wgpu) -> Result<Self> {
         let (device, queue, skin) = (wgpu.device(), wgpu.queue(), Skin::default());
         let millimetres = 1e3 * rig.metres_per_unit;
-        let renderer =
-            SkinRenderer::new(device, queue, (&rig.rest, triangles), millimetres, Offscreen::TARGET, skin)?;
+        let renderer = SkinRenderer::new(
+            device,
+            queue,
+            (&rig.rest, &rig.triangles),
+            millimetres,
+            Offscreen::TARGET,
+            skin,
+        )?;
         renderer.paint(&albedos(rig, skin.albedo));
         if renderer.too_fine() > 0.02 {
             log::warn!(

@@ -116,7 +116,8 @@ pub(in super::super) fn read_beside(folder: &Path, uri: &str, name: &str) -> Res
     }
 }
 
-fn data_uri(uri: &str) -> Option<Vec<u8>> {
+/// The bytes in a URI of base64 data.
+pub(super) fn data_uri(uri: &str) -> Option<Vec<u8>> {
     let (head, data) = uri.split_once(',')?;
     head.ends_with(";base64").then(|| base64::prelude::BASE64_STANDARD.decode(data).ok())?
 }

@@ -4,6 +4,7 @@
 mod accessor;
 mod buffers;
 mod scene;
+mod textures;
 
 pub(super) use buffers::{External, read_beside};
 
@@ -13,6 +14,17 @@ use buffers::Buffers;
 use rhytid_core::{Error, Mesh, Result};
 
 pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>) -> Result<Mesh> {
+    let (root, buffers) = open(bytes, name, external)?;
+    scene::read(&root, &buffers, name)
+}
+
+/// The base colours of materials: names and images as they are encoded.
+pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Result<Vec<(String, Vec<u8>)>> {
+    let (root, buffers) = open(bytes, name, external)?;
+    textures::read(&root, &buffers, name, external)
+}
+
+fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffers)> {
     check_glb_length(bytes, name)?;
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|error| {
         Error::input(match error {
@@ -25,7 +37,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>) -> Result
     let root = document.into_json();
     check_extensions(&root, name)?;
     let buffers = Buffers::load(&root, blob, name, external)?;
-    scene::read(&root, &buffers, name)
+    Ok((root, buffers))
 }
 
 /// The crate subtracts from a GLB's length before it looks whether it can.

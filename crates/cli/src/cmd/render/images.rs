@@ -1,0 +1,77 @@
+//! The images that a renderer is given: a matcap, textures.
+
+use crate::args::{self, Show};
+use rhytid::formats::mesh::read_textures;
+use rhytid::render::{Picture, Renderer, Surface};
+use rhytid::{Error, Result, Rig, input_file};
+use std::path::Path;
+
+/// Gives `renderer` what is to be shown on `rig`.
+///
+/// # Errors
+/// [`Error::Input`] where an image or a rig's texture coordinates are missing, or an image is damaged; [`Error::Io`]; [`Error::Device`].
+pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> Result<()> {
+    if let Some(path) = &args.matcap {
+        renderer.set_matcap(&decode(path, &input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?)?)?;
+    }
+    if !args.show.contains(&Show::Textured) {
+        return Ok(());
+    }
+    let uvs = rig.uvs.as_ref().ok_or_else(|| {
+        Error::input(format!(
+            "{}: has no texture coordinates, which --show textured needs; solve it again of a neutral that has them (vt in .obj, \
+             TEXCOORD_0 in glTF)",
+            args.rig.display()
+        ))
+    })?;
+    let path = args.texture.as_ref().ok_or_else(|| {
+        Error::input(
+            "--show textured: say with --texture FILE which image; or give the .obj, .mtl, .glb or .gltf whose materials name theirs",
+        )
+    })?;
+    let is_image = path
+        .extension()
+        .is_some_and(|ending| ["png", "jpg", "jpeg"].iter().any(|known| ending.eq_ignore_ascii_case(known)));
+    let (materials, images) = match is_image {
+        true => {
+            let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
+            (None, vec![Some(decode(path, &bytes)?)])
+        }
+        false => {
+            let found = read_textures(path, args.elsewhere.reach())?;
+            let materials = rig.materials.as_ref();
+            let names = materials.map_or(&[][..], |materials| &materials.names);
+            let image = |name: &String| {
+                let image = found.iter().find(|(material, _)| material == name);
+                image.map(|(_, bytes)| decode(path, bytes)).transpose()
+            };
+            let images = names.iter().map(image).collect::<Result<Vec<_>>>()?;
+            if images.iter().all(Option::is_none) {
+                let list = |names: &mut dyn Iterator<Item = &String>| {
+                    names.map(String::as_str).collect::<Vec<_>>().join(", ")
+                };
+                return Err(Error::input(format!(
+                    "{}: has images for the materials {}, but the rig's are {}; give the image itself",
+                    path.display(),
+                    list(&mut found.iter().map(|(name, _)| name)),
+                    if names.is_empty() { "none".to_owned() } else { list(&mut names.iter()) }
+                )));
+            }
+            (materials, images)
+        }
+    };
+    renderer.set_textures(Surface {
+        faces: &rig.faces,
+        triangles: &rig.triangles,
+        uvs,
+        materials,
+        images: &images,
+    })
+}
+
+fn decode(path: &Path, bytes: &[u8]) -> Result<Picture> {
+    Picture::decode(bytes).map_err(|error| match error {
+        Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
+        other => other,
+    })
+}

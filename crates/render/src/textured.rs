@@ -1,0 +1,222 @@
+//! A mesh in the colours of images.
+
+use crate::image::Images;
+use crate::picture::{Picture, to_srgb};
+use crate::renderer::{SKIN, Target, Vertices};
+use bytemuck::{Pod, Zeroable};
+use rhytid_core::{Error, Faces, Materials, Result, Uvs};
+use std::num::NonZeroU64;
+use std::ops::Range;
+
+/// The images of a mesh, and where on them its corners are.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface<'a> {
+    /// The polygons.
+    pub faces: &'a Faces,
+    /// Their triangles, as a rig has them.
+    pub triangles: &'a [[u32; 3]],
+    /// Where each corner is on its image.
+    pub uvs: &'a Uvs,
+    /// Which face has which material, if there are any.
+    pub materials: Option<&'a Materials>,
+    /// An image for each of the materials; where there are none, one for all faces. What has none has the colour of [`crate::Look::Smooth`].
+    pub images: &'a [Option<Picture>],
+}
+
+/// A corner as the shader takes it.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Corner {
+    vertex: u32,
+    uv: [f32; 2],
+}
+
+impl Surface<'_> {
+    /// The corners of the triangles of each image, and last of those that have none.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the parts do not belong together.
+    pub(crate) fn corners(&self) -> Result<Vec<Vec<Corner>>> {
+        let vertices = self.triangles.as_flattened().iter().max().map_or(0, |last| *last as usize + 1);
+        let fault = |what: &str| Error::input(format!("the textures of a mesh: {what}"));
+        let corners = self.faces.triangle_corners(self.triangles);
+        let corners = corners.ok_or_else(|| fault("its triangles are not those of its faces"))?;
+        let count = match &self.uvs.corners {
+            Some(named) => named.len().min(self.faces.indices.len()),
+            None => self.uvs.values.len().min(vertices),
+        };
+        let expected = if self.uvs.corners.is_some() { self.faces.indices.len() } else { vertices };
+        if count < expected {
+            return Err(fault("it has fewer texture coordinates than corners"));
+        }
+        let none = self.images.len();
+        let image_of = |face: usize| match self.materials {
+            Some(materials) => {
+                materials.of_face.get(face).map_or(none, |material| *material as usize).min(none)
+            }
+            None => 0,
+        };
+        let mut of_images = vec![Vec::new(); none + 1];
+        let faces = self.faces.counts.iter().enumerate();
+        let of_triangles =
+            faces.flat_map(|(face, count)| std::iter::repeat_n(image_of(face), *count as usize - 2));
+        for ((triangle, corners), image) in self.triangles.iter().zip(&corners).zip(of_triangles) {
+            for (&vertex, &corner) in triangle.iter().zip(corners) {
+                let at = self.uvs.corners.as_ref().map_or(vertex, |named| named[corner as usize]);
+                let uv = *self
+                    .uvs
+                    .values
+                    .get(at as usize)
+                    .ok_or_else(|| fault("a corner has no texture coordinate"))?;
+                of_images[image].push(Corner { vertex, uv });
+            }
+        }
+        Ok(of_images)
+    }
+}
+
+/// What draws them.
+#[derive(Debug)]
+pub(crate) struct Textured {
+    pipeline: wgpu::RenderPipeline,
+    frame: wgpu::BindGroupLayout,
+    corners: wgpu::Buffer,
+    /// Which of the corners have which image.
+    images: Vec<(Range<u32>, wgpu::BindGroup)>,
+}
+
+impl Textured {
+    /// `layouts` are those of the view and of an image; `corners` are those of each of the images, and of what has none.
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        [view, image]: [&wgpu::BindGroupLayout; 2],
+        target: Target,
+        pictures: &[Option<Picture>],
+        images: &Images,
+        of_images: Vec<Vec<Corner>>,
+    ) -> Self {
+        let storage = |binding| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let frame = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("frame"),
+            entries: &[storage(0), storage(1)],
+        });
+        let skin = Picture::filled([1, 1], [to_srgb(SKIN[0]), to_srgb(SKIN[1]), to_srgb(SKIN[2]), 255]);
+        let mut first = 0;
+        let mut groups = Vec::new();
+        for (i, corners) in of_images.iter().enumerate().filter(|(_, corners)| !corners.is_empty()) {
+            let picture = pictures.get(i).and_then(Option::as_ref).unwrap_or(&skin);
+            let range = first..first + corners.len() as u32;
+            first = range.end;
+            groups.push((range, images.group(device, queue, picture)));
+        }
+        let corners = of_images.concat();
+        let contents: &[u8] = bytemuck::cast_slice(&corners);
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("corners"),
+            size: contents.len().max(4) as u64,
+            usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&buffer, 0, contents);
+        Self {
+            pipeline: pipeline(device, &[view, image, &frame], target),
+            frame,
+            corners: buffer,
+            images: groups,
+        }
+    }
+
+    /// Draws a frame; the view is set.
+    pub(crate) fn draw(
+        &self,
+        device: &wgpu::Device,
+        pass: &mut wgpu::RenderPass<'_>,
+        vertices: Vertices<'_>,
+    ) {
+        let frame = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("frame"),
+            layout: &self.frame,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: storage(vertices.positions) },
+                wgpu::BindGroupEntry { binding: 1, resource: storage(vertices.normals) },
+            ],
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(2, &frame, &[]);
+        pass.set_vertex_buffer(0, self.corners.slice(..));
+        for (corners, image) in &self.images {
+            pass.set_bind_group(1, image, &[]);
+            pass.draw(corners.clone(), 0..1);
+        }
+    }
+}
+
+fn storage(slice: wgpu::BufferSlice<'_>) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        buffer: slice.buffer(),
+        offset: slice.offset(),
+        size: NonZeroU64::new(slice.size()),
+    })
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    groups: &[&wgpu::BindGroupLayout; 3],
+    target: Target,
+) -> wgpu::RenderPipeline {
+    let source = [include_str!("shader.wgsl"), include_str!("textured.wgsl")].concat();
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    let module =
+        device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("textured"), source });
+    let attribute =
+        |format, offset, shader_location| wgpu::VertexAttribute { format, offset, shader_location };
+    let buffers = [Some(wgpu::VertexBufferLayout {
+        array_stride: size_of::<Corner>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &[
+            attribute(wgpu::VertexFormat::Uint32, 0, 0),
+            attribute(wgpu::VertexFormat::Float32x2, 4, 1),
+        ],
+    })];
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("textured"),
+        layout: Some(&device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("textured"),
+            bind_group_layouts: &groups.map(Some),
+            immediate_size: 0,
+        })),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("textured_corner"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: target.depth,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::LessEqual),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: target.samples, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("textured"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(target.color.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
