@@ -184,6 +184,71 @@ fn what_has_no_room_leaves_nothing() {
     }
 }
 
+/// A PNG of one colour.
+fn image(colour: [u8; 3]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 4, 4);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&colour.repeat(16)).unwrap();
+    file
+}
+
+#[test]
+fn textures_and_matcaps_are_those_of_images() {
+    let f = Fixture::new();
+    f.replace("neutral.obj", "# a sheet\n", "mtllib skin.mtl\nusemtl skin\n");
+    f.write("skin.mtl", "newmtl skin\nmap_Kd maps/blue.png\n");
+    f.write("maps/blue.png", image([0, 0, 255]));
+    f.write("red.png", image([255, 0, 0]));
+    f.write("damaged.png", &image([255, 0, 0])[..40]);
+    f.done("solve face.toml -o face.safetensors");
+    let args = "render face.safetensors take.csv --frames 2..3 --size 90x70";
+    let seen = |name: &str, options: &str| {
+        f.done(&format!("{args} -o {name}{{frame}}.png {options}"));
+        let (_, pixels) = png(&f.read(&format!("{name}00002.png")));
+        pixels[4 * (35 * 90 + 45)..][..3].to_vec()
+    };
+    let is = |pixel: &[u8], channel: usize| (0..3).all(|c| (pixel[c] > 60) == (c == channel));
+    for (name, options, channel) in [
+        ("red", "--show textured --texture red.png", 0),
+        ("mtl", "--show textured --texture skin.mtl", 2),
+        ("obj", "--show textured --texture neutral.obj", 2),
+        // From a session's own buffers.
+        ("session", "--show textured --texture neutral.obj --device wgpu:0", 2),
+        ("ball", "--show matcap --matcap red.png", 0),
+    ] {
+        let pixel = seen(name, options);
+        assert!(is(&pixel, channel), "{name}: {pixel:?}");
+    }
+    let clay = seen("clay", "--show matcap");
+    assert!(clay.iter().max().unwrap() - clay.iter().min().unwrap() < 40 && clay[0] > 60, "{clay:?}");
+
+    f.write("other.mtl", "newmtl eye\nmap_Kd red.png\n");
+    let textured = format!("{args} -o no.png --show textured");
+    f.refused(&textured, &["--show textured", "--texture FILE"]);
+    f.refused(&format!("{textured} --texture damaged.png"), &["damaged.png", "expected a sound PNG or JPEG"]);
+    f.refused(
+        &format!("{textured} --texture other.mtl"),
+        &["materials eye", "the rig's are skin", "image itself"],
+    );
+    f.refused(&format!("{textured} --texture face.toml"), &["face.toml", "must end in"]);
+    let without: String = (f.read_text("neutral.obj").lines().filter(|line| !line.starts_with("vt ")))
+        .map(|line| match line.strip_prefix("f ") {
+            Some(corners) => {
+                let corners = corners.split(' ').map(|corner| corner.split('/').next().unwrap());
+                format!("f {}\n", corners.collect::<Vec<_>>().join(" "))
+            }
+            None => format!("{line}\n"),
+        })
+        .collect();
+    f.write("neutral.obj", without);
+    f.done("solve face.toml -o bare.safetensors");
+    f.refused(
+        "render bare.safetensors take.csv -o no.png --show textured --texture red.png",
+        &["bare.safetensors: has no texture coordinates", "vt in .obj"],
+    );
+}
+
 #[test]
 fn what_cannot_be_drawn_is_refused_in_a_sentence() {
     let f = solved();
