@@ -14,7 +14,7 @@ use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use placing::{Handles, New, TakeSpace};
 #[cfg(feature = "wgpu")]
-pub(crate) use render::{Background, Render, Show, What};
+pub(crate) use render::{Background, BeforeChoice, Render, Show};
 use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 #[cfg(feature = "wgpu")]

@@ -19,8 +19,8 @@ impl Picture {
             let sky = 0.5 + 0.5 * n.y;
             let ambient = vec3(0.10, 0.085, 0.075).lerp(vec3(0.14, 0.17, 0.22), sky);
             let dull = 0.22 * n.dot(half).max(0.0).powi(28);
-            let rim = 0.16 * (1.0 - n.z).powi(3) * sky;
-            vec3(0.62, 0.60, 0.575) * (lit * vec3(1.0, 0.97, 0.92) + ambient) + dull + rim
+            let rim = 0.10 * (1.0 - n.z).powi(3) * sky;
+            vec3(0.52, 0.505, 0.485) * (lit * vec3(1.0, 0.97, 0.92) + ambient) + dull + rim
         };
         let at = |i: u32| 2.0 * (i as f32 + 0.5) / SIZE as f32 - 1.0;
         let mut pixels = Vec::with_capacity((4 * SIZE * SIZE) as usize);

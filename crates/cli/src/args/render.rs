@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use clap::builder::ArgPredicate;
 use rhytid::playback::FrameRange;
 use rhytid::render::Look;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// `rhytid render`
 #[derive(Debug, clap::Args)]
@@ -43,8 +43,8 @@ pub(crate) struct Render {
     pub show: Vec<Show>,
 
     /// What each is put beside, to its left: the face before a stage, or as another rig has it.
-    #[arg(long, value_name = "shell|large-scale|RIG", value_parser = parse_what)]
-    pub before: Option<What>,
+    #[arg(long, value_name = "shell|large-scale|RIG", value_parser = parse_before)]
+    pub before: Option<BeforeChoice>,
 
     /// Dense meshes that show the truth, which each is put beside: as for `evaluate --truth`.
     #[arg(long, value_name = "TRUTH")]
@@ -217,12 +217,20 @@ impl Show {
 
 /// `--before`
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum What {
+pub(crate) enum BeforeChoice {
     Stage(StageChoice),
     Rig(PathBuf),
 }
 
-impl What {
+impl BeforeChoice {
+    /// The rig's file, if it is one.
+    pub(crate) fn rig(&self) -> Option<&Path> {
+        match self {
+            Self::Stage(_) => None,
+            Self::Rig(path) => Some(path),
+        }
+    }
+
     /// As it is said.
     pub(crate) fn words(&self) -> String {
         match self {
@@ -234,11 +242,11 @@ impl What {
     }
 }
 
-fn parse_what(text: &str) -> Result<What, String> {
+fn parse_before(text: &str) -> Result<BeforeChoice, String> {
     match text {
-        "shell" => Ok(What::Stage(StageChoice::Shell)),
-        "large-scale" => Ok(What::Stage(StageChoice::LargeScale)),
-        file if file.contains('.') => Ok(What::Rig(file.into())),
+        "shell" => Ok(BeforeChoice::Stage(StageChoice::Shell)),
+        "large-scale" => Ok(BeforeChoice::Stage(StageChoice::LargeScale)),
+        file if file.contains('.') => Ok(BeforeChoice::Rig(file.into())),
         _ => Err("expected shell, large-scale or a rig file".to_owned()),
     }
 }

@@ -7,7 +7,7 @@ mod pictures;
 mod skin;
 mod truth;
 
-use crate::args::{Background, Show, StageChoice, What};
+use crate::args::{Background, BeforeChoice, Show, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use frames::{Before, Evaluated, Frames, Wanted};
@@ -167,10 +167,10 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
     };
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-    let also_read = [&args.setup, &args.compare, &args.truth_frames, &args.matcap, &args.texture]
-        .into_iter()
-        .filter_map(Option::as_deref);
-    refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read))?;
+    let also_read = [&args.setup, &args.compare, &args.truth_frames, &args.matcap, &args.texture];
+    let also_read = also_read.into_iter().filter_map(Option::as_deref);
+    let before_it = args.before.as_ref().and_then(BeforeChoice::rig);
+    refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read).chain(before_it))?;
     let mut whole = AtomicFile::create(outputs[0])?;
 
     let size = args.size.unwrap_or(if kind == Kind::Sheet { ON_A_SHEET } else { ALONE });
@@ -254,19 +254,19 @@ fn spread(frames: usize, count: usize) -> impl Iterator<Item = usize> {
 }
 
 /// What the result is put beside.
-fn before_the_result(before: &What, args: &args::Render, rig: &Rig, ui: &Ui) -> Result<Before> {
+fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: &Ui) -> Result<Before> {
     let is_later = |stage: StageChoice| stage as usize >= args.stage as usize;
     match before {
-        What::Stage(stage) if is_later(*stage) => Err(Error::input(format!(
+        BeforeChoice::Stage(stage) if is_later(*stage) => Err(Error::input(format!(
             "--before {}: that is not before the --stage that is shown, expected an earlier one, or another rig",
             before.words()
         ))),
-        What::Stage(stage) => Ok(Before {
+        BeforeChoice::Stage(stage) => Ok(Before {
             rig: (*stage == StageChoice::Shell).then(|| rig.clone().shell()),
             stage: (*stage).into(),
             words: [before.words(), "result".to_owned()],
         }),
-        What::Rig(path) => {
+        BeforeChoice::Rig(path) => {
             inputs::expect(path, &[FileKind::Rig], "rhytid render RIG TAKE -o OUT.png --before OTHER_RIG")?;
             let other = ui.timed("read the rig to put it beside", || rig_file::read(path)).0?;
             if other.faces != rig.faces {
