@@ -24,7 +24,8 @@ pub struct Example {
 /// Which pairs of handles carry a strain edge.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum StrainEdges {
-    /// The pairs whose geodesic Voronoi cells on the rest mesh touch.
+    /// The pairs whose geodesic Voronoi cells on the rest mesh touch; by the learned method but those that are much farther along the skin
+    /// than most, as around the back of a head.
     #[default]
     Auto,
     /// These pairs, as indices into [`Handles`].

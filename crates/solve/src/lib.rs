@@ -199,7 +199,8 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     let topology = Topology::new(rest.len(), &triangles);
     let handles = &face.handles.vertices;
     let parts = DrivenComponents::new(rest, &triangles, handles);
-    let cells = geodesic::nearest_handles(&geodesic::EdgeGraph::new(rest, &topology), handles);
+    let graph = geodesic::EdgeGraph::new(rest, &topology);
+    let cells = geodesic::nearest_handles(&graph, handles);
     let strain_edges = match &face.settings.strain_edges {
         StrainEdges::Given(edges) => edges.clone(),
         StrainEdges::Auto => {
@@ -209,6 +210,10 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
             // Two handles at one place (lips that touch) have no strain between them.
             let at = |h: u32| rest[handles[h as usize] as usize];
             edges.retain(|&[a, b]| at(a) != at(b));
+            // The chapter's rigs keep the edges that they had.
+            if matches!(face.settings.method, Method::Learned(_)) {
+                geodesic::drop_far_pairs(&graph, &cells, &mut edges);
+            }
             edges
         }
     };

@@ -7,7 +7,7 @@ use crate::geodesic::{EdgeGraph, nearest_handles};
 use crate::triangulate::triangulate;
 use crate::{Topology, geodesic};
 use glam::DVec3;
-use rhytid_core::{Face, StrainEdges, UpAxis};
+use rhytid_core::{Face, Method, StrainEdges, UpAxis};
 use rhytid_kernels::normals;
 
 /// Nearest handles that a handle is compared with.
@@ -119,17 +119,11 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
             // The way over the place where the two cells touch is as long as any.
             let cells = nearest_handles(&graph, vertices);
             let of: Vec<Option<u32>> = cells.iter().map(|cell| cell.map(|(_, handle)| handle)).collect();
-            let edges = geodesic::touching_cells(topology, &of);
-            let mut along = vec![f64::INFINITY; edges.len()];
-            for (v, cell) in cells.iter().enumerate() {
-                for (w, between) in graph.edges(v as u32) {
-                    if let (Some((from_a, a)), Some((from_b, b))) = (*cell, cells[w as usize])
-                        && let Ok(edge) = edges.binary_search(&[a.min(b), a.max(b)])
-                    {
-                        along[edge] = along[edge].min(from_a + between + from_b);
-                    }
-                }
+            let mut edges = geodesic::touching_cells(topology, &of);
+            if matches!(face.settings.method, Method::Learned(_)) {
+                geodesic::drop_far_pairs(&graph, &cells, &mut edges);
             }
+            let along = geodesic::ways(&graph, &cells, &edges);
             let far = edges
                 .iter()
                 .zip(&along)
