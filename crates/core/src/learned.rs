@@ -67,6 +67,19 @@ impl<T: Real> Rig<T> {
         self.strain_edges.len() + self.handles.len()
     }
 
+    /// What vertex `v` of a rig of the learned method listens to, features and their weights ω: K strain edges, then A anchors.
+    pub fn listens_to(&self, v: usize) -> impl Iterator<Item = (usize, f64)> {
+        let (k, edges) = (self.influences(), self.strain_edges.len());
+        let of_edges = (v * k..(v + 1) * k)
+            .map(|i| (self.influence_edges[i] as usize, EDGES_SHARE * self.influence_weights[i].widen()));
+        let of_anchors = self.learned.iter().flat_map(move |learned| {
+            let a = learned.anchors_per_vertex();
+            let of_vertex = v * a..(v + 1) * a;
+            of_vertex.map(move |i| (edges + learned.anchors[i] as usize, learned.anchor_weights[i].widen()))
+        });
+        of_edges.chain(of_anchors)
+    }
+
     /// The lengths that the displacements are divided by, F + H in mesh units: `l_e` of a strain edge, `L`, the mean of
     /// those, of an anchor. Without a strain edge, L is 1.
     pub fn feature_lengths(&self) -> Vec<f64> {
@@ -95,7 +108,7 @@ impl<T: Real> Rig<T> {
 
     /// `D_e = (u_b − u_a) / l_e` of the strain edges and `D_h = u_h / L` of the handles, F + H, where the H handles are those of an
     /// example.
-    fn vector_strains(&self, example: &[[T; 3]]) -> Vec<[f64; 3]> {
+    pub fn vector_strains(&self, example: &[[T; 3]]) -> Vec<[f64; 3]> {
         let lengths = self.feature_lengths();
         let of_lengths = self.moved_features(example).into_iter().zip(lengths);
         of_lengths.map(|(moved, length)| moved.map(|x| x / length)).collect()
@@ -135,21 +148,17 @@ impl<T: Real> Rig<T> {
     /// a, b and w as devices keep them, V×[`fold_weights`](rhytid_kernels::bands::fold_weights) in mesh units, where `half` is c / 2
     /// as it is stored: in fp16, a is of what has been rounded, so that the rest pose is exact all the same.
     pub fn fold_weights(&self, half: &[[T; 3]]) -> Vec<[T; 3]> {
-        let Some(learned) = self.bands() else { return Vec::new() };
-        let (features, edges, k) = (self.features(), self.strain_edges.len(), self.influences());
-        let (examples, a) = (self.example_names.len(), learned.anchors_per_vertex());
+        if self.bands().is_none() {
+            return Vec::new();
+        }
+        let (features, examples) = (self.features(), self.example_names.len());
         let examples_handles = self.example_handles.chunks_exact(self.handles.len());
         let vectors = examples_handles.flat_map(|example| self.vector_strains(example));
         let at_rest: Vec<f64> = vectors.map(|d| vec3::dot(d, d)).collect();
         let of_vertex = |v: usize| {
-            let of_edges = (v * k..(v + 1) * k)
-                .map(|i| (self.influence_edges[i] as usize, EDGES_SHARE * self.influence_weights[i].widen()));
-            let of_anchors = (v * a..(v + 1) * a)
-                .map(|i| (edges + learned.anchors[i] as usize, learned.anchor_weights[i].widen()));
             let mut constant = [0.0; 3];
             for (c, squares) in half[v * examples..][..examples].iter().zip(at_rest.chunks_exact(features)) {
-                let listens = of_edges.clone().chain(of_anchors.clone());
-                let squared: f64 = listens.map(|(e, omega)| omega * squares[e]).sum();
+                let squared: f64 = self.listens_to(v).map(|(e, omega)| omega * squares[e]).sum();
                 constant = vec3::add(constant, c.map(|c| c.widen() * squared));
             }
             constant.map(T::round_from)

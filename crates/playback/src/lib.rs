@@ -1,7 +1,8 @@
 //! Playback: a take on a rig, on the fastest device that can be trusted, and on the next one if it fails.
 //!
 //! Frames are evaluated in batches, a batch ahead of whoever uses them. What else a frame can be given is done on the way:
-//! normals, velocities, the head's motion, folds that fade where the take is not to be trusted.
+//! normals, velocities, the head's motion, folds that fade where the take is not to be trusted; and triangles that what was learned turns over are
+//! turned back.
 //!
 //! ```
 //! use rhytid_core::NoProgress;
@@ -44,6 +45,7 @@ mod shapes;
 mod takes;
 mod trial;
 mod uncertainty;
+mod untangle;
 mod velocities;
 mod watch;
 

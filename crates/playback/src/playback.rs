@@ -5,6 +5,7 @@ use crate::evaluator::Evaluator;
 use crate::fade::Fade;
 use crate::selection::Selection;
 use crate::uncertainty::Uncertainty;
+use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{batch, pipeline};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions};
@@ -19,6 +20,8 @@ pub struct Playback<'a> {
     batch: usize,
     /// By how much folds are multiplied at each handle; empty where nowhere by another than 1.
     gains: Vec<f32>,
+    /// Where something was learned.
+    untangle: Option<Untangle<'a>>,
 }
 
 /// What the device gave of some frames.
@@ -84,7 +87,8 @@ impl<'a> Playback<'a> {
     pub fn new(rig: &'a Rig, devices: &[DeviceInfo], frames: usize) -> Result<Self> {
         let batch = batch::batch_frames(rig).min(frames.max(1));
         let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_backends::open)?;
-        Ok(Self { rig, evaluator, batch, gains: Vec::new() })
+        let untangle = Untangle::new(rig);
+        Ok(Self { rig, evaluator, batch, gains: Vec::new(), untangle })
     }
 
     /// With folds that are stronger or weaker by region: `gains` for each of the H handles, as [`crate::handle_gains`] gives them. A vertex has the
@@ -117,7 +121,7 @@ impl<'a> Playback<'a> {
     }
 
     /// Evaluates frames × H handle positions, a batch ahead, and hands each frame's positions and normals (empty where
-    /// they are not wanted) to `each`.
+    /// they are not wanted) to `each`. Triangles that what was learned turns over are turned back.
     ///
     /// # Errors
     /// [`Error::Device`], [`Error::Cancelled`], and as `each`; [`Error::Input`] if the shell is wanted of a rig that has more in its
@@ -179,6 +183,13 @@ impl<'a> Playback<'a> {
                     let [positions, normals] = match fade.as_deref_mut().filter(|_| *fades) {
                         Some(fade) => fade.frame(*first + i, of_frame(results.len() - 1), shown),
                         None => shown,
+                    };
+                    let [positions, normals] = match &mut self.untangle {
+                        Some(untangle) => {
+                            let handles = &handles[(*first + i) * per_frame..][..per_frame];
+                            untangle.frame(handles, [positions, normals])
+                        }
+                        None => [positions, normals],
                     };
                     each(positions, normals)?;
                 }
@@ -271,7 +282,8 @@ mod tests {
         let rig = solve(&face, &NoProgress)?.cast::<f32>();
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
-        let mut playback = Playback { rig: &rig, evaluator, batch, gains: Vec::new() };
+        let mut playback =
+            Playback { rig: &rig, evaluator, batch, gains: Vec::new(), untangle: Untangle::new(&rig) };
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
         let options = PlaybackOptions {
             stage: OutputStage::Full,

@@ -6,7 +6,6 @@ use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Error, Learned, Result, Rig};
 use rhytid_kernels::Real;
-use rhytid_kernels::bands::EDGES_SHARE;
 
 /// A pose is far from the examples where σ is more than this many times what it is for an example that is left out, there or over the
 /// whole face, whichever is more.
@@ -41,13 +40,8 @@ impl HandlePoses {
 }
 
 /// What a vertex of a rig of the learned method listens to: features and their weights ω, all above 0.
-pub(crate) fn listens<T: Real>(rig: &Rig<T>, learned: &Learned<T>, v: usize) -> Vec<(u32, f64)> {
-    let (k, a, edges) = (rig.influences(), learned.anchors_per_vertex(), rig.strain_edges.len() as u32);
-    let of_edges = (v * k..(v + 1) * k)
-        .map(|i| (rig.influence_edges[i], EDGES_SHARE * rig.influence_weights[i].widen()));
-    let of_anchors =
-        (v * a..(v + 1) * a).map(|i| (edges + learned.anchors[i], learned.anchor_weights[i].widen()));
-    of_edges.chain(of_anchors).filter(|(_, w)| *w > 0.0).collect()
+pub(crate) fn listens<T: Real>(rig: &Rig<T>, v: usize) -> Vec<(u32, f64)> {
+    rig.listens_to(v).filter(|(_, w)| *w > 0.0).map(|(e, w)| (e as u32, w)).collect()
 }
 
 /// Vertices that stand for the whole face where one has learned nothing.
@@ -193,7 +187,7 @@ fn of_vertices<T: Real>(
     };
     let count = examples.examples();
     let of_vertex = |system: &mut VertexSystem, &v: &u32| {
-        let listens = listens(rig, learned, v as usize);
+        let listens = listens(rig, v as usize);
         let (features, omega): (Vec<u32>, Vec<f64>) = listens.iter().copied().unzip();
         system.assemble(examples, &features, &omega);
         let (tau, variance) = (system.tau(), learned.variances[v as usize].widen());

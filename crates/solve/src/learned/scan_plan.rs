@@ -80,7 +80,7 @@ pub fn plan_scans<T: Real>(
     let mut of_vertices: Vec<OfVertex> = vertices
         .par_iter()
         .map(|&v| {
-            let listens = confidence::listens(rig, learned, v as usize);
+            let listens = confidence::listens(rig, v as usize);
             let columns = |strains: &VectorStrains| {
                 Mat::from_fn(3 * listens.len(), strains.examples(), |i, pose| {
                     let (e, w) = listens[i / 3];

@@ -1,0 +1,411 @@
+//! Triangles that what was learned turns over where the shell does not, turned back (`docs/method.md`, what is turned over).
+
+use rhytid_core::{Learned, Rig};
+use rhytid_kernels::normals::{self, VertexTriangles};
+use rhytid_kernels::{Real, vec3};
+use std::collections::HashMap;
+
+/// What is at least left of a triangle: its area as it is seen from where it looks at rest, of that at rest.
+const LEAST: f64 = 0.02;
+
+/// What is left of a triangle may be so much less than its bound.
+const TOLERANCE: f64 = 0.002;
+
+/// A bound falls below [`LEAST`] so many times as far as the shell does: what the shell turns over by more than a little has none, and
+/// there is no step between the two.
+const STEEPNESS: f64 = 10.0;
+
+/// A frame is an example's own at a triangle up to so much of the example's squared distance from rest. The takes of the tests come no nearer
+/// than 0.2 where something is turned over.
+const OWN: f64 = 0.04;
+
+/// Rounds after which what is still turned over stays so. Frames of the tests take 3 at the median, and 267 at most.
+const ROUNDS: usize = 300;
+
+/// Moves the vertices of triangles that are turned over, by as little as turns them back.
+///
+/// What is left of a triangle with the corners a, b, c is `q = ((b − a) × (c − a)) · n / n·n` with the n of the same at rest: 1 at rest, below 0
+/// where the triangle looks the other way. Of a rig of the learned method each triangle's q is at least [`LEAST`], unless the shell's own is below
+/// that, or the frame is at that place an example, which has its own shape. One triangle after the other that is below its
+/// bound takes the shortest step to it, in which its corners share by their derivatives, and handles and vertices without a row of the basis (parts
+/// that stay or are rigid) do not move; again and again, until none is. The steps begin at 0 where a triangle comes to its bound, so that a take's
+/// frames go on as smoothly as they did.
+pub(crate) struct Untangle<'a> {
+    rig: &'a Rig,
+    learned: &'a Learned,
+    vertex_triangles: VertexTriangles,
+    /// Those that can be turned over and back: with an area at rest, and a corner that may move.
+    triangles: Vec<Triangle>,
+    /// V: which may move.
+    is_free: Vec<bool>,
+    /// D_pe, (F + H)×P.
+    example_vectors: Vec<[f32; 3]>,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+#[derive(Clone, Copy)]
+struct Triangle {
+    /// Its number in the rig.
+    index: u32,
+    corners: [u32; 3],
+    /// n / n·n.
+    rest_normal: [f32; 3],
+}
+
+impl<'a> Untangle<'a> {
+    /// `None` where nothing was learned.
+    pub(crate) fn new(rig: &'a Rig) -> Option<Self> {
+        let learned = rig.learned.as_ref().filter(|_| !rig.example_names.is_empty())?;
+        let rows = rig.basis.chunks(rig.handles.len());
+        let mut is_free: Vec<bool> = rows.map(|row| row.iter().any(|b| *b != 0.0)).collect();
+        rig.handles.iter().for_each(|&v| is_free[v as usize] = false);
+        let triangle = |(index, &corners): (usize, &[u32; 3])| {
+            let n = normal(corners.map(|v| rig.rest[v as usize].map(f64::from)));
+            let square = vec3::dot(n, n);
+            let rest_normal = n.map(|x| (x / square) as f32);
+            let can_turn =
+                rest_normal.iter().all(|x| x.is_finite()) && corners.iter().any(|&v| is_free[v as usize]);
+            can_turn.then_some(Triangle { index: index as u32, corners, rest_normal })
+        };
+        let by_example = rig.example_vectors();
+        let of_feature = |e: usize| by_example.iter().skip(e).step_by(rig.features()).copied();
+        Some(Self {
+            rig,
+            learned,
+            vertex_triangles: VertexTriangles::new(rig.vertices(), &rig.triangles),
+            triangles: rig.triangles.iter().enumerate().filter_map(triangle).collect(),
+            is_free,
+            example_vectors: (0..rig.features()).flat_map(of_feature).collect(),
+            positions: Vec::new(),
+            normals: Vec::new(),
+        })
+    }
+
+    /// A frame's 3V positions and normals (empty where they are not wanted) with no triangle turned over, from those before and the 3H positions of
+    /// its handles. Where there is none they are what came in, and away from one every bit is.
+    pub(crate) fn frame<'s>(
+        &'s mut self,
+        handles: &[f32],
+        [positions, normals]: [&'s [f32]; 2],
+    ) -> [&'s [f32]; 2] {
+        let turned = self.turned(positions.as_chunks().0);
+        let moved = match turned.is_empty() {
+            true => HashMap::new(),
+            false => self.turn_back(handles.as_chunks().0, positions.as_chunks().0, turned),
+        };
+        if moved.is_empty() {
+            return [positions, normals];
+        }
+        self.positions.clear();
+        self.positions.extend_from_slice(positions.as_chunks().0);
+        moved.iter().for_each(|(&v, x)| self.positions[v as usize] = x.map(|x| x as f32));
+        if !normals.is_empty() {
+            self.normals.clear();
+            self.normals.extend_from_slice(normals.as_chunks().0);
+            let around = moved.keys().flat_map(|&v| self.vertex_triangles.at(v as usize));
+            for v in around.flat_map(|&t| self.rig.triangles[t as usize]) {
+                let incident = self.vertex_triangles.at(v as usize);
+                self.normals[v as usize] =
+                    normals::vertex_normal(&self.positions, &self.rig.triangles, incident);
+            }
+        }
+        [self.positions.as_flattened(), self.normals.as_flattened()]
+    }
+
+    /// The triangles of which less than [`LEAST`] is left, as indices into [`Untangle::triangles`], ascending.
+    fn turned(&self, positions: &[[f32; 3]]) -> Vec<u32> {
+        let is_turned = |(_, triangle): &(u32, &Triangle)| {
+            let [a, b, c] = triangle.corners;
+            let n = normal([positions[a as usize], positions[b as usize], positions[c as usize]]);
+            vec3::dot(n, triangle.rest_normal) < LEAST as f32
+        };
+        (0..).zip(&self.triangles).filter(is_turned).map(|(t, _)| t).collect()
+    }
+
+    /// Where the vertices are that have to move, so that the triangles `open`, which are some of those that are turned over, are not.
+    fn turn_back(
+        &self,
+        handles: &[[f32; 3]],
+        positions: &[[f32; 3]],
+        mut open: Vec<u32>,
+    ) -> HashMap<u32, [f64; 3]> {
+        let frame = Frame::new(self.rig, self.learned, &self.example_vectors, handles);
+        let mut bounds = HashMap::new();
+        let mut moved: HashMap<u32, [f64; 3]> = HashMap::new();
+        for _ in 0..ROUNDS {
+            let mut stepped = Vec::new();
+            for t in open {
+                let Triangle { corners, rest_normal, .. } = self.triangles[t as usize];
+                let rest = rest_normal.map(f64::from);
+                let before = |v: u32| positions[v as usize].map(f64::from);
+                let at = corners.map(|v| moved.get(&v).copied().unwrap_or_else(|| before(v)));
+                let left = vec3::dot(normal(at), rest);
+                if left >= LEAST - TOLERANCE {
+                    continue;
+                }
+                let bound = *bounds.entry(t).or_insert_with(|| {
+                    frame.bound(corners, rest, vec3::dot(normal(corners.map(before)), rest))
+                });
+                if left >= bound - TOLERANCE {
+                    continue;
+                }
+                // The derivative of what is left by each corner.
+                let opposite = [1, 2, 0].map(|i| vec3::sub(at[(i + 1) % 3], at[i]));
+                let slopes = opposite.map(|edge| vec3::cross(rest, edge));
+                let free = || (0..3).filter(|&i| self.is_free[corners[i] as usize]);
+                let square: f64 = free().map(|i| vec3::dot(slopes[i], slopes[i])).sum();
+                let step = (bound - left) / square;
+                if !step.is_finite() {
+                    continue;
+                }
+                for i in free() {
+                    moved.insert(corners[i], [0, 1, 2].map(|c| at[i][c] + step * slopes[i][c]));
+                    stepped.push(corners[i]);
+                }
+            }
+            open = self.around(stepped.iter());
+            if open.is_empty() {
+                break;
+            }
+        }
+        moved
+    }
+
+    /// The triangles at any of these vertices, as [`Untangle::turned`] gives them.
+    fn around<'v>(&self, vertices: impl Iterator<Item = &'v u32>) -> Vec<u32> {
+        let triangles = vertices.flat_map(|&v| self.vertex_triangles.at(v as usize));
+        let at = |index: &u32| self.triangles.binary_search_by_key(index, |triangle| triangle.index).ok();
+        let mut around: Vec<u32> = triangles.filter_map(at).map(|t| t as u32).collect();
+        around.sort_unstable();
+        around.dedup();
+        around
+    }
+}
+
+/// What bounds are made of: the handles of a frame.
+struct Frame<'a> {
+    rig: &'a Rig,
+    learned: &'a Learned,
+    /// u, H in mesh units.
+    displacements: Vec<[f64; 3]>,
+    /// D, F + H.
+    vectors: Vec<[f64; 3]>,
+    /// ‖D_e − D_pe‖² and ‖D_pe‖², (F + H)×P.
+    squares: Vec<[f64; 2]>,
+}
+
+impl<'a> Frame<'a> {
+    fn new(rig: &'a Rig, learned: &'a Learned, example_vectors: &[[f32; 3]], handles: &[[f32; 3]]) -> Self {
+        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]);
+        let moved = |(x, rest): (&[f32; 3], [f32; 3])| vec3::sub(x.map(f64::from), rest.map(f64::from));
+        let vectors = rig.vector_strains(handles);
+        let squares = |(d, of_examples): (&[f64; 3], &[[f32; 3]])| {
+            let square = |d: [f64; 3]| vec3::dot(d, d);
+            let of_example = |of_example: &[f32; 3]| {
+                let of_example = of_example.map(f64::from);
+                [square(vec3::sub(*d, of_example)), square(of_example)]
+            };
+            of_examples.iter().map(of_example).collect::<Vec<_>>()
+        };
+        let of_examples = example_vectors.chunks_exact(rig.example_names.len());
+        Self {
+            rig,
+            learned,
+            displacements: handles.iter().zip(rest).map(moved).collect(),
+            squares: vectors.iter().zip(of_examples).flat_map(squares).collect(),
+            vectors,
+        }
+    }
+
+    /// How much of a triangle is to be left, of which so much is: `before`.
+    fn bound(&self, corners: [u32; 3], rest: [f64; 3], before: f64) -> f64 {
+        let of_shell = vec3::dot(normal(corners.map(|v| self.shell(v as usize))), rest);
+        let bound = LEAST - STEEPNESS * (LEAST - of_shell).max(0.0);
+        if before >= bound {
+            return bound;
+        }
+        let nearest = corners.map(|v| self.nearest(v as usize)).into_iter().fold(OWN, f64::min) / OWN;
+        // From 0 to 1 without a kink.
+        before + nearest * nearest * (3.0 - 2.0 * nearest) * (bound - before)
+    }
+
+    /// Where the shell has a vertex, in mesh units.
+    fn shell(&self, v: usize) -> [f64; 3] {
+        let mut x = self.rig.rest[v].map(f64::from);
+        let mut add = |weight: f64, moved: &[f64; 3]| (0..3).for_each(|c| x[c] += weight * moved[c]);
+        let row = &self.rig.basis[v * self.displacements.len()..];
+        row.iter().zip(&self.displacements).for_each(|(b, u)| add(f64::from(*b), u));
+        // The basis has ΔB in it.
+        let listens = self.rig.influences() + self.learned.anchors_per_vertex();
+        let gains = &self.learned.feature_gains[v * listens..];
+        self.rig.listens_to(v).zip(gains).for_each(|((e, _), g)| add(-f64::from(*g), &self.vectors[e]));
+        x
+    }
+
+    /// The least squared distance from an example, of that example's from rest, of what a vertex listens to.
+    fn nearest(&self, v: usize) -> f64 {
+        let examples = self.rig.example_names.len();
+        let of_example = |p: usize| {
+            let (mut apart, mut size) = (0.0, 0.0);
+            for (e, omega) in self.rig.listens_to(v) {
+                let [of_frame, of_example] = self.squares[e * examples + p];
+                apart += omega * of_frame;
+                size += omega * of_example;
+            }
+            if size > 0.0 { apart / size } else { f64::INFINITY }
+        };
+        (0..examples).map(of_example).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// (b − a) × (c − a).
+#[inline(always)]
+fn normal<T: Real>([a, b, c]: [[T; 3]; 3]) -> [T; 3] {
+    vec3::cross(vec3::sub(b, a), vec3::sub(c, a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_conformance::evaluate;
+    use rhytid_core::{LearnedSettings, Method, NoProgress};
+    use std::collections::BTreeSet;
+
+    fn rig(share: Option<f64>) -> Rig {
+        let mut face = rhytid_demo::face(1_000);
+        face.settings.method = Method::Learned(LearnedSettings { share, ..LearnedSettings::default() });
+        rhytid_solve::solve(&face, &NoProgress).unwrap().cast()
+    }
+
+    fn handles_at_rest(rig: &Rig) -> Vec<f32> {
+        rig.handles.iter().flat_map(|&v| rig.rest[v as usize]).collect()
+    }
+
+    /// What is left of every triangle.
+    fn left(rig: &Rig, positions: &[[f32; 3]]) -> Vec<f64> {
+        let of =
+            |positions: &[[f32; 3]], t: &[u32; 3]| normal(t.map(|v| positions[v as usize].map(f64::from)));
+        let of_triangle = |t| {
+            let rest = of(&rig.rest, t);
+            vec3::dot(of(positions, t), rest) / vec3::dot(rest, rest)
+        };
+        rig.triangles.iter().map(of_triangle).collect()
+    }
+
+    fn apart(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
+        a.iter().zip(b).map(|(a, b)| vec3::length(vec3::sub(*a, *b))).fold(0.0, f32::max)
+    }
+
+    /// The rest pose with one vertex moved towards a neighbour, by so many times the way there.
+    fn tangled(rig: &Rig, v: u32, times: f32) -> Vec<[f32; 3]> {
+        let t = rig.triangles.iter().find(|t| t.contains(&v)).unwrap();
+        let neighbour = *t.iter().find(|w| **w != v).unwrap();
+        let mut positions = rig.rest.clone();
+        let (from, to) = (rig.rest[v as usize], rig.rest[neighbour as usize]);
+        positions[v as usize] = [0, 1, 2].map(|c| from[c] + times * (to[c] - from[c]));
+        positions
+    }
+
+    /// The vertices that may move, as may all around them.
+    fn amid_free_ones(untangle: &Untangle<'_>) -> Vec<u32> {
+        let around = |v: usize| {
+            untangle.vertex_triangles.at(v).iter().flat_map(|&t| untangle.rig.triangles[t as usize])
+        };
+        let is_free = |v: &u32| around(*v as usize).all(|w| untangle.is_free[w as usize]);
+        (0..untangle.rig.vertices() as u32).filter(is_free).collect()
+    }
+
+    #[test]
+    fn what_is_turned_over_is_turned_back_and_little_else_moves() {
+        let rig = rig(None);
+        let handles = handles_at_rest(&rig);
+        let mut untangle = Untangle::new(&rig).unwrap();
+        let all_normals = |positions: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+            (0..rig.vertices())
+                .map(|v| normals::vertex_normal(positions, &rig.triangles, triangles.at(v)))
+                .collect()
+        };
+        let mut seen = 0;
+        for v in amid_free_ones(&untangle).into_iter().step_by(37) {
+            let mut last: Option<Vec<[f32; 3]>> = None;
+            for step in 0..31 {
+                let before = tangled(&rig, v, 0.05 * step as f32);
+                let normals = all_normals(&before);
+                let shown = [before.as_flattened(), normals.as_flattened()];
+                let [after, normals] = untangle.frame(&handles, shown).map(|x| x.as_chunks::<3>().0.to_vec());
+                let turned = left(&rig, &before).iter().filter(|left| **left < 0.0).count();
+                seen += turned;
+                assert!(
+                    left(&rig, &after).iter().all(|left| *left > 0.0),
+                    "vertex {v}, step {step}, {turned}"
+                );
+                assert_eq!(normals, all_normals(&after));
+                let is_near = |w: usize| {
+                    let way = vec3::length(vec3::sub(rig.rest[w], rig.rest[v as usize]));
+                    way < 4.0 * apart(&before, &rig.rest).max(0.01)
+                };
+                for (w, (after, before)) in after.iter().zip(&before).enumerate() {
+                    let stays = rig.handles.contains(&(w as u32)) || !is_near(w) || turned == 0 && step < 10;
+                    assert!(!stays || after == before, "vertex {v}, step {step}: {w}");
+                }
+                // It goes on as smoothly as what comes in.
+                if let Some(last) = last {
+                    let came = apart(&before, &tangled(&rig, v, 0.05 * (step - 1) as f32));
+                    assert!(
+                        apart(&after, &last) < 2.0 * came,
+                        "vertex {v}, step {step}: {} of {came}",
+                        apart(&after, &last)
+                    );
+                }
+                last = Some(after);
+            }
+        }
+        assert!(seen > 100, "{seen}");
+    }
+
+    #[test]
+    fn examples_keep_their_own_shape_and_only_they() {
+        let rig = rig(None);
+        let mut untangle = Untangle::new(&rig).unwrap();
+        let rest = handles_at_rest(&rig);
+        // Where the example moves most.
+        let example = evaluate(&rig, &rig.example_handles[..rig.handles.len()]).positions;
+        let moved = |v: &u32| vec3::length(vec3::sub(example[*v as usize], rig.rest[*v as usize]));
+        let v = amid_free_ones(&untangle).into_iter().max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap();
+        let positions = tangled(&rig, v, 1.5);
+        let mut moved = |part: f32| {
+            let example = rig.example_handles[..rig.handles.len()].as_flattened();
+            let handles: Vec<f32> = rest.iter().zip(example).map(|(r, x)| r + part * (x - r)).collect();
+            let [after, _] = untangle.frame(&handles, [positions.as_flattened(), &[]]);
+            apart(after.as_chunks().0, &positions)
+        };
+        assert_eq!(moved(1.0), 0.0);
+        let parts = [0.95, 0.9, 0.85, 0.7, 0.5, 0.0].map(&mut moved);
+        assert!(parts[0] > 0.0 && parts.is_sorted(), "{parts:?}");
+        assert!(parts[0] < 0.5 * parts[4], "{parts:?}");
+    }
+
+    /// What the shell turns over is let be, and it is known where the shell is, whatever of the linear band is in the basis.
+    #[test]
+    fn the_shell_is_what_it_is_by_itself() {
+        for share in [None, Some(0.2)] {
+            let rig = rig(share);
+            let untangle = Untangle::new(&rig).unwrap();
+            let mut handles: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+            // Two handles change their places.
+            let [a, b] = rig.strain_edges[0].map(|h| h as usize);
+            handles.swap(a, b);
+            let shell = evaluate(&rig.clone().shell(), &handles).positions;
+            let frame = Frame::new(&rig, untangle.learned, &untangle.example_vectors, &handles);
+            let found: Vec<[f32; 3]> =
+                (0..rig.vertices()).map(|v| frame.shell(v).map(|x| x as f32)).collect();
+            assert!(apart(&found, &shell) < 1e-4 * apart(&shell, &rig.rest), "{}", apart(&found, &shell));
+            let turned: BTreeSet<u32> = untangle.turned(&shell).into_iter().collect();
+            assert!(!turned.is_empty());
+            let moved = untangle.turn_back(&handles, &shell, turned.into_iter().collect());
+            assert!(moved.is_empty(), "{moved:?}");
+        }
+    }
+}
