@@ -191,7 +191,9 @@ mod tests {
         let board = Picture { size: [2, 2], pixels: [black, white, white, black].concat() };
         // Half the light of white is 188 of 255.
         assert_eq!(board.halved(), Picture { size: [1, 1], pixels: vec![188, 188, 188, 255] });
-        // Of three pixels each half has one and a half, of which it takes both.
+        let greys = Picture { size: [1, 2], pixels: [[50, 50, 50, 255], [200, 200, 200, 255]].concat() };
+        assert_eq!(greys.halved().pixel([0, 0]), [150, 150, 150, 255]);
+        // Of five pixels each half has two and a half, of which it takes all three.
         let row = Picture { size: [5, 1], pixels: [white, black, black, black, black].concat() };
         let half = row.halved();
         assert_eq!((half.size, half.pixel([0, 0])[0], half.pixel([1, 0])[0]), ([2, 1], 156, 0));
