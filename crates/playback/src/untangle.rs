@@ -1,5 +1,6 @@
 //! Triangles that what was learned turns over where the shell does not, turned back (`docs/method.md`, what is turned over).
 
+use rayon::prelude::*;
 use rhytid_core::{Learned, Rig};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_kernels::{Real, vec3};
@@ -21,6 +22,9 @@ const OWN: f64 = 0.04;
 
 /// Rounds after which what is still turned over stays so. Frames of the tests take 3 at the median, and 267 at most.
 const ROUNDS: usize = 300;
+
+/// Triangles that are looked through at once.
+const BLOCK: usize = 2048;
 
 /// Moves the vertices of triangles that are turned over, by as little as turns them back.
 ///
@@ -115,12 +119,18 @@ impl<'a> Untangle<'a> {
 
     /// The triangles of which less than [`LEAST`] is left, as indices into [`Untangle::triangles`], ascending.
     fn turned(&self, positions: &[[f32; 3]]) -> Vec<u32> {
-        let is_turned = |(_, triangle): &(u32, &Triangle)| {
+        let is_turned = |triangle: &Triangle| {
             let [a, b, c] = triangle.corners;
             let n = normal([positions[a as usize], positions[b as usize], positions[c as usize]]);
             vec3::dot(n, triangle.rest_normal) < LEAST as f32
         };
-        (0..).zip(&self.triangles).filter(is_turned).map(|(t, _)| t).collect()
+        // Most blocks have none, and a block is looked through without an exit.
+        let in_block = |(block, triangles): (usize, &[Triangle])| {
+            let turned = triangles.iter().fold(false, |any, triangle| any | is_turned(triangle));
+            let numbered = (block * BLOCK..).zip(if turned { triangles } else { &[] });
+            numbered.filter(|(_, triangle)| is_turned(triangle)).map(|(t, _)| t as u32).collect::<Vec<_>>()
+        };
+        self.triangles.par_chunks(BLOCK).enumerate().flat_map_iter(in_block).collect()
     }
 
     /// Where the vertices are that have to move, so that the triangles `open`, which are some of those that are turned over, are not.

@@ -226,12 +226,9 @@ fn where_triangles_are_too_fine_light_is_slower_and_nothing_else() {
     let lit: Vec<[f32; 4]> = mesh.rest.iter().map(|p| [if p[1] > 0.1 { 1.0 } else { 0.0 }; 4]).collect();
     let found = run(&wgpu, &diffusion, &lit);
     // A wave that is not damped would be far outside.
-    let inside = found.iter().flatten().all(|x| (-0.01..1.01).contains(x));
-    assert!(
-        inside,
-        "{:?}",
-        found.iter().flatten().copied().fold((0.0, 0.0), |(a, b), x| (x.min(a), x.max(b)))
-    );
+    let colours = found.iter().flat_map(|s| &s[..3]);
+    let (least, most) = colours.fold((0.0_f32, 0.0_f32), |(a, b), x| (a.min(*x), b.max(*x)));
+    assert!(least > -0.01 && most < 1.01, "{least} to {most}");
     // And the light on both sides is that of a plane, far from the vertex.
     let even = plane(20, 20, 0.5);
     let expected = Diffusion::new(device, queue, &even.rest, &even.triangles, 1.0, &SKIN, 128).unwrap();

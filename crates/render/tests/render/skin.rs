@@ -1,7 +1,8 @@
 //! Skin on every device here, against what light does.
 
+use crate::each_device;
 use rhytid_backend_wgpu::Wgpu;
-use rhytid_core::{Backend, UpAxis};
+use rhytid_core::UpAxis;
 use rhytid_render::{
     Camera, FrameBuffers, Lights, Offscreen, Picture, Skin, SkinRenderer, Sky, Sphere, Tone, View,
 };
@@ -73,14 +74,6 @@ impl Mesh {
 }
 
 const SIDE: u32 = 200;
-
-fn each_device(test: impl Fn(&str, &Wgpu)) {
-    let devices = Wgpu::devices().unwrap();
-    assert!(!devices.is_empty(), "there is no device of wgpu's here");
-    for info in devices {
-        test(&format!("{} {}", info.name, info.driver), &Wgpu::open(&info).unwrap());
-    }
-}
 
 /// What a pixel shows, linear.
 fn linear(picture: &Picture, at: [u32; 2]) -> [f32; 3] {

@@ -1,7 +1,8 @@
 //! Pictures on every device here, against what is known of them.
 
+use crate::each_device;
 use rhytid_backend_wgpu::Wgpu;
-use rhytid_core::{Backend, Faces, Materials, UpAxis, Uvs};
+use rhytid_core::{Faces, Materials, UpAxis, Uvs};
 use rhytid_render::{
     Anchor, Camera, FrameBuffers, Heat, LEGEND, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sphere,
     Surface, View,
@@ -66,15 +67,6 @@ impl Mesh {
         frame.set(self.positions.as_flattened(), self.normals.as_flattened(), &self.numbers);
         renderer.show(camera, page.aspect(), look);
         page.draw(NONE, |pass| renderer.draw(pass, frame.vertices())).unwrap()
-    }
-}
-
-/// Each device here, named in what is said of a failure.
-fn each_device(test: impl Fn(&str, &Wgpu)) {
-    let devices = Wgpu::devices().unwrap();
-    assert!(!devices.is_empty(), "there is no device of wgpu's here");
-    for info in devices {
-        test(&format!("{} {}", info.name, info.driver), &Wgpu::open(&info).unwrap());
     }
 }
 

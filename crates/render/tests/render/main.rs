@@ -1,0 +1,16 @@
+//! Pictures on every device here.
+
+mod looks;
+mod skin;
+
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::Backend;
+
+/// Each device here, named in what is said of a failure.
+fn each_device(test: impl Fn(&str, &Wgpu)) {
+    let devices = Wgpu::devices().unwrap();
+    assert!(!devices.is_empty(), "there is no device of wgpu's here");
+    for info in devices {
+        test(&format!("{} {}", info.name, info.driver), &Wgpu::open(&info).unwrap());
+    }
+}
