@@ -5,6 +5,17 @@ use super::profile::{Gaussian, Series};
 use rhytid_core::laplacian::laplacian;
 use rhytid_core::{Error, Result};
 
+/// How long a series may be.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    /// Polynomials that are taken wherever they are of use.
+    pub always: usize,
+    /// And at most.
+    pub longest: usize,
+    /// The part of the surface that more than `always` are not taken for.
+    pub spared: f64,
+}
+
 /// Words of a step's uniforms.
 const STEP_WORDS: usize = 12;
 
@@ -27,7 +38,7 @@ pub(crate) struct Diffusion {
 }
 
 impl Diffusion {
-    /// For V `rest` positions, whose unit is so many `millimetres`, in `longest` − 1 steps at most.
+    /// For V `rest` positions, whose unit is so many `millimetres`, with no more than this `effort`.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -35,9 +46,9 @@ impl Diffusion {
         triangles: &[[u32; 3]],
         millimetres: f64,
         profile: &[Gaussian],
-        longest: usize,
+        effort: Effort,
     ) -> Result<Self> {
-        let matrix = Matrix::new(rest, triangles, millimetres, (profile, longest));
+        let matrix = Matrix::new(rest, triangles, millimetres, (profile, effort));
         let links = 8 * matrix.links.len().max(1) as u64;
         let most = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size);
         if links > most {
@@ -122,6 +133,11 @@ impl Diffusion {
         })
     }
 
+    #[cfg(test)]
+    pub(crate) fn steps(&self) -> u32 {
+        self.steps
+    }
+
     /// Spreads what is in `light`, which is used up.
     pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
         pass.set_pipeline(&self.pipeline);
@@ -147,7 +163,7 @@ impl Matrix {
         rest: &[[f32; 3]],
         triangles: &[[u32; 3]],
         millimetres: f64,
-        (profile, longest): (&[Gaussian], usize),
+        (profile, effort): (&[Gaussian], Effort),
     ) -> Self {
         let positions: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|x| millimetres * f64::from(x))).collect();
         let mut laplacian = laplacian(&positions, triangles);
@@ -163,9 +179,22 @@ impl Matrix {
             }
         }
         (0..rest.len()).for_each(|v| offsets[v + 1] += offsets[v]);
-        let rates = laplacian.mass.iter().zip(&leaves).filter(|(mass, _)| **mass > 0.0);
-        let most = rates.map(|(mass, leaves)| leaves / mass).fold(0.0, f64::max);
-        let series = Series::new(profile, most, longest);
+        let mut rates: Vec<(f64, f64)> = (laplacian.mass.iter().zip(&leaves))
+            .filter(|(mass, _)| **mass > 0.0)
+            .map(|(mass, leaves)| (leaves / mass, *mass))
+            .collect();
+        rates.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let most = rates.first().map_or(0.0, |rate| rate.0);
+        let mut spared = effort.spared * laplacian.mass.iter().sum::<f64>();
+        let mut finer = rates.iter().skip_while(|(_, mass)| {
+            spared -= mass;
+            spared > 0.0
+        });
+        let usual = finer.next().map_or(most, |rate| rate.0);
+        let mut series = Series::new(profile, usual, effort.longest);
+        if series.coefficients.len() < effort.always {
+            series = Series::new(profile, most, effort.always);
+        }
         // A vertex whose light would be gone sooner than the series resolves holds more of it, so that it is slower, and nothing is lost.
         let (mut area, mut fine) = (0.0, 0.0);
         let masses: Vec<f64> = laplacian

@@ -1,11 +1,15 @@
 //! Light that spreads, against closed forms.
 
-use super::diffusion::Diffusion;
+use super::diffusion::{Diffusion, Effort};
 use super::profile::SKIN;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::Backend;
 use rhytid_core::laplacian::laplacian;
 use std::f64::consts::PI;
+
+fn effort(longest: usize) -> Effort {
+    Effort { always: longest, longest, spared: 0.0 }
+}
 
 struct Mesh {
     /// In millimetres.
@@ -67,7 +71,8 @@ impl Mesh {
             let (device, queue) = (wgpu.device(), wgpu.queue());
             // In a unit of centimetres.
             let rest: Vec<[f32; 3]> = self.rest.iter().map(|p| p.map(|x| 0.1 * x)).collect();
-            let diffusion = Diffusion::new(device, queue, &rest, &self.triangles, 10.0, &SKIN, 512).unwrap();
+            let diffusion =
+                Diffusion::new(device, queue, &rest, &self.triangles, 10.0, &SKIN, effort(512)).unwrap();
             assert_eq!(diffusion.too_fine, 0.0);
             let light: Vec<[f32; 4]> = light.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
             test(&format!("{} {}", info.name, info.driver), &run(&wgpu, &diffusion, &light));
@@ -221,7 +226,8 @@ fn where_triangles_are_too_fine_light_is_slower_and_nothing_else() {
     let info = Wgpu::devices().unwrap().remove(0);
     let wgpu = Wgpu::open(&info).unwrap();
     let (device, queue) = (wgpu.device(), wgpu.queue());
-    let diffusion = Diffusion::new(device, queue, &mesh.rest, &mesh.triangles, 1.0, &SKIN, 128).unwrap();
+    let diffusion =
+        Diffusion::new(device, queue, &mesh.rest, &mesh.triangles, 1.0, &SKIN, effort(128)).unwrap();
     assert!(diffusion.too_fine > 0.0 && diffusion.too_fine < 0.01, "{}", diffusion.too_fine);
     let lit: Vec<[f32; 4]> = mesh.rest.iter().map(|p| [if p[1] > 0.1 { 1.0 } else { 0.0 }; 4]).collect();
     let found = run(&wgpu, &diffusion, &lit);
@@ -231,7 +237,8 @@ fn where_triangles_are_too_fine_light_is_slower_and_nothing_else() {
     assert!(least > -0.01 && most < 1.01, "{least} to {most}");
     // And the light on both sides is that of a plane, far from the vertex.
     let even = plane(20, 20, 0.5);
-    let expected = Diffusion::new(device, queue, &even.rest, &even.triangles, 1.0, &SKIN, 128).unwrap();
+    let expected =
+        Diffusion::new(device, queue, &even.rest, &even.triangles, 1.0, &SKIN, effort(128)).unwrap();
     let expected = run(&wgpu, &expected, &lit);
     for ((p, found), expected) in mesh.rest.iter().zip(&found).zip(&expected) {
         if p[0].abs() > 4.0 {
@@ -249,4 +256,19 @@ fn shaders_are_valid() {
         let skin = super::Skin::default();
         super::SkinRenderer::new(wgpu.device(), wgpu.queue(), mesh, 1.0, target, skin).unwrap();
     }
+}
+
+#[test]
+fn what_little_of_a_mesh_is_fine_costs_little() {
+    let mut mesh = plane(30, 30, 1.0);
+    let middle = mesh.rest.len() / 2;
+    mesh.rest[middle][0] += 0.999;
+    let info = Wgpu::devices().unwrap().remove(0);
+    let wgpu = Wgpu::open(&info).unwrap();
+    let new = |effort| {
+        Diffusion::new(wgpu.device(), wgpu.queue(), &mesh.rest, &mesh.triangles, 1.0, &SKIN, effort).unwrap()
+    };
+    assert_eq!(new(effort(128)).steps(), 127);
+    let spared = new(Effort { always: 40, longest: 128, spared: 0.005 });
+    assert!(spared.steps() < 40 && spared.too_fine < 0.005, "{} {}", spared.steps(), spared.too_fine);
 }
