@@ -5,7 +5,7 @@
     python3.11 -m venv venv && venv/bin/pip install bpy==5.0.1 pillow
     venv/bin/python docs/images/blender.py picture/face.usd docs/images/blender.png
 
-The shapes are what Blender makes of the file. As for demo.png, and by render.py beside this file, the skin is painted
+The shapes are what Blender makes of the file. By scene.py beside this file, the skin is painted
 for the picture, and eyeballs and a dark inside of the head are added.
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-import render
+import scene
 from mathutils import Matrix, Vector
 from PIL import Image, ImageDraw, ImageFont
 
@@ -62,8 +62,8 @@ def shoot(face, degrees):
     turn = Matrix.Rotation(np.radians(degrees), 3, "Y")
     across = positions(face) @ np.array(turn.col[0])
     target = turn.col[0] * float(across.min() + across.max()) / 2 + Vector((0, -2.6, -2))
-    render.aim(bpy.context.scene.camera, target + turn @ Vector((0, 1.0, 56)), target)
-    return render.panel(PANEL)
+    scene.aim(bpy.context.scene.camera, target + turn @ Vector((0, 1.0, 56)), target)
+    return scene.panel(PANEL)
 
 
 def main():
@@ -76,16 +76,16 @@ def main():
     bpy.ops.wm.read_factory_settings(use_empty=True)
     face = import_face(args.file)
     bpy.context.scene.frame_set(0)
-    skin, shader = render.material("skin", roughness=0.45)
+    skin, shader = scene.material("skin", roughness=0.45)
     shader.inputs["Subsurface Weight"].default_value = 0.2
     shader.inputs["Subsurface Radius"].default_value = (1, 0.35, 0.2)
     shader.inputs["Subsurface Scale"].default_value = 0.2
-    render.colour_vertices(face.data, render.paint(positions(face), vertex_uvs(face.data)))
+    scene.colour_vertices(face.data, scene.paint(positions(face), vertex_uvs(face.data)))
     face.data.materials.clear()
     face.data.materials.append(skin)
-    render.add_inside()
-    render.PANEL = PANEL
-    render.set_up(args.samples)
+    scene.add_inside()
+    scene.PANEL = PANEL
+    scene.set_up(args.samples)
 
     picture = Image.new("RGB", (PANEL[0] * len(SHOTS), PANEL[1]))
     draw, font = ImageDraw.Draw(picture), ImageFont.load_default(17)

@@ -88,6 +88,38 @@ fn a_picture_moves_with_the_takes_frames_and_the_camera_goes_around() {
     assert!(f.read("out/face.apng") == whole);
 }
 
+#[test]
+fn skin_is_lit_as_it_is_asked_for() {
+    let f = solved();
+    let args = "render face.safetensors take.csv --frames 2..3 --size 90x70";
+    f.refused(&format!("{args} -o no.png --show skin --light 10"), &["--light", "-41,33"]);
+    f.refused(
+        &format!("{args} -o no.png --show skin --exposure 11"),
+        &["--exposure", "stops from -10 to 10"],
+    );
+    f.refused(&format!("{args} -o no.png --hide 100000"), &["--hide 100000", "the rig's vertices are 0 to"]);
+    // How bright the middle is.
+    let seen = |name: &str, options: &str| {
+        let said = f.done(&format!("{args} -o out/{name}{{frame}}.png {options}"));
+        assert!(said.contains(" skin, ") == options.contains("skin"), "{said}");
+        let (_, pixels) = png(&f.read(&format!("out/{name}00002.png")));
+        let middle = &pixels[4 * (35 * 90 + 45)..][..3];
+        (middle.iter().map(|part| u32::from(*part)).sum::<u32>(), pixels)
+    };
+    let (front, drawn) = seen("front", "--show skin --light 0,0");
+    assert!(drawn != seen("shaded", "--show shaded").1);
+    let (side, _) = seen("side", "--show skin --light 85,0");
+    assert!(front > side + 30, "{front}, {side} from the side");
+    let (brighter, _) = seen("brighter", "--show skin --light 85,0 --exposure 1");
+    assert!(brighter > side + 30, "{brighter} by a stop, {side} before");
+    assert!(seen("agx", "--show skin --light 0,0 --tone agx").1 != drawn);
+    // From a session's own buffers it is the same picture.
+    assert!(seen("session", "--show skin --light 0,0 --device wgpu:0").1 == drawn);
+    // All of the sheet is one part.
+    let (_, hidden) = seen("hidden", "--hide 0");
+    assert!(hidden.chunks(4).all(|pixel| pixel == &hidden[..4]));
+}
+
 /// The left part of a picture's rows, so many pixels wide.
 fn left((info, pixels): &(png::OutputInfo, Vec<u8>), width: usize) -> Vec<u8> {
     pixels.chunks(4 * info.width as usize).flat_map(|row| &row[..4 * width]).copied().collect()

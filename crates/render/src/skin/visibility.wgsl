@@ -68,16 +68,18 @@ struct Corner {
     if cosine <= 0 {
         return;
     }
-    let p = (d.map_from_mesh * vec4f(positions[i], positions[i + 1], positions[i + 2], 1)).xyz;
+    // A little above the surface: the triangles around a vertex are flat and its normal is not theirs.
+    let above = vec3f(positions[i], positions[i + 1], positions[i + 2]) + 0.1 * seen[v].w * normal;
+    let p = (d.map_from_mesh * vec4f(above, 1)).xyz;
     // How much farther from the light the surface is a texel to the right and a texel down, as its normal says; not beyond 80°,
     // where there is no light to speak of.
     let right = vec3f(d.map_from_mesh[0].x, d.map_from_mesh[1].x, d.map_from_mesh[2].x);
     let down = vec3f(d.map_from_mesh[0].y, d.map_from_mesh[1].y, d.map_from_mesh[2].y);
     let texel = 1 / length(right);
     let slope = texel * vec2f(dot(normal, right), dot(normal, down)) * texel / max(cosine, 0.17);
-    // A disc of texels, those at its rim counting less, so that nothing jumps where a vertex moves on. It reaches half-way to the
+    // A disc of texels, those at its rim counting less, so that nothing jumps where a vertex moves on. It reaches to the
     // next vertices, so that no shadow has a finer edge than the mesh can show; of a large one not every texel is taken.
-    let radius = max(d.numbers.y, 0.6 * seen[v].w / texel);
+    let radius = max(d.numbers.y, seen[v].w / texel);
     let stride = max(i32(radius / 6), 1);
     let first = vec2i(max(ceil(p.xy - 0.5 - radius), vec2f(0)));
     let end = vec2i(min(floor(p.xy - 0.5 + radius), vec2f(d.numbers.x - 1)));

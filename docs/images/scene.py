@@ -1,62 +1,17 @@
-"""Renders the README's picture, demo.png, from what the demo and `animate` wrote.
+"""What blender.py renders the demo's face with: paint for the skin, eyeballs and a dark inside of the head, which the mesh does not have,
+lamps and a camera."""
 
-    cargo run --release -- demo picture --vertices 530000
-    for stage in large-scale full; do
-        cargo run --release -- animate picture/face.safetensors picture/performance.csv \
-            --frames 192..193 --stage $stage -o picture/$stage.usda
-    done
-    python3.11 -m venv venv && venv/bin/pip install bpy==5.0.1 pillow
-    venv/bin/python docs/images/render.py picture docs/images/demo.png
-
-From left to right: the neutral mesh with its markers; the large scale alone; with the folds; these from nearby.
-The shapes are Rhytid's output, untouched. For the picture alone the skin is painted, and eyeballs and a dark
-inside of the head are added, which the mesh does not have. `--panels` renders any of the meshes instead, as
-NAME or NAME:DEGREES (poses/smile:30 for an OBJ of the demo).
-"""
-
-import argparse
-import csv
-import math
 import tempfile
-from pathlib import Path
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
 PANEL = (400, 600)
 # The demo's domain, see crates/demo/src/shape: texture coordinates times SIZE less these are centimetres.
 SIZE, LEFT, BOTTOM = 23.8, 11.9, 15.2
 EYE = (3.04, 0.02, -2.07)
-
-
-def read_obj(path):
-    """Positions, quads and texture coordinates per vertex of one of the demo's OBJ files."""
-    positions, uvs, quads = [], [], []
-    with open(path) as lines:
-        for line in lines:
-            kind, _, rest = line.partition(" ")
-            if kind == "v":
-                positions.append([float(x) for x in rest.split()])
-            elif kind == "vt":
-                uvs.append([float(x) for x in rest.split()])
-            elif kind == "f":
-                quads.append([[int(i or 0) - 1 for i in c.split("/")[:2]] for c in rest.split()])
-    quads = np.array(quads)
-    by_vertex = np.zeros((len(positions), 2))
-    by_vertex[quads[..., 0].ravel()] = np.array(uvs)[quads[..., 1].ravel()]
-    return np.array(positions), quads[..., 0], by_vertex
-
-
-def read_usd(path):
-    """Positions of the first frame of a file that `animate` wrote."""
-    bpy.utils.expose_bundled_modules()
-    from pxr import Usd, UsdGeom
-
-    stage = Usd.Stage.Open(str(path))
-    mesh = next(UsdGeom.Mesh(p) for p in stage.Traverse() if p.IsA(UsdGeom.Mesh))
-    return np.array(mesh.GetPointsAttr().Get(stage.GetStartTimeCode()), dtype=float)
 
 
 def smooth(x, low, high):
@@ -118,18 +73,6 @@ def colour_vertices(mesh, colours):
     layer.data.foreach_set("color", np.c_[colours, np.ones(len(colours))].astype(np.float32).ravel())
 
 
-def face_object(rest, quads, uvs):
-    mesh = bpy.data.meshes.new("face")
-    mesh.from_pydata(rest, [], quads.tolist())
-    mesh.polygons.foreach_set("use_smooth", np.ones(len(quads), bool))
-    colour_vertices(mesh, paint(rest, uvs))
-    skin, shader = material("skin", roughness=0.47)
-    shader.inputs["Subsurface Weight"].default_value = 0.22
-    shader.inputs["Subsurface Radius"].default_value = (1, 0.35, 0.2)
-    shader.inputs["Subsurface Scale"].default_value = 0.2
-    return add("face", mesh, skin)
-
-
 def add_inside():
     """Eyeballs, and something dark behind the openings."""
     eye, _ = material("eye", roughness=0.12)
@@ -154,21 +97,6 @@ def add_inside():
     bpy.ops.mesh.primitive_uv_sphere_add(location=(0, -8.0, -5.0), segments=48, ring_count=24)
     bpy.context.object.scale = (3.3, 2.6, 3.6)
     bpy.context.object.data.materials.append(dark)
-
-
-def add_markers(points):
-    """Small balls, coloured by height."""
-    balls = []
-    for p in points:
-        q = (p[1] + 13) / 20
-        colour = (0.02 + 0.95 * smooth(q, 0.35, 0.75), 0.30 - 0.1 * smooth(q, 0.5, 0.9), 0.85 - 0.83 * smooth(q, 0.3, 0.7))
-        made, shader = material("marker", tuple(float(c) for c in colour), 0.3)
-        shader.inputs["Emission Color"].default_value = shader.inputs["Base Color"].default_value
-        shader.inputs["Emission Strength"].default_value = 0.5
-        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.17, location=p, segments=20, ring_count=12)
-        bpy.context.object.data.materials.append(made)
-        balls.append(bpy.context.object)
-    return balls
 
 
 def light(location, power, size, colour):
@@ -213,60 +141,3 @@ def panel(size):
         bpy.context.scene.render.filepath = f"{folder}/panel.png"
         bpy.ops.render.render(write_still=True)
         return Image.open(f"{folder}/panel.png").convert("RGB").resize(size, Image.LANCZOS)
-
-
-def shoot(face, positions, degrees, target, distance):
-    face.data.vertices.foreach_set("co", positions.astype(np.float32).ravel())
-    face.data.update()
-    angle = math.radians(degrees)
-    target = Vector(target)
-    aim(bpy.context.scene.camera, target + Vector((math.sin(angle), 0.03, math.cos(angle))) * distance, target)
-    return panel(PANEL)
-
-
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("picture", type=Path)
-    parser.add_argument("--samples", type=int, default=48)
-    parser.add_argument("--panels", nargs="*", default=[])
-    args = parser.parse_args()
-
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    rest, quads, uvs = read_obj(args.folder / "neutral.obj")
-    face = face_object(rest, quads, uvs)
-    add_inside()
-    set_up(args.samples)
-
-    whole = ((0, -2.55, -2), 60)
-    shots = []
-    if args.panels:
-        for panel in args.panels:
-            name, _, degrees = panel.partition(":")
-            usd = args.folder / f"{name}.usda"
-            positions = read_usd(usd) if usd.exists() else read_obj(args.folder / f"{name}.obj")[0]
-            shots.append((name, shoot(face, positions, float(degrees or 0), *whole)))
-    else:
-        with open(args.folder / "markers.csv") as rows:
-            handles = [int(row["vertex"]) for row in csv.DictReader(rows)]
-        markers = add_markers(rest[handles])
-        shots.append(("neutral, 89 markers", shoot(face, rest, 0, *whole)))
-        for ball in markers:
-            ball.hide_render = True
-        large, full = read_usd(args.folder / "large-scale.usda"), read_usd(args.folder / "full.usda")
-        shots.append(("large scale", shoot(face, large, 0, *whole)))
-        shots.append(("large scale + folds", shoot(face, full, 0, *whole)))
-        shots.append(("", shoot(face, full, -30, (-1.0, -0.6, -1.0), 36)))
-
-    picture = Image.new("RGB", (PANEL[0] * len(shots), PANEL[1]))
-    draw, font = ImageDraw.Draw(picture), ImageFont.load_default(17)
-    for i, (label, shot) in enumerate(shots):
-        picture.paste(shot, (i * PANEL[0], 0))
-        draw.text((i * PANEL[0] + PANEL[0] // 2, PANEL[1] - 18), label, fill=(225, 225, 228), font=font, anchor="ms")
-    # 256 colours, dithered, keep the file small.
-    palette = picture.quantize(256, kmeans=4)
-    picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(args.picture, optimize=True)
-
-
-if __name__ == "__main__":
-    main()
