@@ -143,6 +143,11 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         return Err(Error::input(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
     }
     hide_parts(&mut rig, &args.hide);
+    if rig.triangles.is_empty() {
+        return Err(Error::input(
+            "--hide: nothing would be left; name vertices of the parts that are to be left out",
+        ));
+    }
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let mut take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
     let range = args.frames.within(take.frames())?;
