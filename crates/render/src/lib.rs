@@ -1,4 +1,4 @@
-//! Draws faces with wgpu: shaded, as wire, and as heat maps.
+//! Draws faces with wgpu: shaded, as skin, as wire, and as heat maps.
 //!
 //! A [`Renderer`] draws the buffers that a session of the wgpu backend leaves its results in, without a copy, into any pass of the
 //! same device. An [`Offscreen`] is a pass of its own that gives a [`Picture`]; [`FrameBuffers`] take frames that come from elsewhere.
@@ -71,7 +71,7 @@ pub use parts::{albedos, hide_parts};
 pub use picture::Picture;
 pub use renderer::{Look, Renderer, Target, Vertices};
 pub use sheet::Sheet;
-pub use skin::{Gaussian, Lights, SKIN, Skin, SkinRenderer, Sky, Tone};
+pub use skin::{Gaussian, Lights, SKIN_PROFILE, Skin, SkinRenderer, Sky, Tone};
 pub use textured::Surface;
 pub use words::{Anchor, LEGEND, LINE};
 

@@ -12,7 +12,7 @@ mod sky;
 mod tests;
 mod visibility;
 
-pub use profile::{Gaussian, SKIN};
+pub use profile::{Gaussian, SKIN_PROFILE};
 pub use sky::Sky;
 
 use crate::camera::Camera;
@@ -56,7 +56,7 @@ impl Default for Skin {
             reflectance: 0.028,
             roughness: [0.36, 0.62],
             first_lobe: 0.5,
-            profile: SKIN,
+            profile: SKIN_PROFILE,
         }
     }
 }
@@ -207,7 +207,8 @@ impl SkinRenderer {
     }
 
     /// Lights a frame and lets the light spread, before a pass draws it as seen by `camera` in a picture whose width is `aspect` times
-    /// its height. Positions and normals must be whole and in buffers with the usage `STORAGE`.
+    /// its height. Positions and normals must be whole and in buffers with the usage `STORAGE`. One frame a submission: two would both be the
+    /// later one.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Device`].

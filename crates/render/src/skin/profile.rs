@@ -11,7 +11,7 @@ pub struct Gaussian {
 
 /// Three layers of skin, as E. d'Eon and D. Luebke fitted them (GPU Gems 3, 2007, chapter 14, figure 14-13). The weights of each colour
 /// sum to 1: what light loses in the skin is the albedo's.
-pub const SKIN: [Gaussian; 6] = [
+pub const SKIN_PROFILE: [Gaussian; 6] = [
     Gaussian { variance: 0.0064, weights: [0.233, 0.455, 0.649] },
     Gaussian { variance: 0.0484, weights: [0.100, 0.336, 0.344] },
     Gaussian { variance: 0.187, weights: [0.118, 0.198, 0.0] },
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn each_colour_keeps_its_light() {
         for c in 0..3 {
-            let sum: f64 = SKIN.iter().map(|gaussian| gaussian.weights[c]).sum();
+            let sum: f64 = SKIN_PROFILE.iter().map(|gaussian| gaussian.weights[c]).sum();
             assert!((sum - 1.0).abs() < 1e-12, "{sum}");
         }
     }
@@ -109,12 +109,12 @@ mod tests {
     #[test]
     fn a_series_is_the_function_up_to_its_limit() {
         for most in [0.5, 20.0, 100.0] {
-            let series = Series::new(&SKIN, most, 160);
+            let series = Series::new(&SKIN_PROFILE, most, 160);
             assert_eq!(series.most, most);
             for i in 0..=200 {
                 let l = most * f64::from(i) / 200.0;
                 let angle = (2.0 * l / most - 1.0).clamp(-1.0, 1.0).acos();
-                let expected = transfer(&SKIN, l);
+                let expected = transfer(&SKIN_PROFILE, l);
                 for c in 0..3 {
                     let terms = series.coefficients.iter().enumerate();
                     let found: f64 = terms.map(|(k, a)| a[c] * (k as f64 * angle).cos()).sum();
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn a_series_ends_where_it_is_longest() {
-        let series = Series::new(&SKIN, 1e5, 160);
+        let series = Series::new(&SKIN_PROFILE, 1e5, 160);
         assert!(series.most > 100.0 && series.most < 1e5, "{}", series.most);
         assert!((157..=160).contains(&series.coefficients.len()));
     }

@@ -1,7 +1,7 @@
 //! Light that spreads, against closed forms.
 
 use super::diffusion::{Diffusion, Effort};
-use super::profile::SKIN;
+use super::profile::SKIN_PROFILE;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::Backend;
 use rhytid_core::laplacian::laplacian;
@@ -72,7 +72,8 @@ impl Mesh {
             // In a unit of centimetres.
             let rest: Vec<[f32; 3]> = self.rest.iter().map(|p| p.map(|x| 0.1 * x)).collect();
             let diffusion =
-                Diffusion::new(device, queue, &rest, &self.triangles, 10.0, &SKIN, effort(512)).unwrap();
+                Diffusion::new(device, queue, &rest, &self.triangles, 10.0, &SKIN_PROFILE, effort(512))
+                    .unwrap();
             assert_eq!(diffusion.too_fine, 0.0);
             let light: Vec<[f32; 4]> = light.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
             test(&format!("{} {}", info.name, info.driver), &run(&wgpu, &diffusion, &light));
@@ -125,7 +126,8 @@ fn the_edge_of_a_shadow_is_as_soft_as_the_profile_says() {
         for (p, spread) in mesh.rest.iter().zip(spread) {
             let x = f64::from(p[0]) - 0.025;
             for c in 0..3 {
-                let expected: f64 = SKIN.iter().map(|g| g.weights[c] * normal(x / g.variance.sqrt())).sum();
+                let expected: f64 =
+                    SKIN_PROFILE.iter().map(|g| g.weights[c] * normal(x / g.variance.sqrt())).sum();
                 worst[c] = worst[c].max((f64::from(spread[c]) - expected).abs());
             }
         }
@@ -149,7 +151,7 @@ fn a_point_of_light_becomes_the_profile() {
                 let part = |g: &super::Gaussian| {
                     g.weights[0] * (-0.5 * r2 / g.variance).exp() / (2.0 * PI * g.variance)
                 };
-                let expected: f64 = SKIN.iter().map(part).sum();
+                let expected: f64 = SKIN_PROFILE.iter().map(part).sum();
                 let off = f64::from(spread[0]) / expected - 1.0;
                 assert!(off.abs() < 0.03, "{device}: {off} of {expected} at {}", r2.sqrt());
             }
@@ -181,7 +183,7 @@ fn harmonics_on_a_ball_fade_as_fast_as_they_should() {
                 let fades = |g: &super::Gaussian| {
                     g.weights[c] * (-0.5 * g.variance * order * (order + 1.0) / (RADIUS * RADIUS)).exp()
                 };
-                let expected: f64 = SKIN.iter().map(fades).sum();
+                let expected: f64 = SKIN_PROFILE.iter().map(fades).sum();
                 assert!((left / expected - 1.0).abs() < 0.01, "{device}: {order}: {left}, not {expected}");
                 // It stays that harmonic.
                 let off =
@@ -227,7 +229,7 @@ fn where_triangles_are_too_fine_light_is_slower_and_nothing_else() {
     let wgpu = Wgpu::open(&info).unwrap();
     let (device, queue) = (wgpu.device(), wgpu.queue());
     let diffusion =
-        Diffusion::new(device, queue, &mesh.rest, &mesh.triangles, 1.0, &SKIN, effort(128)).unwrap();
+        Diffusion::new(device, queue, &mesh.rest, &mesh.triangles, 1.0, &SKIN_PROFILE, effort(128)).unwrap();
     assert!(diffusion.too_fine > 0.0 && diffusion.too_fine < 0.01, "{}", diffusion.too_fine);
     let lit: Vec<[f32; 4]> = mesh.rest.iter().map(|p| [if p[1] > 0.1 { 1.0 } else { 0.0 }; 4]).collect();
     let found = run(&wgpu, &diffusion, &lit);
@@ -238,7 +240,7 @@ fn where_triangles_are_too_fine_light_is_slower_and_nothing_else() {
     // And the light on both sides is that of a plane, far from the vertex.
     let even = plane(20, 20, 0.5);
     let expected =
-        Diffusion::new(device, queue, &even.rest, &even.triangles, 1.0, &SKIN, effort(128)).unwrap();
+        Diffusion::new(device, queue, &even.rest, &even.triangles, 1.0, &SKIN_PROFILE, effort(128)).unwrap();
     let expected = run(&wgpu, &expected, &lit);
     for ((p, found), expected) in mesh.rest.iter().zip(&found).zip(&expected) {
         if p[0].abs() > 4.0 {
@@ -266,7 +268,8 @@ fn what_little_of_a_mesh_is_fine_costs_little() {
     let info = Wgpu::devices().unwrap().remove(0);
     let wgpu = Wgpu::open(&info).unwrap();
     let new = |effort| {
-        Diffusion::new(wgpu.device(), wgpu.queue(), &mesh.rest, &mesh.triangles, 1.0, &SKIN, effort).unwrap()
+        Diffusion::new(wgpu.device(), wgpu.queue(), &mesh.rest, &mesh.triangles, 1.0, &SKIN_PROFILE, effort)
+            .unwrap()
     };
     assert_eq!(new(effort(128)).steps(), 127);
     let spared = new(Effort { always: 40, longest: 128, spared: 0.005 });
