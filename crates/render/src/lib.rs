@@ -2,6 +2,7 @@
 //!
 //! A [`Renderer`] draws the buffers that a session of the wgpu backend leaves its results in, without a copy, into any pass of the
 //! same device. An [`Offscreen`] is a pass of its own that gives a [`Picture`]; [`FrameBuffers`] take frames that come from elsewhere.
+//! A [`SkinRenderer`] draws them as skin, once it has lit them.
 //!
 //! ```
 //! use rhytid_backend_wgpu::Wgpu;
