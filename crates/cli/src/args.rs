@@ -106,7 +106,7 @@ Examples:
   rhytid render FACE.safetensors TAKE.csv -o around.webp --turntable --frames 60..61 --count 48 --background none
 
 docs/render.md has pictures of what can be shown.")]
-    Render(Render),
+    Render(Box<Render>),
 
     /// Put parts of a take, which `animate --frames` wrote, together as one USD file.
     ///

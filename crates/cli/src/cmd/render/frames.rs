@@ -80,7 +80,7 @@ enum On<'a> {
     /// Where they are drawn, so that they are drawn from where they are.
     Same { session: Animator<WgpuSession>, info: DeviceInfo, watch: Option<Watch<'a>> },
     /// Elsewhere; and the rig to put the result beside, where that is another.
-    Other { playback: Playback<'a>, before: Option<Playback<'a>> },
+    Other { playback: Box<Playback<'a>>, before: Option<Playback<'a>> },
 }
 
 /// The device to draw with, and the one that was named to evaluate, `None` for `auto`.
@@ -147,7 +147,10 @@ impl<'a> Frames<'a> {
                 let devices = inputs::devices(named, ui)?;
                 let before = wanted.before.and_then(|before| before.rig.as_ref());
                 let before = before.map(|rig| Playback::new(rig, &devices, count.min(BATCH)));
-                On::Other { playback: Playback::new(rig, &devices, count)?, before: before.transpose()? }
+                On::Other {
+                    playback: Box::new(Playback::new(rig, &devices, count)?),
+                    before: before.transpose()?,
+                }
             }
         };
         Ok(Self { rig, on, wanted, evaluation: Duration::ZERO })
