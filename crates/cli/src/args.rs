@@ -1,6 +1,7 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from these files.
 
 mod judge;
+mod live;
 mod placing;
 #[cfg(feature = "wgpu")]
 mod render;
@@ -12,10 +13,10 @@ mod values;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
+pub(crate) use live::{FramesChoice, Listen, Send};
 pub(crate) use placing::{Handles, New, TakeSpace};
 #[cfg(feature = "wgpu")]
 pub(crate) use render::{Background, BeforeChoice, Render, Show};
-use rhytid::playback::FrameRange;
 pub(crate) use setup::Setup;
 #[cfg(feature = "wgpu")]
 pub(crate) use skin::SkinLight;
@@ -91,9 +92,19 @@ Examples:
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --fade-detail --head bake
   rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --compressed --quantize --meshopt
   rhytid animate FACE.safetensors TAKE.csv -o coarse.usd --stage large-scale --device cpu:0
+  rhytid animate FACE.safetensors --listen --frames 2400 -o FACE.usd --record TAKE.csv
 
 docs/export.md says which format and which options suit which program.")]
-    Animate(Animate),
+    Animate(Box<Animate>),
+
+    /// Send a take over the network as if it were captured now, to `animate --listen` or to any program that reads OSC.
+    ///
+    /// Each frame is a UDP datagram of its own; docs/live.md says what is in it. Whether anybody listens cannot be known.
+    #[command(after_help = "\
+Examples:
+  rhytid send TAKE.csv
+  rhytid send TAKE.csv --rig FACE.safetensors --to 192.168.0.20:9000 --rate 240 --loop")]
+    Send(Send),
 
     /// Draw frames of a take: a sheet, a picture for each, or one that moves.
     #[cfg(feature = "wgpu")]
@@ -295,7 +306,8 @@ pub(crate) struct Animate {
 
     /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space, or what a capture system wrote, which is
     /// cleaned first as `prepare` does it.
-    pub take: PathBuf,
+    #[arg(required_unless_present = "listen")]
+    pub take: Option<PathBuf>,
 
     /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
     #[arg(short, long, value_name = "OUT")]
@@ -305,9 +317,12 @@ pub(crate) struct Animate {
     #[arg(long, default_value = "auto")]
     pub device: String,
 
-    /// The frames A to B-1 of the take, counted from 0; either end can be left out.
+    #[command(flatten)]
+    pub live: Listen,
+
+    /// The frames A to B-1 of the take, counted from 0; either end can be left out. With --listen a number alone, of frames to record.
     #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
-    pub frames: FrameRange,
+    pub frames: FramesChoice,
 
     /// How far to go.
     #[arg(long, value_enum, default_value_t = StageChoice::Full)]

@@ -1,4 +1,4 @@
-//! Ctrl-C: the first asks the work to stop, and after a second ends it; the second one ends it at once.
+//! Ctrl-C: while something is recorded, it ends the recording. Else the first asks the work to stop, and after a second ends it; the second one ends it at once.
 
 use crate::exit;
 use crate::progress::Ui;
@@ -12,6 +12,24 @@ const GRACE: Duration = Duration::from_secs(1);
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
+/// Whether something is recorded.
+static RECORDING: AtomicBool = AtomicBool::new(false);
+/// Whether the user ended that.
+static ENDED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the user asked to end the recording.
+pub(crate) fn recording_ended() -> bool {
+    ENDED.load(Ordering::Relaxed)
+}
+
+/// Records; meanwhile the first Ctrl-C only ends the recording.
+pub(crate) fn end_of_recording<T>(record: impl FnOnce() -> T) -> T {
+    RECORDING.store(true, Ordering::Relaxed);
+    let recorded = record();
+    RECORDING.store(false, Ordering::Relaxed);
+    recorded
+}
+
 /// Whether the user asked to stop.
 pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
@@ -21,6 +39,10 @@ pub(crate) fn requested() -> bool {
 pub(crate) fn install(ui: &Arc<Ui>) {
     let ui = Arc::clone(ui);
     let handler = move || {
+        if RECORDING.load(Ordering::Relaxed) && !ENDED.swap(true, Ordering::Relaxed) {
+            ui.line("the recording ends… (Ctrl-C again stops)");
+            return;
+        }
         if REQUESTED.swap(true, Ordering::Relaxed) {
             leave(&ui);
         }

@@ -72,6 +72,7 @@
 //! | `evaluate` | how good a rig is and where not, which scans to make: [`evaluate`](mod@evaluate) |
 //! | `render` | pictures: shaded, as wire, heat maps; with the backend `wgpu`: [`render`] |
 //! | `film` | pictures as films, off by default: [`render::Film`] |
+//! | `live` | marker positions over the network while they are captured: [`live`] |
 //! | `report` | what a clean-up did, and what an evaluation found, as pages: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]
@@ -94,6 +95,9 @@ pub use rhytid_evaluate as evaluate;
 #[cfg(feature = "formats")]
 #[doc(inline)]
 pub use rhytid_formats as formats;
+#[cfg(feature = "live")]
+#[doc(inline)]
+pub use rhytid_live as live;
 #[cfg(feature = "playback")]
 #[doc(inline)]
 pub use rhytid_playback as playback;

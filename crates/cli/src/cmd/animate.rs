@@ -1,18 +1,19 @@
 //! `rhytid animate`
 
-use crate::args::{HeadChoice, StageChoice};
+use super::listen;
+use crate::args::{FramesChoice, HeadChoice, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::evaluate::{Regions, coverage};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
-use rhytid::formats::refuse_inputs;
 use rhytid::formats::take::Missing;
+use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::human;
 use rhytid::playback::{Playback, PlaybackOptions, Selection, handle_gains};
 use rhytid::{AtomicFile, DeviceInfo, Error, Result, Rig, Take, rig_file};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Stretches that a warning lists.
@@ -79,25 +80,38 @@ fn morphs(written: &Written, metres_per_unit: f64) -> String {
 pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
     check_options(args, Format::of(&args.output)?)?;
-    inputs::rig_and_take(&args.rig, &args.take, "rhytid animate RIG TAKE -o OUT.usd")?;
-    let setup = args.setup.as_deref();
-    refuse_inputs(&[&args.output], [&*args.rig, &args.take].into_iter().chain(setup))?;
-    drop(AtomicFile::create(&args.output)?);
+    let count = listen::count(args)?;
+    match &args.take {
+        Some(take) => inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?,
+        None => {
+            inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?
+        }
+    }
+    let inputs = [Some(&args.rig), args.take.as_ref(), args.setup.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path);
+    let outputs: Vec<&Path> =
+        std::iter::once(&args.output).chain(&args.live.record).map(PathBuf::as_path).collect();
+    refuse_inputs(&outputs, inputs)?;
+    for output in outputs {
+        drop(AtomicFile::create(output)?);
+    }
     let device = inputs::named_device(&args.device)?;
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     if args.stage == StageChoice::Shell {
         rig = rig.shell();
     }
     let hash = rig_file::hash(&args.rig)?;
-    let take = inputs::take(
-        &args.take,
-        &rig,
-        args.missing,
-        (args.setup.as_deref(), args.elsewhere.reach()),
-        &args.space,
-        ui,
-    )?;
-    let range = args.frames.within(take.frames())?;
+    let setup = (args.setup.as_deref(), args.elsewhere.reach());
+    let take = match (&args.take, count) {
+        (Some(path), None) => inputs::take(path, &rig, args.missing, setup, &args.space, ui)?,
+        _ => listen::take(args, &rig, count.unwrap_or_default(), ui)?,
+    };
+    let range = match args.frames {
+        FramesChoice::Range(range) => range.within(take.frames())?,
+        FramesChoice::Count(_) => 0..take.frames(),
+    };
     let gains = gains(args)?;
     let handle_gains = handle_gains(&rig.labels, &gains)?;
     let is_far = warn_far(&rig, &take, &range, ui)?;
@@ -199,7 +213,7 @@ fn detail_of(gains: &[(String, f64)]) -> Option<String> {
 
 /// Options that this take leaves nothing to do for: scripts give them to every take.
 fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
-    let take_path = args.take.display();
+    let take_path = args.take.as_deref().unwrap_or(Path::new("what came")).display();
     if args.fade_detail && take.confidence.is_none() && !is_far {
         log::info!(
             "{take_path}: has no confidence below 1 and goes nowhere far from the examples, so --fade-detail changes nothing"

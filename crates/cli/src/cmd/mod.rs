@@ -12,11 +12,13 @@ mod evaluate;
 mod export_shapes;
 mod handles;
 mod info;
+mod listen;
 mod man;
 mod new;
 mod prepare;
 #[cfg(feature = "wgpu")]
 mod render;
+mod send;
 mod solve;
 mod stitch;
 mod verify;
@@ -37,6 +39,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Animate(args) => animate::run(args, ui)?,
         #[cfg(feature = "wgpu")]
         Command::Render(args) => render::run(args, ui)?,
+        Command::Send(args) => send::run(args, ui)?,
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),

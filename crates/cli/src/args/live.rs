@@ -1,0 +1,95 @@
+//! What is sent and received while it is captured.
+
+use super::values::parse_rate;
+use rhytid::playback::FrameRange;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+/// `rhytid animate --listen`
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(crate) struct Listen {
+    /// Instead of TAKE: record --frames N as they come over the network, as OSC bundles, and animate them then; docs/live.md says what is sent. ADDR:PORT, or a port of
+    /// this machine alone [default: 127.0.0.1:9000]. Ctrl-C ends the recording and keeps what has come.
+    #[arg(
+        long,
+        value_name = "ADDR:PORT",
+        num_args = 0..=1,
+        default_missing_value = "9000",
+        value_parser = parse_address,
+        conflicts_with_all = ["take", "setup", "missing", "take_unit", "take_axes", "take_rate"]
+    )]
+    pub listen: Option<SocketAddr>,
+
+    /// With --listen: also write what has come as a take.
+    #[arg(long, value_name = "TAKE.csv", requires = "listen")]
+    pub record: Option<PathBuf>,
+
+    /// With --listen: how many seconds to wait for a frame [default: 30]; the recording ends there, and is an error where none came.
+    #[arg(long, value_name = "SECONDS", requires = "listen", value_parser = parse_seconds)]
+    pub timeout: Option<Duration>,
+}
+
+/// `rhytid send`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Send {
+    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space; a marker is not sent in frames that it is missing from.
+    pub take: PathBuf,
+
+    /// Send this rig's handles alone, whatever other markers the take has.
+    #[arg(long)]
+    pub rig: Option<PathBuf>,
+
+    /// Where to: ADDR:PORT, or a port of this machine.
+    #[arg(long, value_name = "ADDR:PORT", default_value = "127.0.0.1:9000", value_parser = parse_address)]
+    pub to: SocketAddr,
+
+    /// Send N of the take's frames a second [default: as far apart as its times].
+    #[arg(long, value_name = "N", value_parser = parse_rate)]
+    pub rate: Option<f64>,
+
+    /// Begin again at the end, until Ctrl-C.
+    #[arg(long = "loop")]
+    pub again: bool,
+
+    /// The frames A to B-1 of the take, counted from 0; either end can be left out.
+    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
+    pub frames: FrameRange,
+}
+
+/// `--frames` of `animate`
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FramesChoice {
+    /// Of a take.
+    Range(FrameRange),
+    /// With `--listen`.
+    Count(usize),
+}
+
+impl FromStr for FramesChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(count) => Ok(Self::Count(count)),
+            Err(_) => text.parse().map(Self::Range),
+        }
+    }
+}
+
+/// A port alone is one of this machine's, that no other reaches.
+fn parse_address(text: &str) -> Result<SocketAddr, String> {
+    let port = || Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), text.parse().map_err(drop)?));
+    text.parse().map_err(drop).or_else(|()| port()).map_err(|()| {
+        "expected an address and a port in numbers, such as 127.0.0.1:9000 or [::1]:9000, or a port alone"
+            .to_owned()
+    })
+}
+
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.01..=86_400.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err("expected seconds, from 0.01 to 86400".to_owned()),
+    }
+}

@@ -1,0 +1,115 @@
+//! A socket behind a [`Stream`].
+
+use crate::stream::{Counts, LiveFrame, Stream};
+use rhytid_core::{Error, Result};
+use std::io::ErrorKind;
+use std::net::{SocketAddr, UdpSocket};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Datagrams that [`Receiver::newest`] reads at most before it gives what it has.
+const AT_ONCE: usize = 1_024;
+
+/// Listens at an address. Datagrams wait in the system's buffer, of a fixed size, until one of the calls reads them: there is no thread.
+#[derive(Debug)]
+pub struct Receiver {
+    socket: UdpSocket,
+    address: SocketAddr,
+    /// What times of arrival are counted from.
+    start: Instant,
+    stream: Stream,
+    datagram: Box<[u8]>,
+}
+
+impl Receiver {
+    /// Listens at `address`, where port 0 is any that is free, for H `labels`, which are at `rest` until they are seen.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the port is in use, or not this machine's or this user's to listen at; [`Error::Io`].
+    ///
+    /// # Panics
+    /// If there are not as many positions as labels.
+    pub fn bind(address: SocketAddr, labels: &[String], rest: &[[f32; 3]]) -> Result<Self> {
+        let socket = UdpSocket::bind(address).map_err(|error| match error.kind() {
+            ErrorKind::AddrInUse => Error::input(format!(
+                "{address}: another program listens there; end it, or name another port"
+            )),
+            ErrorKind::AddrNotAvailable => Error::input(format!(
+                "{address}: is no address of this machine, expected one, or 0.0.0.0 for all it has"
+            )),
+            ErrorKind::PermissionDenied => {
+                Error::input(format!("{address}: permission denied; name a port from 1024 on"))
+            }
+            _ => io(address)(error),
+        })?;
+        let address = socket.local_addr().map_err(io(address))?;
+        let stream = Stream::new(labels, rest);
+        // One more than a datagram can have, on any system.
+        let datagram = vec![0; 1 << 16].into();
+        Ok(Self { socket, address, start: Instant::now(), stream, datagram })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Waits for the next frame, at most so long. Nothing that is no new frame ends the wait.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn next(&mut self, wait: Duration) -> Result<Option<LiveFrame<'_>>> {
+        self.socket.set_nonblocking(false).map_err(io(self.address))?;
+        let start = Instant::now();
+        while let Some(left) = wait.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
+            self.socket.set_read_timeout(Some(left)).map_err(io(self.address))?;
+            if self.read()? == Some(true) {
+                return Ok(self.stream.newest());
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads what has come, without waiting; the newest frame so far, `None` before the first. Where datagrams come faster than they are read, it gives what it has after some.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn newest(&mut self) -> Result<Option<LiveFrame<'_>>> {
+        self.socket.set_nonblocking(true).map_err(io(self.address))?;
+        for _ in 0..AT_ONCE {
+            if self.read()?.is_none() {
+                break;
+            }
+        }
+        Ok(self.stream.newest())
+    }
+
+    /// What became of the datagrams so far.
+    pub fn counts(&self) -> Counts {
+        self.stream.counts()
+    }
+
+    /// What is wrong with the last datagram that was bad, to stand behind "the datagram".
+    pub fn why_bad(&self) -> Option<&'static str> {
+        self.stream.why_bad()
+    }
+
+    /// Whether a datagram was the newest frame; `None` where none came.
+    fn read(&mut self) -> Result<Option<bool>> {
+        match self.socket.recv_from(&mut self.datagram) {
+            Ok((size, from)) => {
+                let arrived = self.start.elapsed().as_secs_f64();
+                Ok(Some(self.stream.accept(&self.datagram[..size], from, arrived)))
+            }
+            Err(error) => match error.kind() {
+                ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => Ok(None),
+                _ => Err(io(self.address)(error)),
+            },
+        }
+    }
+}
+
+/// For `map_err`: an error that names the address.
+pub(crate) fn io(address: SocketAddr) -> impl FnOnce(std::io::Error) -> Error {
+    Error::io(Path::new(&address.to_string()))
+}

@@ -1,0 +1,79 @@
+//! A take of what comes.
+
+use crate::receiver::Receiver;
+use rhytid_core::{Error, Progress, Result, Take};
+use std::time::{Duration, Instant};
+
+/// How often it is asked whether to end.
+const ASKED_EVERY: Duration = Duration::from_millis(100);
+
+/// What was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Every handle in every frame that was taken, at the sender's times; confidence where some marker was not seen.
+    pub take: Take,
+    /// The latency of each frame in seconds ([`crate::LiveFrame::latency`]).
+    pub latency: Vec<f64>,
+    /// The labels that were in no frame.
+    pub unseen: Vec<String>,
+    /// Whether nothing came for `patience`.
+    pub timed_out: bool,
+}
+
+/// Records `frames` frames of `labels`, those of the receiver; fewer where `ended` says so, or where nothing comes for `patience`.
+///
+/// # Errors
+/// [`Error::Input`] if no frame came at all within `patience`; [`Error::Cancelled`] if it was ended before the first; [`Error::Io`].
+pub fn record(
+    receiver: &mut Receiver,
+    labels: &[String],
+    frames: usize,
+    patience: Duration,
+    ended: &dyn Fn() -> bool,
+    progress: &dyn Progress,
+) -> Result<Recording> {
+    let mut take = Take { labels: labels.to_vec(), ..Take::default() };
+    let (mut confidence, mut latency) = (Vec::new(), Vec::new());
+    let mut is_seen = vec![false; labels.len()];
+    let mut last = Instant::now();
+    let mut timed_out = false;
+    while take.frames() < frames && !ended() {
+        let Some(frame) = receiver.next(ASKED_EVERY.min(patience))? else {
+            timed_out = last.elapsed() >= patience;
+            if timed_out {
+                break;
+            }
+            continue;
+        };
+        last = Instant::now();
+        take.times.push(frame.time);
+        take.positions.extend(frame.positions.iter().map(|position| position.map(f64::from)));
+        confidence.extend_from_slice(frame.confidence);
+        latency.push(frame.latency);
+        for (is_seen, &confidence) in is_seen.iter_mut().zip(frame.confidence) {
+            *is_seen |= confidence == 1.0;
+        }
+        progress.report("record", take.frames() as u64, frames as u64);
+    }
+    if take.frames() == 0 {
+        return Err(if timed_out { nothing(receiver, patience) } else { Error::Cancelled });
+    }
+    if confidence.iter().any(|&c| c < 1.0) {
+        take.confidence = Some(confidence);
+    }
+    let unseen = labels.iter().zip(is_seen).filter(|(_, is_seen)| !is_seen).map(|(label, _)| label.clone());
+    Ok(Recording { unseen: unseen.collect(), take, latency, timed_out })
+}
+
+fn nothing(receiver: &Receiver, patience: Duration) -> Error {
+    let (address, seconds) = (receiver.address(), patience.as_secs_f64());
+    let what = match (receiver.counts().bad, receiver.why_bad()) {
+        (bad @ 1.., Some(why)) => {
+            format!(
+                "of the datagrams that came none is one ({bad}; the last {why}); docs/live.md says what they are made of"
+            )
+        }
+        _ => "nothing came at all; check that the sender sends to this address and port".to_owned(),
+    };
+    Error::input(format!("{address}: no frame came within {seconds} s: {what}"))
+}

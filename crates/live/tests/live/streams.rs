@@ -1,0 +1,100 @@
+//! What becomes of datagrams, on a clock that the test sets.
+
+use crate::{frame, labels};
+use rhytid_live::{Counts, FADE, Frame, SILENCE, Stream};
+use std::net::SocketAddr;
+
+fn from(port: u16) -> SocketAddr {
+    ([127, 0, 0, 1], port).into()
+}
+
+fn stream(markers: usize) -> Stream {
+    Stream::new(&labels(markers), &vec![[9.0; 3]; markers])
+}
+
+/// Gives a frame to the stream as it comes from port 1.
+fn give(stream: &mut Stream, frame: &Frame, arrived: f64) -> bool {
+    stream.accept(&frame.encode().unwrap(), from(1), arrived)
+}
+
+#[test]
+fn frames_that_come_late_or_twice_are_dropped_and_gaps_counted() {
+    let mut stream = stream(2);
+    let order = [0, 1, 4, 2, 4, 5, 3, 6];
+    let taken: Vec<i64> = order
+        .into_iter()
+        .enumerate()
+        .filter(|&(i, number)| give(&mut stream, &frame(number, number as f64 * 0.01, 2), i as f64 * 0.01))
+        .map(|(_, number)| number)
+        .collect();
+    assert_eq!(taken, [0, 1, 4, 5, 6]);
+    assert_eq!(stream.counts(), Counts { frames: 5, late: 3, lost: 2, bad: 0 });
+    let newest = stream.newest().unwrap();
+    assert_eq!((newest.number, newest.time, newest.positions[0][0]), (6, 0.06, 6.1));
+}
+
+#[test]
+fn a_marker_that_is_lost_is_held_and_fades() {
+    let mut stream = stream(3);
+    let with = |number: i64, seen: &[usize]| {
+        let mut frame = frame(number, number as f64 * FADE / 4.0, 3);
+        frame.markers = seen.iter().map(|&j| frame.markers[j].clone()).collect();
+        frame
+    };
+    let mut confidence = |number: i64, seen: &[usize]| {
+        assert!(give(&mut stream, &with(number, seen), number as f64 * 0.1));
+        let newest = stream.newest().unwrap();
+        // Marker 2 is never seen: at rest, and a guess.
+        assert_eq!((newest.positions[2], newest.confidence[2]), ([9.0; 3], 0.0));
+        assert_eq!(newest.confidence[0], 1.0);
+        (newest.positions[1][0], newest.confidence[1])
+    };
+    assert_eq!(confidence(0, &[0, 1]), (0.1, 1.0));
+    assert_eq!(confidence(1, &[0]), (0.1, 0.75));
+    assert_eq!(confidence(2, &[0]), (0.1, 0.5));
+    assert_eq!(confidence(3, &[0, 1]), (3.1, 1.0));
+    assert_eq!(confidence(5, &[0]), (3.1, 0.5));
+    assert_eq!(confidence(9, &[0]), (3.1, 0.0));
+    assert_eq!(confidence(10, &[0, 1]), (10.1, 1.0));
+}
+
+#[test]
+fn junk_and_other_senders_change_nothing() {
+    let mut stream = stream(2);
+    assert!(give(&mut stream, &frame(0, 0.0, 2), 0.0));
+    assert!(give(&mut stream, &frame(1, 0.1, 2), 0.1));
+    let before = format!("{:?}", stream.newest());
+    let poison = frame(i64::MAX, 1e9, 2).encode().unwrap();
+    for (bytes, port) in [(&b"junk"[..], 1), (&poison, 2), (b"", 2), (&poison[..60], 1)] {
+        assert!(!stream.accept(bytes, from(port), 0.15));
+    }
+    // A later number at an earlier time.
+    assert!(!give(&mut stream, &frame(2, 0.05, 2), 0.15));
+    assert_eq!(format!("{:?}", stream.newest()), before);
+    assert!(give(&mut stream, &frame(2, 0.2, 2), 0.2));
+    assert_eq!(stream.counts(), Counts { frames: 3, late: 0, lost: 0, bad: 5 });
+}
+
+#[test]
+fn after_a_silence_a_sender_may_begin_anew_and_times_go_on() {
+    let mut stream = stream(1);
+    assert!(give(&mut stream, &frame(1_000, 50.0, 1), 5.0));
+    assert!(!give(&mut stream, &frame(0, 0.0, 1), 5.5));
+    let again = 5.0 + SILENCE;
+    assert!(stream.accept(&frame(0, 0.0, 1).encode().unwrap(), from(2), again));
+    assert!(stream.accept(&frame(2, 0.5, 1).encode().unwrap(), from(2), again + 0.5));
+    let newest = stream.newest().unwrap();
+    assert_eq!((newest.number, newest.time), (2, 50.0 + SILENCE + 0.5));
+    assert_eq!(stream.counts(), Counts { frames: 3, late: 1, lost: 1, bad: 0 });
+    // A slow sender is no new one.
+    assert!(stream.accept(&frame(4, 5.0, 1).encode().unwrap(), from(2), again + 5.0));
+    assert_eq!(stream.counts().lost, 2);
+}
+
+#[test]
+fn numbers_as_far_apart_as_can_be_are_counted_without_overflow() {
+    let mut stream = stream(1);
+    assert!(give(&mut stream, &frame(i64::MIN, 0.0, 1), 0.0));
+    assert!(give(&mut stream, &frame(i64::MAX, 1.0, 1), 0.1));
+    assert_eq!(stream.counts().lost, u64::MAX - 1);
+}
