@@ -103,6 +103,9 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         rig = rig.shell();
     }
     let hash = rig_file::hash(&args.rig)?;
+    // Before what is recorded could be lost by it.
+    let gains = gains(args)?;
+    let handle_gains = handle_gains(&rig.labels, &gains)?;
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let take = match (&args.take, count) {
         (Some(path), None) => inputs::take(path, &rig, args.missing, setup, &args.space, ui)?,
@@ -112,8 +115,6 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         FramesChoice::Range(range) => range.within(take.frames())?,
         FramesChoice::Count(_) => 0..take.frames(),
     };
-    let gains = gains(args)?;
-    let handle_gains = handle_gains(&rig.labels, &gains)?;
     let is_far = warn_far(&rig, &take, &range, ui)?;
     say_what_changes_nothing(args, &take, is_far);
     let selection = Selection::new(take, range.clone(), args.fps, args.velocities)?;

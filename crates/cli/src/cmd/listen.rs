@@ -89,7 +89,7 @@ fn warn(recording: &Recording, rig: &Rig) {
     }
     if let Some(misfit) = misfit(&recording.take, &Target::of(rig)) {
         log::warn!(
-            "what came {misfit}; send positions in the mesh's unit and axes, without the head's motion"
+            "what came: {misfit}; send positions in the mesh's unit and axes, without the head's motion"
         );
     }
 }

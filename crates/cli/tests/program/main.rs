@@ -13,6 +13,7 @@ mod fade_and_head;
 mod judging;
 #[cfg(target_os = "linux")]
 mod limits;
+mod live;
 #[cfg(target_os = "linux")]
 mod memory;
 mod oracles;

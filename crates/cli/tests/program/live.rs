@@ -1,0 +1,198 @@
+//! `send`, and `animate --listen`.
+
+use crate::common::{Fixture, assert_refused, stderr};
+use rhytid::Take;
+use rhytid::formats::take::{self, Missing};
+use std::io::{BufRead, BufReader, Read};
+use std::net::UdpSocket;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
+
+fn solved() -> Fixture {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    f
+}
+
+/// `rhytid animate --listen` that listens.
+struct Listening {
+    child: Child,
+    stderr: BufReader<std::process::ChildStderr>,
+    said: String,
+    address: String,
+}
+
+fn listen(f: &Fixture, options: &str) -> Listening {
+    let args = format!("animate face.safetensors --listen 127.0.0.1:0 --device cpu:0 {options}");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rhytid"))
+        .args(args.split_whitespace())
+        .current_dir(f.path("."))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut said = String::new();
+    let address = loop {
+        assert!(stderr.read_line(&mut said).unwrap() > 0, "{args}: {said}");
+        if let Some(behind) = said.split("listening at ").nth(1) {
+            break behind.split_whitespace().next().unwrap().to_owned();
+        }
+    };
+    Listening { child, stderr, said, address }
+}
+
+impl Listening {
+    fn end(mut self) -> Output {
+        self.stderr.read_to_string(&mut self.said).unwrap();
+        Output { stderr: self.said.into_bytes(), ..self.child.wait_with_output().unwrap() }
+    }
+
+    #[cfg(unix)]
+    fn wait_for(&mut self, line: &str) {
+        while !self.said.contains(line) {
+            assert!(self.stderr.read_line(&mut self.said).unwrap() > 0, "{}", self.said);
+        }
+    }
+}
+
+/// The fixture's take, so many frames of it, as `name`, with times that `send --rate 240` gives it and positions that are `f32`'s.
+fn take_at_240(f: &Fixture, name: &str, frames: usize) -> Take {
+    f.write(name, f.take(frames));
+    let mut take = take::read(&f.path(name), None, Missing::Error).unwrap();
+    take.times = (0..frames).map(|frame| frame as f64 / 240.0).collect();
+    take.positions.as_flattened_mut().iter_mut().for_each(|x| *x = f64::from(*x as f32));
+    take::write(&f.path(name), &take).unwrap();
+    take
+}
+
+#[test]
+fn a_take_that_is_sent_is_recorded_and_animated_as_its_file_is() {
+    let f = solved();
+    let sent = take_at_240(&f, "sent.csv", 720);
+    let listening = listen(&f, "--frames 720 -o live.usd --record came.csv");
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let to = listening.address.clone();
+    let junk = thread::spawn(move || {
+        for size in 0..1_000 {
+            socket.send_to(&vec![b'/'; size], &to).unwrap();
+            thread::sleep(Duration::from_millis(2));
+        }
+    });
+    let said = f.done(&format!("send sent.csv --rate 240 --to {}", listening.address));
+    assert!(said.contains("720 frames of 5 markers"), "{said}");
+    junk.join().unwrap();
+    let output = listening.end();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("720 frames over 2.996 s, 0 lost, 0 late, 1000 bad; latency "), "{said}");
+
+    let came = take::read(&f.path("came.csv"), None, Missing::Error).unwrap();
+    assert_eq!(came, sent);
+    f.done("animate face.safetensors sent.csv --device cpu:0 -o sent.usd");
+    assert!(f.read("live.usd") == f.read("sent.usd"), "another animation");
+    f.done("verify live.usd --rig face.safetensors --take came.csv --device cpu:0");
+}
+
+#[test]
+fn what_a_sender_lacks_is_held_and_said() {
+    let f = solved();
+    let sent = take_at_240(&f, "sent.csv", 40);
+    let fewer = Take {
+        labels: sent.labels[..4].to_vec(),
+        positions: sent.positions.chunks(5).flat_map(|frame| &frame[..4]).copied().collect(),
+        ..sent.clone()
+    };
+    take::write(&f.path("fewer.csv"), &fewer).unwrap();
+    let listening = listen(&f, "--frames 100 --timeout 1 -o live.usd --record came.csv --fade-detail");
+    f.done(&format!("send fewer.csv --frames 10.. --to {}", listening.address));
+    let output = listening.end();
+    let said = stderr(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("nothing came for 1 s: the recording ends 70 frames before the end"), "{said}");
+    assert!(said.contains("1 of the rig's 5 handles came in no frame and stay at rest: middle"), "{said}");
+    let came = take::read(&f.path("came.csv"), None, Missing::Error).unwrap();
+    assert_eq!((came.frames(), came.labels.len()), (30, 5));
+    let confidence = came.confidence.unwrap();
+    assert!(confidence.chunks(5).all(|frame| frame == [1.0, 1.0, 1.0, 1.0, 0.0]));
+    assert_eq!(came.positions[..4], sent.positions[50..54]);
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_ends_a_recording_and_keeps_what_has_come() {
+    let f = solved();
+    take_at_240(&f, "sent.csv", 240);
+    let mut listening = listen(&f, "--frames 100000 -o live.usd --record came.csv");
+    f.done(&format!("send sent.csv --to {}", listening.address));
+    let kill = |child: &Child| {
+        let kill = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+        assert!(kill.unwrap().success());
+    };
+    kill(&listening.child);
+    listening.wait_for("the recording ends");
+    let output = listening.end();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(take::read(&f.path("came.csv"), None, Missing::Error).unwrap().frames(), 240);
+    f.done("verify live.usd --rig face.safetensors --take came.csv --device cpu:0");
+    // Before anything has come there is nothing to keep.
+    let listening = listen(&f, "--frames 10 -o out/live.usd --record out/came.csv");
+    kill(&listening.child);
+    assert_refused(&listening.end(), &["stopped before the end"]);
+    f.assert_nothing_written();
+
+    let mut sending = Command::new(env!("CARGO_BIN_EXE_rhytid"))
+        .args(["send", "sent.csv", "--loop", "--to", "127.0.0.1:9"])
+        .current_dir(f.path("."))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = String::new();
+    BufReader::new(sending.stderr.take().unwrap()).read_line(&mut said).unwrap();
+    assert!(said.contains("until Ctrl-C"), "{said}");
+    kill(&sending);
+    assert!(sending.wait().unwrap().success());
+}
+
+#[test]
+fn what_cannot_be_listened_to_or_sent_is_one_sentence() {
+    let f = solved();
+    let listen = "animate face.safetensors -o out/face.usd --device cpu:0";
+    let short = "--listen 127.0.0.1:0 --timeout 0.2";
+    f.refused(
+        &format!("{listen} {short} --frames 5"),
+        &["no frame came within 0.2 s", "nothing came at all"],
+    );
+    f.refused(&format!("{listen} {short}"), &["--frames N"]);
+    f.refused(&format!("{listen} {short} --frames 0"), &["from 1 to 1000000"]);
+    f.refused(&format!("{listen} take.csv --frames 5"), &["--frames 5 is for --listen", "..5"]);
+    let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port();
+    // A port alone is of this machine.
+    f.refused(
+        &format!("{listen} --listen {port} --frames 5"),
+        &["127.0.0.1", "another program listens there"],
+    );
+    f.refused(&format!("{listen} --frames 5 --record out/face.usd {short}"), &["face.usd"]);
+    f.refused("send face.safetensors", &["is a rig", "rhytid send TAKE"]);
+    f.refused("send take.csv --frames 50..", &["the take has 20 frames"]);
+    f.write("raw.trc", "PathFileType\t4\t(X/Y/Z)\traw.trc\n");
+    f.refused("send raw.trc", &["is a raw take", "rhytid prepare raw.trc"]);
+    f.write("other.csv", f.read_text("take.csv").replace("left_", "there_"));
+    f.refused("send other.csv --rig face.safetensors", &["left"]);
+}
+
+#[test]
+fn frames_of_another_rig_are_no_recording() {
+    let f = solved();
+    let other = f.read_text("take.csv");
+    let renamed = ["left", "right", "top", "bottom", "middle"]
+        .into_iter()
+        .fold(other, |text, label| text.replace(&format!("{label}_"), &format!("m{label}_")));
+    f.write("other.csv", renamed);
+    let listening = listen(&f, "--frames 5 -o out/face.usd --record out/came.csv");
+    f.done(&format!("send other.csv --to {}", listening.address));
+    assert_refused(&listening.end(), &["no frame has a marker of the rig's 5 handles", "left"]);
+    f.assert_nothing_written();
+}

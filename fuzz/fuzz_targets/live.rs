@@ -1,0 +1,39 @@
+//! Any datagrams, one after another, leave a stream with sound frames and the memory that it had; what is a frame is so again when it is sent on.
+//!
+//! The input is cut into datagrams by two bytes of length before each; the first byte of a length also says who sends it, and time goes on by it.
+#![no_main]
+use libfuzzer_sys::fuzz_target;
+use rhytid_live::{Frame, Stream};
+
+fuzz_target!(|bytes: &[u8]| {
+    let labels = ["brow".to_owned(), "lip_up".to_owned()];
+    let mut stream = Stream::new(&labels, &[[0.0; 3]; 2]);
+    let (mut rest, mut arrived, mut datagrams) = (bytes, 0.0, 0);
+    let mut last: Option<f64> = None;
+    while let Some(([high, low], behind)) = rest.split_first_chunk::<2>() {
+        let size = usize::from(u16::from_be_bytes([high & 0x3f, *low])).min(behind.len());
+        let datagram;
+        (datagram, rest) = behind.split_at(size);
+        let port = 1 + u16::from(high >> 7);
+        arrived += if high & 0x40 == 0 { 0.004 } else { 1.5 };
+        datagrams += 1;
+        if let Ok(frame) = Frame::decode(datagram) {
+            assert!(44 * frame.markers.len() <= datagram.len());
+            // Those of this length fit into a datagram again, whatever types its numbers had.
+            assert_eq!(Frame::decode(&frame.encode().expect("a sound frame")), Ok(frame));
+        }
+        let is_taken = stream.accept(datagram, ([127, 0, 0, 1], port).into(), arrived);
+        let newest = stream.newest();
+        assert!(!is_taken || newest.is_some());
+        if let Some(frame) = newest {
+            assert_eq!((frame.positions.len(), frame.confidence.len()), (2, 2));
+            assert!(frame.positions.as_flattened().iter().all(|x| x.is_finite()));
+            assert!(frame.confidence.iter().all(|c| (0.0..=1.0).contains(c)));
+            assert!(frame.time.is_finite() && frame.latency >= 0.0);
+            assert!(!is_taken || last.is_none_or(|last| last < frame.time));
+            last = Some(frame.time);
+        }
+    }
+    let counts = stream.counts();
+    assert_eq!(counts.frames + counts.late + counts.bad, datagrams);
+});
