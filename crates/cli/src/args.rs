@@ -95,7 +95,7 @@ Examples:
   rhytid animate FACE.safetensors --listen --frames 2400 -o FACE.usd --record TAKE.csv
 
 docs/export.md says which format and which options suit which program.")]
-    Animate(Box<Animate>),
+    Animate(Animate),
 
     /// Send a take over the network as if it were captured now, to `animate --listen` or to any program that reads OSC.
     ///

@@ -84,7 +84,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     match &args.take {
         Some(take) => inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?,
         None => {
-            inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?
+            inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
         }
     }
     let inputs = [Some(&args.rig), args.take.as_ref(), args.setup.as_ref()]
