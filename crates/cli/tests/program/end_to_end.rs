@@ -321,6 +321,7 @@ fn every_command_has_help_with_an_example() {
         "new",
         "solve",
         "animate",
+        "send",
         #[cfg(feature = "wgpu")]
         "render",
         "stitch",
@@ -357,7 +358,7 @@ fn man_pages_and_completions() {
     let dir = TempDir::new().unwrap();
     rhytid("man pages").current_dir(dir.path()).assert().success();
     let pages = list(&dir.path().join("pages"));
-    assert_eq!(pages.len(), 19 + usize::from(cfg!(feature = "wgpu")), "{pages:?}");
+    assert_eq!(pages.len(), 20 + usize::from(cfg!(feature = "wgpu")), "{pages:?}");
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
     let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");
