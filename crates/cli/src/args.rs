@@ -97,9 +97,9 @@ Examples:
 docs/export.md says which format and which options suit which program.")]
     Animate(Animate),
 
-    /// Send a take over the network as if it were captured now, to `animate --listen` or to any program that reads OSC.
+    /// Send a take over the network as if it were captured now.
     ///
-    /// Each frame is a UDP datagram of its own; docs/live.md says what is in it. Whether anybody listens cannot be known.
+    /// To `animate --listen`, or to any program that reads OSC. Each frame is a UDP datagram of its own; docs/live.md says what is in it. Whether anybody listens cannot be known.
     #[command(after_help = "\
 Examples:
   rhytid send TAKE.csv
