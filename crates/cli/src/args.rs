@@ -1,5 +1,6 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from these files.
 
+mod animate;
 mod judge;
 mod live;
 mod placing;
@@ -10,6 +11,7 @@ mod setup;
 mod skin;
 mod values;
 
+pub(crate) use animate::Animate;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
@@ -21,8 +23,8 @@ pub(crate) use setup::Setup;
 #[cfg(feature = "wgpu")]
 pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
+use values::parse_rate;
 pub(crate) use values::{Elsewhere, HeadChoice, MissingChoice, StageChoice, UnitChoice};
-use values::{parse_gain, parse_millimetres, parse_rate, parse_region};
 
 const GLOBAL: &str = "Options of every command";
 
@@ -296,105 +298,6 @@ pub(crate) struct Solve {
     /// The rig file to write.
     #[arg(short, long, value_name = "FACE.safetensors")]
     pub output: PathBuf,
-}
-
-/// `rhytid animate`
-#[derive(Debug, clap::Args)]
-pub(crate) struct Animate {
-    /// The rig file that `solve` wrote.
-    pub rig: PathBuf,
-
-    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space, or what a capture system wrote, which is
-    /// cleaned first as `prepare` does it.
-    #[arg(required_unless_present = "listen")]
-    pub take: Option<PathBuf>,
-
-    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
-
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
-    #[arg(long, default_value = "auto")]
-    pub device: String,
-
-    #[command(flatten)]
-    pub live: Listen,
-
-    /// The frames A to B-1 of the take, counted from 0; either end can be left out. With --listen a number alone, of frames to record.
-    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
-    pub frames: FramesChoice,
-
-    /// How far to go.
-    #[arg(long, value_enum, default_value_t = StageChoice::Full)]
-    pub stage: StageChoice,
-
-    /// Resample to N frames per second [default: the take's own rate].
-    #[arg(long, value_name = "N", value_parser = parse_rate)]
-    pub fps: Option<f64>,
-
-    /// What to do where a marker is missing from a frame.
-    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
-    pub missing: MissingChoice,
-
-    /// For a raw take: what is known of the actor and the session, as for `prepare`.
-    #[arg(long, value_name = "TAKE.toml")]
-    pub setup: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub elsewhere: Elsewhere,
-
-    /// Fade the folds out where they are driven by markers that were filled rather than measured, as the take's
-    /// confidence says, and where a frame is far outside what the examples show.
-    #[arg(long)]
-    pub fade_detail: bool,
-
-    /// Wrinkles turned down or up: the folds times this, from 0, which leaves the large scale alone, to 2.
-    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
-    pub detail: f64,
-
-    /// The same about a handle, or in a region that handles' names say (brows, lids, nose, cheeks, lips, chin, jaw, forehead, ears, neck); can be given
-    /// many times, and as the table “detail” of TAKE.toml.
-    #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region)]
-    pub detail_of: Vec<(String, f64)>,
-
-    /// What becomes of the head's motion, where the take has it.
-    #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]
-    pub head: HeadChoice,
-
-    /// Leave the normals out: the file is half as large, and the program that opens it makes its own.
-    #[arg(long)]
-    pub no_normals: bool,
-
-    /// USD: write velocities, for motion blur.
-    #[arg(long)]
-    pub velocities: bool,
-
-    /// USD: write how far each vertex may be from where a scan of the frame would have it, as the primvar sigma, in mesh units.
-    #[arg(long)]
-    pub sigma: bool,
-
-    /// glTF: as few morph targets as --max-error allows, instead of one for each frame.
-    #[arg(long)]
-    pub compressed: bool,
-
-    /// glTF: how far a vertex may be from its place in any frame, in millimetres.
-    #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres)]
-    pub max_error: f64,
-
-    /// glTF: numbers of 8 and 16 bits (KHR_mesh_quantization).
-    #[arg(long)]
-    pub quantize: bool,
-
-    /// glTF: compressed buffers (EXT_meshopt_compression); three.js and Babylon.js read them, Blender does not.
-    #[arg(long)]
-    pub meshopt: bool,
-
-    /// glTF: also more than 256 morph targets or 1 GiB.
-    #[arg(long)]
-    pub force: bool,
-
-    #[command(flatten)]
-    pub space: TakeSpace,
 }
 
 /// `rhytid stitch`
