@@ -207,6 +207,8 @@ fn what_has_no_room_leaves_nothing() {
         let script = r#"ulimit -f 8; exec "$0" $1"#;
         let output = std::process::Command::new("sh")
             .args(["-c", script, env!("CARGO_BIN_EXE_rhytid"), &command])
+            // SwiftShader keeps what it compiles in a file without a name, and does not survive the limit.
+            .env_remove("VK_ADD_DRIVER_FILES")
             .current_dir(f.path("."))
             .output()
             .unwrap();

@@ -2,11 +2,11 @@
 
 use super::programs::Frames;
 use rhytid::backends::cpu::Cpu;
+use rhytid::formats::export::OutputStage;
 use rhytid::formats::take;
+use rhytid::playback::Playback;
 use rhytid::solve::solve;
-use rhytid::{
-    Animator, Backend, Face, NoProgress, Rig, RigidMotion, Stage, Take, UpAxis, UploadOptions, rig_file,
-};
+use rhytid::{Backend, Face, NoProgress, Rig, RigidMotion, Take, UpAxis, rig_file};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -42,12 +42,15 @@ impl Animation {
 
         let part = take.slice(range.clone());
         let handles = part.handle_positions(&rig.labels).unwrap();
-        let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-        let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(range.len())).unwrap();
-        animator.evaluate(&handles).unwrap();
+        let mut playback = Playback::new(&rig, &Cpu::devices().unwrap(), range.len()).unwrap();
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        animator.read(Stage::Positions, &mut positions).unwrap();
-        animator.read(Stage::Normals, &mut normals).unwrap();
+        let each = |of_frame: &[f32], its_normals: &[f32]| {
+            positions.extend_from_slice(of_frame);
+            normals.extend_from_slice(its_normals);
+            Ok(())
+        };
+        playback.evaluate(&handles, OutputStage::Full, true, &NoProgress, each).unwrap();
+        drop(playback);
         let frames = Frames { rate: take.rate(), first: range.start, count: range.len() };
         let animation =
             Self { rig, frames, positions, normals, head: part.head, dir, exported: Mutex::default(), range };
