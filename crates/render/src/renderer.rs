@@ -45,6 +45,23 @@ pub struct Target {
     pub samples: u32,
 }
 
+impl Target {
+    /// What is farther than what is there is not drawn; whether what is drawn hides what comes later.
+    pub(crate) fn depth_test(self, hides: bool) -> wgpu::DepthStencilState {
+        wgpu::DepthStencilState {
+            format: self.depth,
+            depth_write_enabled: Some(hides),
+            depth_compare: Some(wgpu::CompareFunction::LessEqual),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }
+    }
+
+    pub(crate) fn multisample(self) -> wgpu::MultisampleState {
+        wgpu::MultisampleState { count: self.samples, ..Default::default() }
+    }
+}
+
 /// The vertices of one frame in buffers of the renderer's device, as a session of the wgpu backend has them.
 #[derive(Debug, Clone, Copy)]
 pub struct Vertices<'a> {
@@ -293,17 +310,14 @@ fn pipelines(
                 ..wgpu::PrimitiveState::default()
             },
             depth_stencil: Some(wgpu::DepthStencilState {
-                format: target.depth,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::LessEqual),
-                stencil: wgpu::StencilState::default(),
                 bias: match is_behind {
                     // Behind the wires on it.
                     true => wgpu::DepthBiasState { constant: 2, slope_scale: 1.5, clamp: 0.0 },
                     false => wgpu::DepthBiasState::default(),
                 },
+                ..target.depth_test(true)
             }),
-            multisample: wgpu::MultisampleState { count: target.samples, ..Default::default() },
+            multisample: target.multisample(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some(fragment),

@@ -202,14 +202,8 @@ fn pipeline(
             buffers: &buffers,
         },
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: target.depth,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::LessEqual),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: target.samples, ..Default::default() },
+        depth_stencil: Some(target.depth_test(true)),
+        multisample: target.multisample(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some("textured"),
