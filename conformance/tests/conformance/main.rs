@@ -3,6 +3,7 @@
 
 mod coverage;
 mod cpu;
+mod explain;
 mod golden;
 mod learned;
 mod must_pass;

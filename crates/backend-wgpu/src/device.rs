@@ -42,6 +42,35 @@ impl Wgpu {
         Ok(Self { gpu: Arc::new(Gpu::new(id, device, queue, Arc::default())?) })
     }
 
+    /// What a host asks of an adapter, so that [`Wgpu::from_device`] takes the device: WebGPU's default limits, and times of stages where
+    /// there are any.
+    pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+        wgpu::DeviceDescriptor {
+            label: Some("rhytid"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits: limits(adapter),
+            ..Default::default()
+        }
+    }
+
+    /// Whether an adapter of any instance is the device that was listed.
+    pub fn is(adapter: &wgpu::Adapter, device: &DeviceInfo) -> bool {
+        info(device.index, adapter) == *device
+    }
+
+    /// Adapters in the order of their ranks are in that of [`Backend::devices`]: GPUs before software.
+    pub fn rank(adapter: &wgpu::Adapter) -> u8 {
+        let info = adapter.get_info();
+        let of_kind = match info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        };
+        of_kind + if info.backend == wgpu::Backend::Gl { OPENGL as u8 } else { 0 }
+    }
+
     /// The device, for a renderer that draws with the results.
     pub fn device(&self) -> &wgpu::Device {
         &self.gpu.device
@@ -53,12 +82,7 @@ impl Wgpu {
     }
 
     async fn open_adapter(adapter: &wgpu::Adapter, id: String) -> Result<Self> {
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("rhytid"),
-            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            required_limits: limits(adapter),
-            ..Default::default()
-        };
+        let descriptor = Self::device_descriptor(adapter);
         let (device, queue) = adapter.request_device(&descriptor).await.map_err(|reason| {
             error(DeviceErrorKind::Driver, &id, format!("the device did not open: {reason}"))
         })?;
@@ -117,16 +141,7 @@ fn adapters() -> Vec<(usize, wgpu::Adapter)> {
         flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
             && crate::gpu::lacking(&limits(adapter)).is_none()
     });
-    adapters.sort_by_key(|adapter| {
-        let info = adapter.get_info();
-        match info.device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        }
-    });
+    adapters.sort_by_key(Wgpu::rank);
     let (gl, newer): (Vec<_>, Vec<_>) =
         adapters.into_iter().partition(|adapter| adapter.get_info().backend == wgpu::Backend::Gl);
     newer.into_iter().enumerate().chain((OPENGL..).zip(gl)).collect()

@@ -121,3 +121,25 @@ pub enum Kind {
     /// The head's rigid markers were not seen: its motion comes from the face's markers, or is held.
     Head,
 }
+
+impl Kind {
+    /// What it is called, in a word or two.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FilledBefore => "filled before",
+            Self::Spline => "spline",
+            Self::Model => "model",
+            Self::Head => "head not seen",
+            Self::Lost => "lost",
+            Self::NeverSeen => "never seen",
+            Self::Left => "left",
+            Self::Swap => "swap",
+            Self::Slide => "slide",
+            Self::Dropped => "dropped",
+            Self::Held => "held",
+            Self::Strain => "strain",
+            Self::Step => "step",
+            Self::Outlier => "outlier",
+        }
+    }
+}

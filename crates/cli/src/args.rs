@@ -10,6 +10,8 @@ mod setup;
 #[cfg(feature = "wgpu")]
 mod skin;
 mod values;
+#[cfg(feature = "view")]
+mod view;
 
 pub(crate) use animate::Animate;
 use clap::{Parser, Subcommand};
@@ -25,6 +27,8 @@ pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
 use values::parse_rate;
 pub(crate) use values::{Elsewhere, HeadChoice, MissingChoice, StageChoice, UnitChoice};
+#[cfg(feature = "view")]
+pub(crate) use view::View;
 
 const GLOBAL: &str = "Options of every command";
 
@@ -120,6 +124,19 @@ Examples:
 
 docs/render.md has pictures of what can be shown.")]
     Render(Box<Render>),
+
+    /// Show a rig in a window: drag markers, play takes, see what drives a vertex.
+    ///
+    /// H lists the keys. Rigs and takes can be dropped on the window, too.
+    #[cfg(feature = "view")]
+    #[command(after_help = "\
+Examples:
+  rhytid view FACE.safetensors TAKE.csv
+  rhytid view FACE.safetensors --listen
+  rhytid view FACE.safetensors TAKE.csv --device cpu:0
+
+docs/viewing.md says what can be done there.")]
+    View(View),
 
     /// Put parts of a take, which `animate --frames` wrote, together as one USD file.
     ///

@@ -3,6 +3,8 @@
 use crate::exit;
 use std::io::{self, Write};
 use std::process::ExitCode;
+use std::sync::OnceLock;
+use std::sync::mpsc::{Sender, channel};
 
 /// That of a main thread on most systems.
 const STACK: usize = 8 << 20;
@@ -11,13 +13,53 @@ const STACK: usize = 8 << 20;
 /// instead of the end.
 pub(crate) fn run(program: fn() -> ExitCode) -> ExitCode {
     errors_for_large_files();
-    match std::thread::Builder::new().stack_size(STACK).spawn(program) {
-        Ok(thread) => thread.join().unwrap_or(ExitCode::from(exit::OURS)),
+    let (sender, jobs) = channel();
+    let to_main = JOBS.get_or_init(|| sender).clone();
+    let thread = std::thread::Builder::new().stack_size(STACK).spawn(move || {
+        let _ended = Ended(to_main);
+        program()
+    });
+    match thread {
+        Ok(thread) => {
+            while let Ok(Some(job)) = jobs.recv() {
+                job();
+            }
+            thread.join().unwrap_or(ExitCode::from(exit::OURS))
+        }
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {}", no_thread(&error.to_string()));
             ExitCode::from(exit::USER)
         }
     }
+}
+
+/// Something for the main thread to do.
+type Job = Box<dyn FnOnce() + Send>;
+
+/// What the main thread does while the program runs; `None` is the end of it.
+static JOBS: OnceLock<Sender<Option<Job>>> = OnceLock::new();
+
+/// Says, however the program ended, that it has.
+struct Ended(Sender<Option<Job>>);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.send(None);
+    }
+}
+
+/// Does `job` on the main thread, where alone some systems let a program open windows, and waits for it. `None` if it panicked.
+#[cfg(feature = "view")]
+pub(crate) fn on_main_thread<T: Send + 'static>(job: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+    let (sender, done) = channel();
+    let job = move || {
+        // What a panic is was said by the hook.
+        if let Ok(result) = std::panic::catch_unwind(std::panic::AssertUnwindSafe(job)) {
+            let _ = sender.send(result);
+        }
+    };
+    JOBS.get()?.send(Some(Box::new(job))).ok()?;
+    done.recv().ok()
 }
 
 /// Where a panic's message says that a thread could not be started, which libraries offer no error for: the sentence for it.

@@ -26,6 +26,7 @@ mod atomic_file;
 mod backend;
 pub mod buffer_ring;
 mod error;
+mod explain;
 mod face;
 pub mod human;
 pub mod input_file;
@@ -50,6 +51,7 @@ pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
 pub use error::{DeviceErrorKind, Error, Result};
+pub use explain::{EdgeShare, ExampleShare, Explanation};
 pub use face::{
     Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
 };

@@ -25,6 +25,10 @@ mod recorder;
 mod sender;
 mod stream;
 
+/// Where frames are sent and listened for unless another address is named: on this machine alone.
+pub const ADDRESS: std::net::SocketAddr =
+    std::net::SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 9000);
+
 pub use packet::{Frame, MAX_DATAGRAM, MAX_LABEL};
 pub use receiver::Receiver;
 pub use recorder::{Recording, record};

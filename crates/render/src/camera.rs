@@ -2,7 +2,7 @@
 
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec3, vec3};
-use rhytid_core::UpAxis;
+use rhytid_core::{Rig, UpAxis};
 
 /// Height of the film that a lens is for, in millimetres: that of 36 × 24 mm.
 const FILM: f32 = 24.0;
@@ -120,6 +120,23 @@ impl Camera {
         }
     }
 
+    /// From `eye` to `target`, both in mesh units, with `up` as near as can be to the picture's: through a `lens` of so many millimetres for
+    /// film of 36 × 24 mm, and from `near` to `far` mesh units away.
+    pub fn looking([eye, target, up]: [[f32; 3]; 3], lens: f32, [near, far]: [f32; 2]) -> Self {
+        let [eye, target, up] = [eye, target, up].map(Vec3::from_array);
+        Self { eye, target, up, field_of_view: 2.0 * (0.5 * FILM / lens).atan(), near, far }
+    }
+
+    /// Where it is, in mesh units.
+    pub fn eye(&self) -> [f32; 3] {
+        self.eye.to_array()
+    }
+
+    /// What is in the picture's middle, in mesh units.
+    pub fn target(&self) -> [f32; 3] {
+        self.target.to_array()
+    }
+
     /// From the mesh's space to the camera's: x to the picture's right, y up, z towards the viewer.
     pub fn view(&self) -> Mat4 {
         view::look_at_mat4(self.eye, self.target, self.up)
@@ -138,6 +155,28 @@ impl Camera {
         let p = clip.project_point3(Vec3::from_array(point));
         [(0.5 + 0.5 * p.x) * width, (0.5 - 0.5 * p.y) * height, p.z]
     }
+
+    /// The direction from the eye, of length 1, of what is at a place in a picture of `size` pixels: the inverse of [`Camera::project`].
+    pub fn ray(&self, size: [u32; 2], [x, y]: [f32; 2]) -> [f32; 3] {
+        let [width, height] = size.map(|n| n as f32);
+        let clip = self.projection(width / height) * self.view();
+        let at = clip.inverse().project_point3(vec3(2.0 * x / width - 1.0, 1.0 - 2.0 * y / height, 0.5));
+        (at - self.eye).normalize_or(Vec3::NEG_Z).to_array()
+    }
+}
+
+/// What a picture of a face is framed by: where its handles are at rest, and as far again beyond them as a face goes on, where there is any
+/// mesh. A head's neck and back are not.
+pub fn about_the_handles(rig: &Rig) -> Vec<[f32; 3]> {
+    const BEYOND: f32 = 1.4;
+    let points = crate::marks::handles_at_rest(rig);
+    let center = Sphere::around(&points).center;
+    let [low, high] = [f32::min, f32::max].map(|pick| {
+        let all = rig.rest.iter().copied();
+        all.reduce(|a, b| std::array::from_fn(|c| pick(a[c], b[c]))).unwrap_or_default()
+    });
+    let beyond = |p: &[f32; 3], c: usize| center[c] + BEYOND * (p[c] - center[c]);
+    points.iter().map(|p| std::array::from_fn(|c| beyond(p, c).clamp(low[c], high[c]))).collect()
 }
 
 #[cfg(test)]
@@ -170,6 +209,17 @@ mod tests {
                 }
                 assert!((reach[0].max(reach[1]) - 0.5).abs() < 1e-3, "{reach:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_ray_goes_through_what_is_at_its_place() {
+        let camera = Camera::looking([[4.0, 1.0, 9.0], [0.0, 0.5, 0.0], [0.0, 1.0, 0.0]], 50.0, [0.1, 100.0]);
+        for point in [[0.0, 0.5, 0.0], [1.0, -2.0, 3.0], [-2.0, 1.5, -4.0]] {
+            let [x, y, _] = camera.project([640, 480], point);
+            let ray = Vec3::from_array(camera.ray([640, 480], [x, y]));
+            let expected = (Vec3::from_array(point) - Vec3::from_array(camera.eye())).normalize();
+            assert!(ray.distance(expected) < 1e-4, "{ray} instead of {expected}");
         }
     }
 

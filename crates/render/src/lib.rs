@@ -42,6 +42,7 @@ mod film;
 mod frame_buffers;
 mod heat;
 mod image;
+mod marks;
 mod matcap;
 mod moving;
 mod numbers;
@@ -59,11 +60,12 @@ mod yuv;
 
 pub use animated_png::AnimatedPng;
 pub use animated_webp::AnimatedWebP;
-pub use camera::{Camera, Sphere, View};
+pub use camera::{Camera, Sphere, View, about_the_handles};
 #[cfg(feature = "film")]
 pub use film::Film;
 pub use frame_buffers::FrameBuffers;
 pub use heat::Heat;
+pub use marks::{handles_at_rest, influence_marks, marker_marks, tangent_frame_marks};
 pub use moving::{Moving, MovingFormat};
 pub use numbers::{Strains, distances};
 pub use offscreen::Offscreen;

@@ -80,6 +80,24 @@ impl Offscreen {
         background: [u8; 4],
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>) -> Result<()>,
     ) -> Result<Picture> {
+        self.paint(background, draw)?;
+        Picture::read(&self.device, &self.queue, &self.color)
+    }
+
+    /// The texture that it draws into, of the color format of [`Offscreen::TARGET`], which can be copied from.
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.color
+    }
+
+    /// As [`Offscreen::draw`], for who uses the [texture](Offscreen::texture) on the device: nothing is read, and nothing waited for.
+    ///
+    /// # Errors
+    /// As `draw`; [`Error::Device`].
+    pub fn paint(
+        &self,
+        background: [u8; 4],
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>) -> Result<()>,
+    ) -> Result<()> {
         let a = f64::from(background[3]) / 255.0;
         let [r, g, b] = [0, 1, 2].map(|i| a * f64::from(from_srgb(background[i])));
         crate::checked(&self.device, "drawing", || {
@@ -109,8 +127,7 @@ impl Offscreen {
             drop(pass);
             self.queue.submit([encoder.finish()]);
             Ok(())
-        })??;
-        Picture::read(&self.device, &self.queue, &self.color)
+        })?
     }
 }
 

@@ -1,6 +1,5 @@
 //! The tables: what was changed, and which marker of the file is which handle.
 
-use crate::timeline::Look;
 use maud::{Markup, html};
 use rhytid_capture::{Event, Kind, Report};
 use rhytid_core::human;
@@ -52,7 +51,7 @@ fn row(event: &Event, report: &Report) -> Markup {
     let time = report.start + event.first as f64 / report.rate;
     html! {
         tr {
-            td { (Look::of(event.kind).name) }
+            td { (event.kind.name()) }
             td {
                 @match event.marker { Some(marker) => (report.labels[marker]), None => i { "head" } }
                 @if let Some(other) = event.other { " ↔ " (report.labels[other]) }

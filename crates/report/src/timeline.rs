@@ -20,7 +20,6 @@ pub(crate) struct Look {
     pub kind: Kind,
     /// The style sheet's class.
     class: &'static str,
-    pub name: &'static str,
     meaning: &'static str,
     top: f64,
     bottom: f64,
@@ -28,39 +27,27 @@ pub(crate) struct Look {
 
 /// All kinds, in the order in which they are drawn over each other.
 pub(crate) const LOOKS: [Look; 14] = [
-    look(Kind::FilledBefore, "before", "filled before", "by the capture system", 10.0, HEIGHT),
-    look(Kind::Spline, "spline", "spline", "a short gap", 7.0, HEIGHT),
-    look(Kind::Model, "model", "model", "a longer gap, filled from the other markers", 4.0, HEIGHT),
-    look(Kind::Head, "head", "head not seen", "its motion comes from the face, or is held", 4.0, HEIGHT),
-    look(Kind::Lost, "lost", "lost", "a gap past the limit: do not trust it", 0.0, HEIGHT),
-    look(Kind::NeverSeen, "never", "never seen", "the marker goes with its neighbours", 0.5, HEIGHT - 0.5),
-    look(Kind::Left, "left", "left", "a gap that was not to be filled", 0.0, HEIGHT),
-    look(Kind::Swap, "swap", "swap", "labels exchanged, undone", 0.5, 6.0),
-    look(Kind::Slide, "slide", "slide", "a label off its marker, cut out, then filled", 0.0, 6.0),
-    look(Kind::Dropped, "dropped", "dropped", "by hand, then filled", 0.0, 6.0),
-    look(Kind::Held, "held", "held", "by hand", 4.0, HEIGHT),
-    look(Kind::Strain, "strain", "strain", "a stretch that no skin has, left as it is", 7.0, HEIGHT),
-    look(Kind::Step, "step", "step", "faster than skin moves, left as it is", 7.0, HEIGHT),
-    look(Kind::Outlier, "outlier", "outlier", "dropped, then filled", 0.0, 6.0),
+    look(Kind::FilledBefore, "before", "by the capture system", 10.0, HEIGHT),
+    look(Kind::Spline, "spline", "a short gap", 7.0, HEIGHT),
+    look(Kind::Model, "model", "a longer gap, filled from the other markers", 4.0, HEIGHT),
+    look(Kind::Head, "head", "its motion comes from the face, or is held", 4.0, HEIGHT),
+    look(Kind::Lost, "lost", "a gap past the limit: do not trust it", 0.0, HEIGHT),
+    look(Kind::NeverSeen, "never", "the marker goes with its neighbours", 0.5, HEIGHT - 0.5),
+    look(Kind::Left, "left", "a gap that was not to be filled", 0.0, HEIGHT),
+    look(Kind::Swap, "swap", "labels exchanged, undone", 0.5, 6.0),
+    look(Kind::Slide, "slide", "a label off its marker, cut out, then filled", 0.0, 6.0),
+    look(Kind::Dropped, "dropped", "by hand, then filled", 0.0, 6.0),
+    look(Kind::Held, "held", "by hand", 4.0, HEIGHT),
+    look(Kind::Strain, "strain", "a stretch that no skin has, left as it is", 7.0, HEIGHT),
+    look(Kind::Step, "step", "faster than skin moves, left as it is", 7.0, HEIGHT),
+    look(Kind::Outlier, "outlier", "dropped, then filled", 0.0, 6.0),
 ];
 
-const fn look(
-    kind: Kind,
-    class: &'static str,
-    name: &'static str,
-    meaning: &'static str,
-    top: f64,
-    bottom: f64,
-) -> Look {
-    Look { kind, class, name, meaning, top, bottom }
+const fn look(kind: Kind, class: &'static str, meaning: &'static str, top: f64, bottom: f64) -> Look {
+    Look { kind, class, meaning, top, bottom }
 }
 
 impl Look {
-    /// How a kind is drawn.
-    pub(crate) fn of(kind: Kind) -> &'static Self {
-        LOOKS.iter().find(|look| look.kind == kind).unwrap_or(&LOOKS[0])
-    }
-
     /// A rectangle in a row's picture.
     fn bar(&self, from: f64, to: f64, title: Option<&str>) -> Markup {
         html! {
@@ -78,7 +65,7 @@ pub(crate) fn legend(summary: &Summary) -> Markup {
             li { span.neutral {} b { "neutral" } ": where the face is at rest" }
             li { (swatch(&PreEscaped(String::new()))) b { "measured" } }
             @for look in LOOKS.iter().filter(|look| summary.count(look.kind) > 0) {
-                li { (swatch(&look.bar(1.0, 27.0, None))) b { (look.name) } ": " (look.meaning) }
+                li { (swatch(&look.bar(1.0, 27.0, None))) b { (look.kind.name()) } ": " (look.meaning) }
             }
         }
     }
@@ -195,7 +182,7 @@ impl Run {
             last => format!("frame {last}"),
         };
         let seconds = report.start + self.first as f64 / report.rate;
-        format!("{}{often}: {frames}, from {seconds:.3} s", look.name)
+        format!("{}{often}: {frames}, from {seconds:.3} s", look.kind.name())
     }
 }
 

@@ -59,7 +59,7 @@
 //!
 //! # Features
 //!
-//! All but `film` are on by default. `default-features = false` with a backend alone is the runtime for a game: no solver, no file format but
+//! All but `film` and `view` are on by default. `default-features = false` with a backend alone is the runtime for a game: no solver, no file format but
 //! the rig's, nothing that was only needed before.
 //!
 //! | feature | what it adds |
@@ -73,6 +73,7 @@
 //! | `render` | pictures: shaded, as wire, heat maps; with the backend `wgpu`: [`render`] |
 //! | `film` | pictures as films, off by default: [`render::Film`] |
 //! | `live` | marker positions over the network while they are captured: [`live`] |
+//! | `view` | a window on a rig, in which markers are dragged, off by default: [`view`] |
 //! | `report` | what a clean-up did, and what an evaluation found, as pages: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]
@@ -110,3 +111,6 @@ pub use rhytid_report as report;
 #[cfg(feature = "solve")]
 #[doc(inline)]
 pub use rhytid_solve as solve;
+#[cfg(feature = "view")]
+#[doc(inline)]
+pub use rhytid_view as view;

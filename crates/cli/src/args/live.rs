@@ -79,7 +79,7 @@ impl FromStr for FramesChoice {
 }
 
 /// A port alone is one of this machine's, that no other reaches.
-fn parse_address(text: &str) -> Result<SocketAddr, String> {
+pub(super) fn parse_address(text: &str) -> Result<SocketAddr, String> {
     let port = || Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), text.parse().map_err(drop)?));
     text.parse().map_err(drop).or_else(|()| port()).map_err(|()| {
         "expected an address and a port in numbers, such as 127.0.0.1:9000 or [::1]:9000, or a port alone"

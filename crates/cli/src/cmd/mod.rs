@@ -22,6 +22,8 @@ mod send;
 mod solve;
 mod stitch;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 
 use crate::args::{Args, Command};
 use crate::progress::Ui;
@@ -39,6 +41,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Animate(args) => animate::run(args, ui)?,
         #[cfg(feature = "wgpu")]
         Command::Render(args) => render::run(args, ui)?,
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(args)?,
         Command::Send(args) => send::run(args, ui)?,
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,

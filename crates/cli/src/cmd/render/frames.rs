@@ -97,7 +97,11 @@ pub(super) fn devices(args: &args::Render) -> Result<(DeviceInfo, Option<DeviceI
     Ok((draws, named))
 }
 
-fn drawing(wanted: &str) -> Result<DeviceInfo> {
+/// The device to draw with that was named: the first of the backend for its name alone.
+///
+/// # Errors
+/// As [`find_device`]; [`Error::Input`] for one that does not draw.
+pub(in crate::cmd) fn drawing(wanted: &str) -> Result<DeviceInfo> {
     let info = find_device(wanted, guard()).map_err(|error| match error {
         Error::Device { kind: DeviceErrorKind::NotFound, device, .. } => Error::Device {
             kind: DeviceErrorKind::NotFound,

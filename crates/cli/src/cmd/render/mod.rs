@@ -2,7 +2,6 @@
 
 mod frames;
 mod images;
-mod marks;
 mod pictures;
 mod skin;
 mod truth;
@@ -10,6 +9,8 @@ mod truth;
 use crate::args::{Background, BeforeChoice, Show, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+#[cfg(feature = "view")]
+pub(super) use frames::drawing;
 use frames::{Before, Evaluated, Frames, Wanted};
 use pictures::Pictures;
 use rhytid::backends::wgpu::Wgpu;

@@ -1,13 +1,14 @@
 //! A frame as a picture, once for each thing to show.
 
 use super::frames::{Before, Evaluated, Shape};
+use super::images;
 use super::skin::SkinLook;
-use super::{images, marks};
 use crate::args::{self, Show};
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
-    Sphere, Strains, View, distances,
+    Sphere, Strains, View, about_the_handles, distances, handles_at_rest, influence_marks, marker_marks,
+    tangent_frame_marks,
 };
 use rhytid::{Result, Rig};
 use std::time::Duration;
@@ -109,7 +110,7 @@ impl<'a> Pictures<'a> {
             renderer,
             skin: is_skin.then(|| SkinLook::new(args, rig, wgpu)).transpose()?,
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
-            lift: 0.1 * Sphere::around(&marks::at_rest(rig)).radius,
+            lift: 0.1 * Sphere::around(&handles_at_rest(rig)).radius,
             vertex: args.vertex,
             page: Offscreen::new(device, queue, size)?,
             frame: FrameBuffers::new(device, queue, rig.vertices())?,
@@ -222,9 +223,9 @@ impl<'a> Pictures<'a> {
     /// What is over the face.
     fn marks(&self, cell: &Cell, Shape { positions, normals }: Shape<'_>) -> Option<Vec<Mark>> {
         match cell.show {
-            Show::Markers => Some(marks::markers(self.rig, positions, cell.heat?)),
-            Show::Influences => Some(marks::influences(self.rig, positions, self.vertex?)),
-            Show::Frames => Some(marks::frames(self.rig, positions, normals, 0.3 * self.lift)),
+            Show::Markers => Some(marker_marks(self.rig, positions, cell.heat?)),
+            Show::Influences => Some(influence_marks(self.rig, positions, self.vertex?)),
+            Show::Frames => Some(tangent_frame_marks(self.rig, positions, normals, 0.3 * self.lift)),
             _ => None,
         }
     }
@@ -259,19 +260,6 @@ fn ink([r, g, b, opacity]: [u8; 4]) -> [u8; 3] {
         ..=383 => [222, 224, 228],
         _ => [20, 20, 24],
     }
-}
-
-/// Where handles are at rest, and as far again beyond them as a face goes on, where there is any mesh.
-fn about_the_handles(rig: &Rig) -> Vec<[f32; 3]> {
-    const BEYOND: f32 = 1.4;
-    let points = marks::at_rest(rig);
-    let center = Sphere::around(&points).center;
-    let [low, high] = [f32::min, f32::max].map(|pick| {
-        let all = rig.rest.iter().copied();
-        all.reduce(|a, b| std::array::from_fn(|c| pick(a[c], b[c]))).unwrap_or_default()
-    });
-    let beyond = |p: &[f32; 3], c: usize| center[c] + BEYOND * (p[c] - center[c]);
-    points.iter().map(|p| std::array::from_fn(|c| beyond(p, c).clamp(low[c], high[c]))).collect()
 }
 
 #[cfg(test)]

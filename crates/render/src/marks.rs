@@ -1,7 +1,8 @@
 //! What is drawn over a frame: markers and strain edges, what drives a vertex, tangent frames.
 
-use rhytid::Rig;
-use rhytid::render::{Heat, Mark};
+use crate::heat::Heat;
+use crate::overlay::Mark;
+use rhytid_core::Rig;
 
 const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
 const VERTEX: [f32; 3] = [0.9, 0.05, 0.02];
@@ -11,14 +12,14 @@ const AXES: [[f32; 3]; 3] = [[0.9, 0.05, 0.02], [0.05, 0.6, 0.05], [0.02, 0.1, 0
 /// About so many tangent frames are drawn.
 const FRAMES: usize = 500;
 
-/// Where handles are at rest.
-pub(super) fn at_rest(rig: &Rig) -> Vec<[f32; 3]> {
+/// H positions: where the handles are at rest, in mesh units.
+pub fn handles_at_rest(rig: &Rig) -> Vec<[f32; 3]> {
     rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
 }
 
-/// The strain edges in the colours of their strains, and the markers over them.
-pub(super) fn markers(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
-    let (markers, rest) = (markers_of(rig, positions), at_rest(rig));
+/// The strain edges in the colours of their strains, and the markers over them, in a frame of V × 3 `positions`.
+pub fn marker_marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
+    let (markers, rest) = (markers_of(rig, positions), handles_at_rest(rig));
     let length = |points: &[[f32; 3]], [a, b]: [u32; 2]| distance(points[a as usize], points[b as usize]);
     let edge = |&edge: &[u32; 2]| Mark {
         ends: edge.map(|handle| markers[handle as usize]),
@@ -29,8 +30,11 @@ pub(super) fn markers(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
     rig.strain_edges.iter().map(edge).chain(dots).collect()
 }
 
-/// The strain edges that `vertex` listens to and its anchors, the wider the more they count (figure 27.3).
-pub(super) fn influences(rig: &Rig, positions: &[f32], vertex: usize) -> Vec<Mark> {
+/// The strain edges that `vertex` listens to and its anchors, the wider the more they count (the chapter's figure 27.3), in a frame of V × 3 `positions`.
+///
+/// # Panics
+/// If the rig has no such vertex.
+pub fn influence_marks(rig: &Rig, positions: &[f32], vertex: usize) -> Vec<Mark> {
     let markers = markers_of(rig, positions);
     let at = positions.as_chunks::<3>().0[vertex];
     let of = |n: usize| vertex * n..(vertex + 1) * n;
@@ -63,7 +67,7 @@ pub(super) fn influences(rig: &Rig, positions: &[f32], vertex: usize) -> Vec<Mar
 }
 
 /// The tangent frames of some vertices, each axis as long as `length`: the tangent red, the bitangent green, the normal blue (figure 27.4).
-pub(super) fn frames(rig: &Rig, positions: &[f32], normals: &[f32], length: f32) -> Vec<Mark> {
+pub fn tangent_frame_marks(rig: &Rig, positions: &[f32], normals: &[f32], length: f32) -> Vec<Mark> {
     let (points, _) = positions.as_chunks::<3>();
     let (normals, _) = normals.as_chunks::<3>();
     let step = (points.len() / FRAMES).max(1);
@@ -101,10 +105,10 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rhytid::NoProgress;
+    use rhytid_core::NoProgress;
 
     fn rig() -> Rig {
-        rhytid::solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().cast()
+        rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().cast()
     }
 
     #[test]
@@ -113,7 +117,7 @@ mod tests {
         let mut positions = rig.rest.as_flattened().to_vec();
         positions.iter_mut().for_each(|x| *x *= 1.1);
         let heat = Heat::Signed(0.3);
-        let marks = markers(&rig, &positions, heat);
+        let marks = marker_marks(&rig, &positions, heat);
         assert_eq!(marks.len(), rig.strain_edges.len() + rig.handles.len());
         for (mark, edge) in marks.iter().zip(&rig.strain_edges) {
             let expected = heat.colour(0.1);
@@ -130,14 +134,14 @@ mod tests {
         let vertex = rig.vertices() / 2;
         let weights = &rig.influence_weights[vertex * rig.influences()..][..rig.influences()];
         let edges = weights.iter().filter(|weight| **weight > 0.0).count();
-        let marks = influences(&rig, positions, vertex);
+        let marks = influence_marks(&rig, positions, vertex);
         let lines = marks.iter().filter(|mark| mark.ends[0] != mark.ends[1]);
         let red = lines.filter(|mark| mark.colour == VERTEX).count();
         assert!(edges > 0 && red == edges, "{red} of {edges}");
         assert_eq!(marks.last().unwrap().ends[0], rig.rest[vertex]);
 
         let normal = [0.0, 0.0, 1.0].repeat(rig.vertices());
-        let marks = frames(&rig, positions, &normal, 0.5);
+        let marks = tangent_frame_marks(&rig, positions, &normal, 0.5);
         assert!(marks.len() > 3 * FRAMES / 2);
         for frame in marks.chunks(3) {
             let axes: Vec<[f32; 3]> =

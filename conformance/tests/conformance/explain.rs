@@ -1,0 +1,78 @@
+//! What is said of a vertex is what it does: the parts of an explanation add up to what the twin evaluates.
+
+use rhytid_conformance::evaluate;
+use rhytid_core::{Face, FoldStrains, LearnedSettings, Method, NoProgress, Rig};
+
+/// The demo's rig by each method whose folds are another function.
+fn rigs() -> (Face, Vec<(&'static str, Rig)>) {
+    let face = rhytid_demo::face(1_500);
+    let lengths = LearnedSettings { fold_strains: FoldStrains::Lengths, ..LearnedSettings::default() };
+    let methods =
+        [("vectors", Method::default()), ("lengths", Method::Learned(lengths)), ("chapter", Method::Chapter)];
+    let solve = |(name, method)| {
+        let mut face = face.clone();
+        face.settings.method = method;
+        (name, rhytid_solve::solve(&face, &NoProgress).unwrap().cast())
+    };
+    let rigs = methods.map(solve).into();
+    (face, rigs)
+}
+
+fn size(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[test]
+fn the_examples_parts_are_the_detail() {
+    let (face, rigs) = rigs();
+    let take = rhytid_demo::performance(&face);
+    for (name, rig) in rigs {
+        let twin_rig: Rig<f64> = rig.cast();
+        let positions = take.handle_positions(&rig.labels).unwrap();
+        let frames = positions.chunks_exact(3 * rig.handles.len());
+        let mut largest = 0.0_f64;
+        for frame in frames.step_by(60) {
+            let (handles, _) = frame.as_chunks::<3>();
+            let widened: Vec<[f64; 3]> = handles.iter().map(|p| p.map(f64::from)).collect();
+            let detail = evaluate(&twin_rig, &widened).detail;
+            for v in (0..rig.vertices()).step_by(7) {
+                let fold = rig.explain(v, handles).unwrap().fold();
+                let off = size([0, 1, 2].map(|c| fold[c] - detail[v][c]));
+                assert!(off < 1e-5, "{name}, vertex {v}: {fold:?} instead of {:?}", detail[v]);
+                largest = largest.max(size(detail[v]));
+            }
+        }
+        assert!(largest > 0.02, "{name}: there are no folds here, {largest}");
+    }
+}
+
+#[test]
+fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
+    for (name, rig) in rigs().1 {
+        let h = rig.handles.len();
+        let v = rig.vertices() / 2;
+        for p in 0..rig.example_names.len() {
+            let explanation = rig.explain(v, &rig.example_handles[p * h..][..h]).unwrap();
+            let distance = explanation.examples[p].distance;
+            assert!(distance < 1e-5, "{name}: example {p} is {distance} from itself");
+        }
+        let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+        let explanation = rig.explain(v, &rest).unwrap();
+        assert!(explanation.from_rest < 1e-6 && size(explanation.fold()) < 1e-6, "{name}: {explanation:?}");
+        assert!(explanation.edges.iter().all(|edge| edge.strain.abs() < 1e-6));
+        assert!(explanation.edges.windows(2).all(|pair| pair[0].weight >= pair[1].weight));
+        // A handle follows itself alone.
+        let own = rig.explain(rig.handles[3] as usize, &rest).unwrap();
+        assert_eq!(own.handles, [(3, 1.0)], "{name}");
+    }
+}
+
+#[test]
+fn what_is_not_there_is_a_sentence() {
+    let rig = rigs().1.remove(0).1;
+    let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let error = rig.explain(rig.vertices(), &rest).unwrap_err().to_string();
+    assert!(error.contains("the rig's vertices are 0 to"), "{error}");
+    let error = rig.explain(0, &rest[1..]).unwrap_err().to_string();
+    assert!(error.contains("expected those of"), "{error}");
+}

@@ -1,0 +1,34 @@
+//! `rhytid view`
+
+use super::live::parse_address;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// `rhytid view`
+#[derive(Debug, clap::Args)]
+pub(crate) struct View {
+    /// The rig file that `solve` wrote; without one the window is empty.
+    pub rig: Option<PathBuf>,
+
+    /// A take for it, as for `animate`.
+    pub take: Option<PathBuf>,
+
+    /// Show frames as they come over the network, as OSC bundles; docs/live.md says what is sent. ADDR:PORT, or a port of this machine alone
+    /// [default: 127.0.0.1:9000].
+    #[arg(
+        long,
+        value_name = "ADDR:PORT",
+        num_args = 0..=1,
+        default_missing_value = "9000",
+        value_parser = parse_address,
+    )]
+    pub listen: Option<SocketAddr>,
+
+    /// The device to evaluate on, as `rhytid devices` names it [default: the one that draws].
+    #[arg(long)]
+    pub device: Option<String>,
+
+    /// The device to draw with, one of the backend wgpu [default: that of --device where it is one, else the first].
+    #[arg(long)]
+    pub draw_on: Option<String>,
+}

@@ -1,0 +1,37 @@
+//! `rhytid view`
+
+use super::render::drawing;
+use crate::guard::guard;
+use crate::{args, inputs, limits};
+use rhytid::backends::wgpu::Wgpu;
+use rhytid::formats::FileKind;
+use rhytid::playback;
+use rhytid::view::WindowOptions;
+use rhytid::{Backend, Error, Result};
+
+/// Shows a window until it is closed.
+///
+/// # Errors
+/// As [`rhytid::view::run`]; what is wrong with the files is said in the window, what is no file of the kind here.
+pub(super) fn run(args: &args::View) -> Result<()> {
+    if let Some(rig) = &args.rig {
+        inputs::expect(rig, &[FileKind::Rig], "rhytid view RIG [TAKE]")?;
+    }
+    if let (Some(rig), Some(take)) = (&args.rig, &args.take) {
+        inputs::rig_and_take(rig, take, "rhytid view RIG TAKE")?;
+    }
+    let named = args.device.as_deref().map(inputs::named_device).transpose()?.flatten();
+    let evaluates = named.as_ref().filter(|device| device.backend == Wgpu::NAME);
+    let draws = match (&args.draw_on, evaluates) {
+        (None, Some(device)) => device.clone(),
+        (wanted, _) => drawing(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
+    };
+    // The one that draws is evaluated on where frames are.
+    let device = named.filter(|named| *named != draws);
+    let mut devices = playback::devices(guard()).devices;
+    devices.retain(|device| *device != draws);
+    let files = args.rig.iter().chain(&args.take).cloned().collect();
+    let options = WindowOptions { files, listen: args.listen, draws: Some(draws), devices, device };
+    let closed = limits::on_main_thread(|| rhytid::view::run(options));
+    closed.unwrap_or_else(|| Err(Error::Internal("the window ended without a result".into())))
+}

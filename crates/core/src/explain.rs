@@ -1,0 +1,156 @@
+//! Why a vertex is where it is in a frame: what it listens to, and which examples its folds come from.
+
+use crate::{Error, Result, Rig};
+use rhytid_kernels::vec3;
+
+/// What drives one vertex in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Explanation {
+    /// The handles that its large scale follows, and how far, B_vh (1 for all of it): the most first, none with 0.
+    pub handles: Vec<(usize, f64)>,
+    /// The strain edges that it listens to, the most first, none with a weight of 0.
+    pub edges: Vec<EdgeShare>,
+    /// The handles that it listens to by themselves (anchors), and their weights ν from 0 to 1: the most first, none with 0.
+    pub anchors: Vec<(usize, f64)>,
+    /// How far the frame is from the rest pose, as the vertex sees it: a ratio, as a strain is.
+    pub from_rest: f64,
+    /// All examples, in the rig's order.
+    pub examples: Vec<ExampleShare>,
+}
+
+/// A strain edge that a vertex listens to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeShare {
+    /// Index into [`Rig::strain_edges`].
+    pub edge: usize,
+    /// α, from 0 to 1.
+    pub weight: f64,
+    /// How much longer it is than at rest: 0.1 for a tenth.
+    pub strain: f64,
+}
+
+/// What an example does to a vertex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExampleShare {
+    /// How far the frame is from the example, as the vertex sees it: a ratio, 0 where it is the example.
+    pub distance: f64,
+    /// The part of the folds that is this example's, in mesh units: along the mesh's axes, or in the tangent frame t, b, n where
+    /// folds are of strain lengths ([`Rig::vector_folds`] says which). All together they are the vertex's detail.
+    pub fold: [f64; 3],
+}
+
+impl Explanation {
+    /// The sum of the examples' parts: the vertex's detail.
+    pub fn fold(&self) -> [f64; 3] {
+        self.examples.iter().fold([0.0; 3], |sum, example| vec3::add(sum, example.fold))
+    }
+}
+
+impl Rig {
+    /// What drives `vertex` where the H handles are at these positions, in mesh units and head space, in the order of [`Rig::labels`].
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no such vertex, or not H positions.
+    pub fn explain(&self, vertex: usize, handle_positions: &[[f32; 3]]) -> Result<Explanation> {
+        if vertex >= self.vertices() {
+            let last = self.vertices() - 1;
+            return Err(Error::input(format!("vertex {vertex}: the rig's vertices are 0 to {last}")));
+        }
+        let h = self.handles.len();
+        if handle_positions.len() != h {
+            let found = handle_positions.len();
+            return Err(Error::input(format!("{found} handle positions, expected those of {h} handles")));
+        }
+        let strains = self.strains(handle_positions);
+        let of_edges = vertex * self.influences()..(vertex + 1) * self.influences();
+        let edges = of_edges.map(|i| {
+            let edge = self.influence_edges[i] as usize;
+            let (weight, strain) = (self.influence_weights[i], strains[edge]);
+            EdgeShare { edge, weight: weight.into(), strain: strain.into() }
+        });
+        let mut edges: Vec<EdgeShare> = edges.filter(|edge| edge.weight > 0.0).collect();
+        edges.sort_by(|a, b| b.weight.total_cmp(&a.weight).then(a.edge.cmp(&b.edge)));
+        let anchors = self.learned.iter().flat_map(|learned| {
+            let a = learned.anchors_per_vertex();
+            let of_vertex = vertex * a..(vertex + 1) * a;
+            of_vertex.map(|i| (learned.anchors[i] as usize, f64::from(learned.anchor_weights[i])))
+        });
+        let basis = self.basis[vertex * h..][..h].iter().map(|b| f64::from(*b)).enumerate();
+        let (from_rest, examples) = match self.vector_folds() {
+            true => self.shares_of_vectors(vertex, handle_positions),
+            false => self.shares_of_lengths(vertex, &strains),
+        };
+        Ok(Explanation {
+            handles: the_most_first(basis),
+            edges,
+            anchors: the_most_first(anchors),
+            from_rest,
+            examples,
+        })
+    }
+
+    /// Folds of vector strains: `Σ_p w_p (d_p − d_0 − ‖p‖)`, with the distances that the kernels `vector_differences` and `bands` make.
+    fn shares_of_vectors(&self, vertex: usize, handles: &[[f32; 3]]) -> (f64, Vec<ExampleShare>) {
+        let features = self.features();
+        let bounds = self.feature_bounds();
+        let (least, most) = bounds.split_at(features);
+        let clamped = |(e, d): (usize, [f64; 3])| {
+            std::array::from_fn(|c| d[c].clamp(least[e][c].into(), most[e][c].into()))
+        };
+        let vectors = self.vector_strains(handles).into_iter().enumerate();
+        let frame: Vec<[f64; 3]> = vectors.map(clamped).collect();
+        let rest = vec![[0.0; 3]; features];
+        let apart = |a: &[[f64; 3]], b: &[[f64; 3]]| {
+            let square = |e: usize| {
+                let off = vec3::sub(a[e], b[e]);
+                vec3::dot(off, off)
+            };
+            self.listens_to(vertex).map(|(e, weight)| weight * square(e)).sum::<f64>().max(0.0).sqrt()
+        };
+        let from_rest = apart(&frame, &rest);
+        let examples = self.example_handles.chunks_exact(self.handles.len()).zip(self.fold_row(vertex));
+        let share = |(example, weight): (&[[f32; 3]], [f64; 3])| {
+            let example = self.vector_strains(example);
+            let distance = apart(&frame, &example);
+            let fold = weight.map(|w| w * (distance - from_rest - apart(&example, &rest)));
+            ExampleShare { distance, fold }
+        };
+        (from_rest, examples.map(share).collect())
+    }
+
+    /// Folds of strain lengths: the same, or by the chapter's method `Σ_j w_j d_j`, whose weights sum to 0.
+    fn shares_of_lengths(&self, vertex: usize, strains: &[f32]) -> (f64, Vec<ExampleShare>) {
+        let edges = self.strain_edges.len();
+        let of_vertex = vertex * self.influences()..(vertex + 1) * self.influences();
+        let apart = |a: &[f32], b: &[f32]| {
+            let square = |i: usize| {
+                let e = self.influence_edges[i] as usize;
+                f64::from(self.influence_weights[i]) * (f64::from(a[e]) - f64::from(b[e])).powi(2)
+            };
+            of_vertex.clone().map(square).sum::<f64>().sqrt()
+        };
+        let mut centers = self.pose_features.chunks_exact(edges.max(1));
+        let rest = centers.next().unwrap_or_default();
+        let from_rest = apart(strains, rest);
+        let is_learned = self.learned.is_some();
+        let share = |(center, weight): (&[f32], [f64; 3])| {
+            let distance = apart(strains, center);
+            // By the chapter's method weights sum to 0, and the rest pose's is what the others lack.
+            let at_rest = if is_learned { apart(center, rest) } else { 0.0 };
+            ExampleShare { distance, fold: weight.map(|w| w * (distance - from_rest - at_rest)) }
+        };
+        (from_rest, centers.zip(self.fold_row(vertex)).map(share).collect())
+    }
+
+    /// The weights of a vertex's folds for each example.
+    fn fold_row(&self, vertex: usize) -> impl Iterator<Item = [f64; 3]> {
+        let row = self.rbf_weights.get(vertex * self.centers()..(vertex + 1) * self.centers());
+        row.unwrap_or_default().iter().skip(1).map(|w| w.map(f64::from))
+    }
+}
+
+fn the_most_first(weights: impl Iterator<Item = (usize, f64)>) -> Vec<(usize, f64)> {
+    let mut weights: Vec<(usize, f64)> = weights.filter(|(_, weight)| *weight != 0.0).collect();
+    weights.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
+    weights
+}

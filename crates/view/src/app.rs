@@ -1,0 +1,334 @@
+//! The window's state, and what happens in each of its frames.
+
+use crate::commands::{self, Command};
+use crate::document::Document;
+use crate::open::{Opened, Opening, Source};
+use crate::orbit::Orbit;
+use crate::scene::{Scene, Times};
+use crate::settings::{Settings, Show};
+use crate::{keys, panel, timeline, viewport};
+use eframe::egui;
+use eframe::egui_wgpu::RenderState;
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{DeviceInfo, Error, Result};
+
+/// A window narrower than this has its panel over the face, and closed at first.
+const NARROW: f32 = 640.0;
+
+/// What a person is told in the last line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Note {
+    pub words: String,
+    pub is_error: bool,
+}
+
+/// The viewer.
+pub struct ViewApp {
+    pub(crate) state: RenderState,
+    pub(crate) wgpu: Wgpu,
+    pub(crate) scene: Option<Scene>,
+    pub(crate) settings: Settings,
+    pub(crate) note: Option<Note>,
+    pub(crate) keys_shown: bool,
+    /// `None` until somebody opened or closed it.
+    panel_shown: Option<bool>,
+    /// The devices that a frame can be evaluated on, and which it is; `None` for the one that draws.
+    pub(crate) devices: Vec<DeviceInfo>,
+    pub(crate) device: Option<DeviceInfo>,
+    opening: Option<Opening>,
+    /// When the play head was moved last, on the window's clock, in seconds.
+    clock: Option<f64>,
+    pub(crate) context: egui::Context,
+    #[cfg(target_arch = "wasm32")]
+    inbox: crate::inbox::Inbox,
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) live: Option<crate::live::Live>,
+    /// Where to listen, whatever rig is open.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) listen_at: Option<std::net::SocketAddr>,
+}
+
+impl ViewApp {
+    /// In the window that eframe has made.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the window's device cannot run the kernels; [`Error::Internal`] without one.
+    pub fn new(context: &eframe::CreationContext<'_>) -> Result<Self> {
+        let state = context.wgpu_render_state.clone();
+        let state = state.ok_or_else(|| Error::Internal("the window has no device to draw with".into()))?;
+        Ok(Self {
+            wgpu: Wgpu::from_device(state.device.clone(), state.queue.clone())?,
+            state,
+            scene: None,
+            settings: Settings::default(),
+            note: None,
+            keys_shown: false,
+            panel_shown: None,
+            devices: Vec::new(),
+            device: None,
+            opening: None,
+            clock: None,
+            context: context.egui_ctx.clone(),
+            #[cfg(target_arch = "wasm32")]
+            inbox: crate::inbox::Inbox::new(&context.egui_ctx),
+            #[cfg(not(target_arch = "wasm32"))]
+            live: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            listen_at: None,
+        })
+    }
+
+    /// Offers other devices to evaluate on.
+    #[must_use]
+    pub fn with_devices(mut self, devices: Vec<DeviceInfo>) -> Self {
+        self.devices = devices;
+        self
+    }
+
+    /// Begins to read files: a rig, and takes for it or for the one that is open.
+    pub(crate) fn open(&mut self, sources: Vec<Source>) {
+        if sources.is_empty() {
+            return;
+        }
+        let rig = self.scene.as_ref().map(|scene| scene.document.rig.clone());
+        let context = self.context.clone();
+        self.opening = Some(Opening::new(sources, rig, move || context.request_repaint()));
+    }
+
+    /// Opens what is in the memory, a rig and takes for it: names say which, as files' names do.
+    pub fn open_bytes(&mut self, files: Vec<(String, Vec<u8>)>) {
+        self.open(files.into_iter().map(|(name, bytes)| Source::Bytes(name, bytes.into())).collect());
+    }
+
+    /// Where a page puts files that it has fetched.
+    #[cfg(target_arch = "wasm32")]
+    pub fn inbox(&self) -> crate::inbox::Inbox {
+        self.inbox.clone()
+    }
+
+    /// Begins to read files.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn open_paths(&mut self, paths: &[std::path::PathBuf]) {
+        self.open(paths.iter().cloned().map(Source::Path).collect());
+    }
+
+    /// What is open.
+    pub fn document(&self) -> Option<&Document> {
+        self.scene.as_ref().map(|scene| &scene.document)
+    }
+
+    /// Where the face is seen from.
+    pub fn orbit(&self) -> Option<&Orbit> {
+        self.scene.as_ref().map(|scene| &scene.orbit)
+    }
+
+    /// What is shown, and how markers are dragged.
+    pub fn settings_mut(&mut self) -> &mut Settings {
+        &mut self.settings
+    }
+
+    /// What the last picture took, and how many there were since the rig was opened.
+    pub fn times(&self) -> Option<(Times, u64)> {
+        self.scene.as_ref().map(|scene| (scene.times, scene.drawn))
+    }
+
+    /// The markers that are taken, as handles of the rig.
+    pub fn taken(&self) -> &[usize] {
+        self.scene.as_ref().map_or(&[], |scene| &scene.taken)
+    }
+
+    /// The vertex that was picked.
+    pub fn vertex(&self) -> Option<usize> {
+        self.scene.as_ref()?.vertex
+    }
+
+    /// What is said in the last line, and whether it is an error.
+    pub fn note(&self) -> Option<(&str, bool)> {
+        self.note.as_ref().map(|note| (&*note.words, note.is_error))
+    }
+
+    /// Whether files are being read.
+    pub fn is_opening(&self) -> bool {
+        self.opening.is_some()
+    }
+
+    /// Says something in the last line; an error stays until it is closed.
+    pub(crate) fn tell(&mut self, result: Result<String>) {
+        self.note = Some(match result {
+            Ok(words) => Note { words, is_error: false },
+            Err(error) => Note { words: error.to_string(), is_error: true },
+        });
+    }
+
+    /// Does `what` and says what went wrong.
+    pub(crate) fn attempt(&mut self, what: impl FnOnce(&mut Self) -> Result<()>) {
+        if let Err(error) = what(self) {
+            self.tell(Err(error));
+        }
+    }
+
+    fn take_opened(&mut self) {
+        let Some(result) = self.opening.as_ref().and_then(Opening::result) else { return };
+        self.opening = None;
+        self.attempt(|app| result?.into_iter().try_for_each(|opened| app.take_one(opened)));
+    }
+
+    fn take_one(&mut self, opened: Opened) -> Result<()> {
+        match opened {
+            Opened::Rig(rig, name) => {
+                // The one before goes first: two rigs may be more than the device has room for.
+                self.scene = None;
+                let other = self.other_device(&rig)?;
+                self.scene = Some(Scene::new(rig, &name, (&self.wgpu, &self.state), other)?);
+                self.note = None;
+                #[cfg(not(target_arch = "wasm32"))]
+                self.listen_again();
+            }
+            Opened::Take(take) => {
+                if let Some(scene) = &mut self.scene {
+                    scene.document.set_take(take)?;
+                    scene.document.transport.playing = true;
+                    self.note = None;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The device that was chosen, with the rig on it.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn other_device(
+        &self,
+        rig: &rhytid_core::Rig,
+    ) -> Result<Option<crate::frame_source::OtherDevice>> {
+        use rhytid_core::UploadOptions;
+        let open = |info| rhytid_backends::open(info)?.upload(rig, UploadOptions::frames(1));
+        self.device.as_ref().map(open).transpose()
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn other_device(
+        &self,
+        _: &rhytid_core::Rig,
+    ) -> Result<Option<crate::frame_source::OtherDevice>> {
+        Ok(None)
+    }
+
+    /// Lets time pass for the play head, and asks to be called again when the next frame is due.
+    fn play(&mut self, context: &egui::Context) {
+        let Some(scene) = &mut self.scene else { return };
+        let transport = &mut scene.document.transport;
+        let now = context.input(|input| input.time);
+        if let Some(before) = self.clock.replace(now) {
+            transport.advance(now - before);
+        }
+        match transport.playing && !scene.document.is_live() {
+            true => {
+                let wait = scene.document.transport.until_next();
+                context.request_repaint_after(std::time::Duration::from_secs_f64(wait.min(1.0)));
+            }
+            false => self.clock = None,
+        }
+    }
+
+    pub(crate) fn is_panel_shown(&self, width: f32) -> bool {
+        self.panel_shown.unwrap_or(width >= NARROW)
+    }
+
+    pub(crate) fn run(&mut self, command: Command, ui: &egui::Ui) {
+        let width = ui.ctx().content_rect().width();
+        match command {
+            Command::Keys => self.keys_shown = !self.keys_shown,
+            Command::Panels => self.panel_shown = Some(!self.is_panel_shown(width)),
+            Command::Mirror => self.settings.mirrored = !self.settings.mirrored,
+            Command::Look(i) => {
+                self.settings.show = Show::ALL.get(usize::from(i)).copied().unwrap_or(self.settings.show);
+            }
+            #[cfg(not(target_arch = "wasm32"))]
+            Command::Screenshot | Command::SaveFrame | Command::SaveExample => self.save(command),
+            _ => {
+                if let Some(scene) = &mut self.scene {
+                    scene.run(command, &self.settings);
+                }
+            }
+        }
+    }
+}
+
+impl eframe::App for ViewApp {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        self.take_opened();
+        #[cfg(not(target_arch = "wasm32"))]
+        self.take_live();
+        self.play(&context);
+        self.take_dropped(ui);
+        for command in commands::pressed(ui) {
+            self.run(command, ui);
+        }
+        let width = ui.available_width();
+        if self.note.is_some() || self.opening.is_some() {
+            egui::Panel::bottom("note").show(ui, |ui| self.notes(ui));
+        }
+        egui::Panel::bottom("time line").show(ui, |ui| timeline::show(self, ui));
+        if self.is_panel_shown(width) {
+            let most = (0.85 * width).min(360.0);
+            egui::Panel::right("panel").default_size(most.min(300.0)).max_size(most).show(ui, |ui| {
+                egui::ScrollArea::vertical().show(ui, |ui| panel::show(self, ui));
+            });
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));
+        keys::show(self, &context);
+    }
+}
+
+impl ViewApp {
+    #[cfg(not(target_arch = "wasm32"))]
+    fn take_dropped(&mut self, ui: &egui::Ui) {
+        let dropped = ui.input(|input| input.raw.dropped_files.clone());
+        self.open(dropped.iter().map(|file| Source::Path(file.path().to_owned())).collect());
+    }
+
+    /// A browser reads files while the page goes on.
+    #[cfg(target_arch = "wasm32")]
+    fn take_dropped(&mut self, ui: &egui::Ui) {
+        let dropped = ui.input(|input| input.raw.dropped_files.clone());
+        if !dropped.is_empty() {
+            let inbox = self.inbox.clone();
+            wasm_bindgen_futures::spawn_local(async move {
+                let mut read = Vec::new();
+                for file in dropped {
+                    read.push((file.path().display().to_string(), file.bytes_async().await));
+                }
+                inbox.put(read);
+            });
+        }
+        let read = self.inbox.take();
+        let faults =
+            read.iter().filter_map(|(name, bytes)| Some(format!("{name}: {}", bytes.as_ref().err()?)));
+        if let Some(fault) = faults.reduce(|a, b| a + "; " + &b) {
+            self.tell(Err(Error::input(fault)));
+        }
+        let sources =
+            read.into_iter().filter_map(|(name, bytes)| Some(Source::Bytes(name, bytes.ok()?.into())));
+        self.open(sources.collect());
+    }
+
+    fn notes(&mut self, ui: &mut egui::Ui) {
+        if let Some(opening) = &self.opening {
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label(format!("reading {}", opening.name));
+            });
+        }
+        let Some(note) = self.note.clone() else { return };
+        ui.horizontal_wrapped(|ui| {
+            if ui.button("Close").clicked() {
+                self.note = None;
+            }
+            let words = egui::RichText::new(&note.words);
+            let error = ui.visuals().error_fg_color;
+            ui.label(if note.is_error { words.color(error) } else { words });
+        });
+    }
+}

@@ -1,0 +1,147 @@
+//! What can be done from the keyboard: one table, for the keys themselves and for the sheet that lists them.
+
+use eframe::egui::{Key, KeyboardShortcut, Modifiers, Ui};
+
+/// Something a key does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Command {
+    Play,
+    Loop,
+    Next,
+    Previous,
+    First,
+    Last,
+    Undo,
+    Redo,
+    Reset,
+    Pin,
+    Mirror,
+    NextMarker,
+    PreviousMarker,
+    LetGo,
+    /// By steps of a millimetre to the picture's right and up.
+    Nudge(i8, i8),
+    /// By degrees to the right and down.
+    Turn(i8, i8),
+    Nearer,
+    Farther,
+    Front,
+    Side,
+    Above,
+    All,
+    Panels,
+    Keys,
+    Screenshot,
+    SaveFrame,
+    SaveExample,
+    /// Of what is shown, counted from 0.
+    Look(u8),
+}
+
+/// A command, its key, and what is said of it.
+pub(crate) struct Binding {
+    pub command: Command,
+    pub key: KeyboardShortcut,
+    pub words: &'static str,
+}
+
+const fn on(command: Command, modifiers: Modifiers, key: Key, words: &'static str) -> Binding {
+    Binding { command, key: KeyboardShortcut::new(modifiers, key), words }
+}
+
+const NONE: Modifiers = Modifiers::NONE;
+const COMMAND: Modifiers = Modifiers::COMMAND;
+const ALT: Modifiers = Modifiers::ALT;
+const REDO: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
+
+/// Every key, in the order of the sheet; those with more modifiers come before those with fewer of the same key.
+pub(crate) const BINDINGS: &[Binding] = &[
+    on(Command::Play, NONE, Key::Space, "play, or stop"),
+    on(Command::Loop, NONE, Key::L, "begin again at the end, or not"),
+    on(Command::Next, NONE, Key::Period, "the next frame"),
+    on(Command::Previous, NONE, Key::Comma, "the frame before"),
+    on(Command::First, NONE, Key::Home, "the first frame"),
+    on(Command::Last, NONE, Key::End, "the last frame"),
+    on(Command::NextMarker, NONE, Key::N, "take the next marker"),
+    on(Command::PreviousMarker, NONE, Key::B, "take the marker before"),
+    on(Command::LetGo, NONE, Key::Escape, "let go of all markers; take a drag back"),
+    on(Command::Nudge(-1, 0), ALT, Key::ArrowLeft, "move what is taken by a millimetre"),
+    on(Command::Nudge(1, 0), ALT, Key::ArrowRight, ""),
+    on(Command::Nudge(0, 1), ALT, Key::ArrowUp, ""),
+    on(Command::Nudge(0, -1), ALT, Key::ArrowDown, ""),
+    on(Command::Pin, NONE, Key::P, "pin what is taken, or let it go"),
+    on(Command::Mirror, NONE, Key::M, "drag the other side in the mirror, or not"),
+    on(Command::Reset, NONE, Key::R, "put what is taken back, or all"),
+    on(Command::Redo, REDO, Key::Z, "do it again"),
+    on(Command::Undo, COMMAND, Key::Z, "undo"),
+    on(Command::Turn(-5, 0), NONE, Key::ArrowLeft, "turn the face"),
+    on(Command::Turn(5, 0), NONE, Key::ArrowRight, ""),
+    on(Command::Turn(0, -5), NONE, Key::ArrowUp, ""),
+    on(Command::Turn(0, 5), NONE, Key::ArrowDown, ""),
+    on(Command::Nearer, NONE, Key::Plus, "nearer"),
+    on(Command::Nearer, NONE, Key::Equals, ""),
+    on(Command::Farther, NONE, Key::Minus, "farther"),
+    on(Command::Front, NONE, Key::Num1, "from the front"),
+    on(Command::Side, NONE, Key::Num3, "from the side"),
+    on(Command::Above, NONE, Key::Num7, "from above"),
+    on(Command::All, NONE, Key::Enter, "the whole face"),
+    on(Command::Look(0), NONE, Key::F1, "what is shown: F1 to F9"),
+    on(Command::Look(1), NONE, Key::F2, ""),
+    on(Command::Look(2), NONE, Key::F3, ""),
+    on(Command::Look(3), NONE, Key::F4, ""),
+    on(Command::Look(4), NONE, Key::F5, ""),
+    on(Command::Look(5), NONE, Key::F6, ""),
+    on(Command::Look(6), NONE, Key::F7, ""),
+    on(Command::Look(7), NONE, Key::F8, ""),
+    on(Command::Look(8), NONE, Key::F9, ""),
+    on(Command::SaveExample, REDO, Key::S, "save the frame as a mesh, for an example"),
+    on(Command::SaveFrame, COMMAND, Key::S, "save the frame as a take"),
+    on(Command::Screenshot, NONE, Key::S, "save the picture"),
+    on(Command::Panels, NONE, Key::T, "the panel at the side, or not"),
+    on(Command::Keys, NONE, Key::H, "this sheet"),
+];
+
+/// The commands whose keys were pressed, in the order of [`BINDINGS`]. None while somebody types into a field.
+pub(crate) fn pressed(ui: &Ui) -> Vec<Command> {
+    if ui.ctx().text_edit_focused() {
+        return Vec::new();
+    }
+    let focused = ui.memory(|memory| memory.focused().is_some());
+    ui.input_mut(|input| {
+        let mut commands = Vec::new();
+        for binding in BINDINGS {
+            // A widget that has the focus has its own meaning for these.
+            let of_widgets = matches!(binding.key.logical_key, Key::Space | Key::Enter)
+                || matches!(binding.command, Command::Turn(..));
+            let count = match focused && of_widgets {
+                true => 0,
+                false => input.count_and_consume_key(binding.key.modifiers, binding.key.logical_key),
+            };
+            commands.extend(std::iter::repeat_n(binding.command, count));
+        }
+        commands
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_means_two_things() {
+        for (i, a) in BINDINGS.iter().enumerate() {
+            for b in &BINDINGS[i + 1..] {
+                assert_ne!(a.key, b.key, "{:?} and {:?}", a.command, b.command);
+                // egui takes a key with more modifiers for one with fewer: those have to come first.
+                let is_later = b.key.modifiers != NONE && a.key.modifiers == NONE;
+                assert!(
+                    !(a.key.logical_key == b.key.logical_key && is_later),
+                    "{:?} hides {:?}",
+                    a.command,
+                    b.command
+                );
+            }
+        }
+        assert!(BINDINGS[0].words.len() > 3);
+    }
+}

@@ -1,0 +1,330 @@
+//! What is open: a rig, a take, and how markers were pulled.
+
+use crate::history::History;
+use crate::pull::{Drag, Pull};
+use crate::transport::Transport;
+use rhytid_core::{Error, Mesh, Result, Rig, Take};
+use rhytid_render::handles_at_rest;
+use std::sync::Arc;
+
+/// How markers were pulled, over whatever the take does: what is undone and done again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pose {
+    /// H vectors that are added to where the take has the handles, in mesh units.
+    pub offsets: Vec<[f32; 3]>,
+    /// H: which stay where they are while others are dragged.
+    pub pinned: Vec<bool>,
+}
+
+/// What of a take the time line shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Incident {
+    /// The first of its frames, and how many there are.
+    pub first: usize,
+    /// At least 1.
+    pub frames: usize,
+    /// What it is, and of which marker.
+    pub words: String,
+    /// How far its samples are to be trusted, from 0 to 1.
+    pub confidence: f32,
+}
+
+/// A take that was opened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenTake {
+    /// What it is called.
+    pub name: String,
+    /// The take itself.
+    pub take: Take,
+    /// What the clean-up found, where it was a raw take.
+    pub incidents: Vec<Incident>,
+}
+
+/// A rig, a take on it, and the pose.
+#[derive(Debug)]
+pub struct Document {
+    /// The rig.
+    pub rig: Arc<Rig>,
+    /// What it is called.
+    pub name: String,
+    /// H positions in mesh units.
+    rest: Vec<[f32; 3]>,
+    take: Option<OpenTake>,
+    /// frames × H × 3 of the take.
+    positions: Vec<f32>,
+    /// The least confidence of the handles in each frame; empty where all is measured.
+    confidence: Vec<f32>,
+    /// Where live positions are: H × 3; they take the take's place.
+    live: Option<Vec<f32>>,
+    /// The play head.
+    pub transport: Transport,
+    pull: Pull,
+    pose: Pose,
+    history: History<Pose>,
+    /// Before the drag that is going on.
+    before_drag: Option<Pose>,
+}
+
+impl Document {
+    /// A rig at rest.
+    pub fn new(rig: Arc<Rig>, name: &str) -> Self {
+        let rest = handles_at_rest(&rig);
+        let pose = Pose { offsets: vec![[0.0; 3]; rest.len()], pinned: vec![false; rest.len()] };
+        Self {
+            pull: Pull::new(&rig),
+            name: name.to_owned(),
+            take: None,
+            positions: Vec::new(),
+            confidence: Vec::new(),
+            live: None,
+            transport: Transport::new(&[0.0], 30.0),
+            pose,
+            history: History::default(),
+            before_drag: None,
+            rest,
+            rig,
+        }
+    }
+
+    /// Plays a take from now on; the pose stays.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it lacks a handle, or has no frame.
+    pub fn set_take(&mut self, open: OpenTake) -> Result<()> {
+        let in_file = |error| match error {
+            Error::Input(message) => Error::Input(format!("{}: {message}", open.name)),
+            other => other,
+        };
+        let positions = open.take.handle_positions(&self.rig.labels).map_err(in_file)?;
+        if positions.is_empty() {
+            return Err(in_file(Error::input("has no frame, expected at least one")));
+        }
+        let columns: Vec<usize> = (self.rig.labels.iter())
+            .filter_map(|label| open.take.labels.iter().position(|other| other == label))
+            .collect();
+        let confidence = open.take.confidence.iter().flat_map(|confidence| {
+            let least = |frame: &[f32]| columns.iter().map(|&c| frame[c]).fold(1.0, f32::min);
+            confidence.chunks_exact(open.take.labels.len().max(1)).map(least)
+        });
+        self.confidence = confidence.collect();
+        self.transport = Transport::new(&open.take.times, open.take.rate());
+        self.positions = positions;
+        self.take = Some(open);
+        Ok(())
+    }
+
+    /// The take.
+    pub fn take(&self) -> Option<&OpenTake> {
+        self.take.as_ref()
+    }
+
+    /// The least confidence of the handles in each frame, from 0 to 1; empty where all is measured.
+    pub fn confidence(&self) -> &[f32] {
+        &self.confidence
+    }
+
+    /// Shows H × 3 positions that come live, in place of the take's; `None` for the take again.
+    pub fn set_live(&mut self, positions: Option<Vec<f32>>) {
+        self.live = positions;
+    }
+
+    /// Whether live positions are shown.
+    pub fn is_live(&self) -> bool {
+        self.live.is_some()
+    }
+
+    /// H positions of the frame that is shown, in mesh units and head space: with how they were pulled, or without.
+    pub fn handles(&self, pulled: bool) -> Vec<[f32; 3]> {
+        let per_frame = 3 * self.rest.len();
+        let frame = self.transport.frame();
+        let base = match (&self.live, self.positions.get(frame * per_frame..(frame + 1) * per_frame)) {
+            (Some(live), _) => live.as_chunks::<3>().0,
+            (None, Some(frame)) => frame.as_chunks::<3>().0,
+            (None, None) => &self.rest,
+        };
+        if !pulled {
+            return base.to_vec();
+        }
+        let add = |(x, o): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| x[c] + o[c]);
+        base.iter().zip(&self.pose.offsets).map(add).collect()
+    }
+
+    /// How markers were pulled.
+    pub fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// Who follows whom.
+    pub fn pull(&self) -> &Pull {
+        &self.pull
+    }
+
+    /// A drag begins: what follows is one step to undo.
+    pub fn begin_drag(&mut self) {
+        self.before_drag = Some(self.pose.clone());
+    }
+
+    /// Drags handles by so much since the drag began, or in all where none has.
+    pub fn drag(&mut self, drag: Drag<'_>) {
+        let moved = self.pull.drag(drag);
+        let from = self.before_drag.as_ref().unwrap_or(&self.pose).offsets.clone();
+        let add = |(o, m): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| o[c] + m[c]);
+        self.pose.offsets = from.iter().zip(&moved).map(add).collect();
+    }
+
+    /// The drag is over. `keep` is false where it is taken back.
+    pub fn end_drag(&mut self, keep: bool) {
+        if let Some(before) = self.before_drag.take() {
+            match keep {
+                true if before != self.pose => self.history.record(before),
+                true => {}
+                false => self.pose = before,
+            }
+        }
+    }
+
+    /// Whether handles are being dragged.
+    pub fn is_dragging(&self) -> bool {
+        self.before_drag.is_some()
+    }
+
+    /// Pins handles, or lets them go if all of them are pinned.
+    pub fn toggle_pins(&mut self, handles: &[usize]) {
+        self.change(|pose| {
+            let all = handles.iter().all(|&handle| pose.pinned[handle]);
+            handles.iter().for_each(|&handle| pose.pinned[handle] = !all);
+        });
+    }
+
+    /// Puts these handles back to where the take has them; all where none is named.
+    pub fn reset(&mut self, handles: &[usize]) {
+        self.change(|pose| match handles {
+            [] => pose.offsets.fill([0.0; 3]),
+            some => some.iter().for_each(|&handle| pose.offsets[handle] = [0.0; 3]),
+        });
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut Pose)) {
+        let before = self.pose.clone();
+        change(&mut self.pose);
+        if before != self.pose {
+            self.history.record(before);
+        }
+    }
+
+    /// Takes the last change back; whether there was one.
+    pub fn undo(&mut self) -> bool {
+        self.end_drag(true);
+        self.history.undo(&mut self.pose)
+    }
+
+    /// Does again what was undone last; whether there was something.
+    pub fn redo(&mut self) -> bool {
+        self.history.redo(&mut self.pose)
+    }
+
+    /// Whether there is something to undo, and to redo.
+    pub fn can_undo_and_redo(&self) -> [bool; 2] {
+        self.history.can()
+    }
+
+    /// The frame that is shown, as a take of one frame at its time.
+    pub fn frame_as_take(&self) -> Take {
+        let widen = |p: [f32; 3]| p.map(f64::from);
+        Take {
+            labels: self.rig.labels.clone(),
+            times: vec![self.transport.time()],
+            positions: self.handles(true).into_iter().map(widen).collect(),
+            ..Take::default()
+        }
+    }
+
+    /// A frame as a mesh that can be an example of the rig: its V × 3 `positions` with the rig's polygons and texture coordinates.
+    pub fn frame_as_mesh(&self, positions: &[f32]) -> Mesh {
+        Mesh {
+            positions: positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect(),
+            faces: self.rig.faces.clone(),
+            uvs: self.rig.uvs.clone(),
+            materials: self.rig.materials.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_core::NoProgress;
+
+    fn document() -> Document {
+        let face = rhytid_demo::face(1_000);
+        let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+        let mut document = Document::new(Arc::new(rig), "demo");
+        let take = rhytid_demo::performance(&face);
+        let incidents = Vec::new();
+        document.set_take(OpenTake { name: "take".into(), take, incidents }).unwrap();
+        document
+    }
+
+    fn drag(grabbed: &[usize], x: f32) -> Drag<'_> {
+        Drag { grabbed, by: [x, 0.0, 0.0], reach: 0.0, mirrored: false, pinned: &[] }
+    }
+
+    #[test]
+    fn a_pull_is_over_the_take_and_is_undone_as_one() {
+        let mut document = document();
+        document.transport.seek(40);
+        let before = document.handles(true);
+        assert_eq!(before, document.handles(false));
+        document.begin_drag();
+        for x in [0.1, 0.2, 0.5] {
+            document.drag(drag(&[3], x));
+        }
+        document.end_drag(true);
+        assert!((document.handles(true)[3][0] - before[3][0] - 0.5).abs() < 1e-5, "not the sum of all");
+        document.transport.seek(41);
+        let [pulled, not] = [true, false].map(|pulled| document.handles(pulled)[3][0]);
+        assert!((pulled - not - 0.5).abs() < 1e-5, "in other frames too");
+        document.transport.seek(40);
+        assert!(document.undo());
+        assert_eq!(document.handles(true), before);
+        assert!(document.redo() && !document.redo());
+        document.reset(&[]);
+        assert_eq!(document.handles(true), before);
+        assert!(document.undo());
+        assert_ne!(document.handles(true), before);
+    }
+
+    #[test]
+    fn a_drag_that_is_taken_back_leaves_nothing() {
+        let mut document = document();
+        document.begin_drag();
+        document.drag(drag(&[0], 3.0));
+        document.end_drag(false);
+        assert_eq!(document.handles(true), document.handles(false));
+        assert_eq!(document.can_undo_and_redo(), [false, false]);
+    }
+
+    #[test]
+    fn a_take_of_other_markers_is_refused() {
+        let mut document = document();
+        let mut take = document.take().unwrap().take.clone();
+        take.labels[0] = "other".into();
+        let error = document.set_take(OpenTake { name: "t.csv".into(), take, incidents: vec![] });
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("t.csv: the take lacks 1 of the rig's"), "{error}");
+        assert!(document.take().is_some(), "the one before stays");
+    }
+
+    #[test]
+    fn a_frame_is_a_take_and_a_mesh() {
+        let mut document = document();
+        document.transport.seek(7);
+        document.begin_drag();
+        document.drag(drag(&[1], 0.25));
+        document.end_drag(true);
+        let take = document.frame_as_take();
+        assert_eq!(take.handle_positions(&document.rig.labels).unwrap(), document.handles(true).concat());
+        let mesh = document.frame_as_mesh(document.rig.rest.as_flattened());
+        assert_eq!((mesh.positions.len(), &mesh.faces), (document.rig.vertices(), &document.rig.faces));
+    }
+}

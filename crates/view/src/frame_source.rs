@@ -1,0 +1,150 @@
+//! A rig's frames: evaluated where they are drawn, or handed over from another device.
+
+use rayon::prelude::*;
+use rhytid_backend_cpu::Cpu;
+use rhytid_backend_wgpu::{Wgpu, WgpuSession};
+use rhytid_core::{Animator, Backend, Error, Result, Rig, Session, Stage, UploadOptions};
+use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
+use rhytid_render::{FrameBuffers, Vertices};
+use std::sync::Arc;
+
+/// How far a frame goes, and how much of the folds it has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Wanted {
+    /// The folds times this, from 0, which is the large scale, to 2.
+    pub gain: f32,
+    /// Whether all of it is needed on the host, as heat maps do.
+    pub on_host: bool,
+}
+
+/// A device that was opened to evaluate on.
+pub(crate) type OtherDevice = Animator<Box<dyn Session>>;
+
+/// Evaluates one frame at a time.
+pub(crate) struct FrameSource {
+    rig: Arc<Rig>,
+    wgpu: Wgpu,
+    /// Where it is drawn; `None` where another device was chosen.
+    drawn: Option<Animator<WgpuSession>>,
+    /// The device that was chosen; where none was, the processor, once something is needed on the host.
+    other: Option<OtherDevice>,
+    buffers: FrameBuffers,
+    triangles: VertexTriangles,
+    is_on_host: bool,
+    positions: Vec<f32>,
+    normals: Vec<f32>,
+    large_scale: Vec<f32>,
+}
+
+impl FrameSource {
+    /// Of `rig`, drawn by `wgpu`, evaluated there too unless there is an `other` device.
+    ///
+    /// # Errors
+    /// As [`Animator::new`].
+    pub(crate) fn new(rig: Arc<Rig>, wgpu: &Wgpu, other: Option<OtherDevice>) -> Result<Self> {
+        let drawn = match other {
+            Some(_) => None,
+            None => Some(Animator::new(wgpu, &rig, UploadOptions::frames(1))?),
+        };
+        Ok(Self {
+            drawn,
+            other,
+            buffers: FrameBuffers::new(wgpu.device(), wgpu.queue(), rig.vertices())?,
+            triangles: VertexTriangles::new(rig.vertices(), &rig.triangles),
+            wgpu: wgpu.clone(),
+            is_on_host: false,
+            positions: Vec::new(),
+            normals: Vec::new(),
+            large_scale: Vec::new(),
+            rig,
+        })
+    }
+
+    /// Evaluates a frame: H × 3 handle positions.
+    ///
+    /// # Errors
+    /// As [`Animator::evaluate`].
+    pub(crate) fn evaluate(&mut self, handles: &[f32], wanted: Wanted) -> Result<()> {
+        let is_direct = wanted.gain == 1.0 && !wanted.on_host;
+        if let (true, Some(drawn)) = (is_direct, &mut self.drawn) {
+            drawn.evaluate(handles)?;
+            // So that what it takes is known apart from the drawing.
+            drawn.session().wait()?;
+            self.is_on_host = false;
+            return Ok(());
+        }
+        self.evaluate_on_host(handles, wanted.gain)?;
+        self.buffers.set(&self.positions, &self.normals, &[]);
+        Ok(())
+    }
+
+    /// The numbers of a heat map, V of them, for the frame that was evaluated.
+    pub(crate) fn set_numbers(&self, numbers: &[f32]) {
+        self.buffers.set(&[], &[], numbers);
+    }
+
+    /// The last frame, to be drawn.
+    pub(crate) fn vertices(&self) -> Result<Vertices<'_>> {
+        let Some(drawn) = self.drawn.as_ref().filter(|_| !self.is_on_host) else {
+            return Ok(self.buffers.vertices());
+        };
+        let result = |stage| {
+            let slice = drawn.session().results(stage).next().map(|(_, buffer)| buffer.slice(..));
+            slice.ok_or_else(|| Error::Internal("a frame was evaluated and has no result".into()))
+        };
+        Ok(Vertices { positions: result(Stage::Positions)?, normals: result(Stage::Normals)?, numbers: None })
+    }
+
+    /// V × 3 positions and those of the large scale of a frame, on the host.
+    ///
+    /// # Errors
+    /// As [`Animator::evaluate`].
+    pub(crate) fn on_host(&mut self, handles: &[f32], gain: f32) -> Result<[&[f32]; 2]> {
+        self.evaluate_on_host(handles, gain)?;
+        Ok([&self.positions, &self.large_scale])
+    }
+
+    /// The same of the frame that was evaluated last, where it was wanted on the host.
+    pub(crate) fn last_on_host(&self) -> [&[f32]; 2] {
+        [&self.positions, &self.large_scale]
+    }
+
+    fn evaluate_on_host(&mut self, handles: &[f32], gain: f32) -> Result<()> {
+        let other = match &mut self.other {
+            Some(other) => other,
+            none => {
+                let found = Cpu::devices()?.into_iter().next();
+                let info = found.ok_or_else(|| Error::Internal("there is no processor".into()))?;
+                let animator = Animator::new(&Cpu::open(&info)?, &self.rig, UploadOptions::frames(1))?;
+                none.insert(animator.boxed())
+            }
+        };
+        other.evaluate(handles)?;
+        other.read(Stage::Positions, &mut self.positions)?;
+        other.read(Stage::LargeScale, &mut self.large_scale)?;
+        if gain == 1.0 {
+            other.read(Stage::Normals, &mut self.normals)?;
+        } else {
+            for (x, large) in self.positions.iter_mut().zip(&self.large_scale) {
+                *x = large + gain * (*x - large);
+            }
+            let (points, _) = self.positions.as_chunks::<3>();
+            let normal = |v: usize| vertex_normal(points, &self.rig.triangles, self.triangles.at(v));
+            self.normals.resize(self.positions.len(), 0.0);
+            let (normals, _) = self.normals.as_chunks_mut::<3>();
+            normals.par_iter_mut().enumerate().for_each(|(v, n)| *n = normal(v));
+        }
+        self.is_on_host = true;
+        Ok(())
+    }
+
+    /// The rig.
+    pub(crate) fn rig(&self) -> &Arc<Rig> {
+        &self.rig
+    }
+
+    /// What draws.
+    pub(crate) fn wgpu(&self) -> &Wgpu {
+        &self.wgpu
+    }
+}

@@ -1,0 +1,43 @@
+//! The sheet of keys.
+
+use crate::app::ViewApp;
+use crate::commands::BINDINGS;
+use eframe::egui;
+
+/// What the pointer does.
+const POINTER: [(&str, &str); 9] = [
+    ("drag a marker", "move it, and its neighbours with it"),
+    ("Shift, click a marker", "take it besides others"),
+    ("drag beside markers", "turn the face"),
+    ("Shift or middle button, drag", "move the face"),
+    ("wheel, pinch", "nearer or farther, to the pointer"),
+    ("two fingers", "move the face"),
+    ("click the skin", "what drives it there"),
+    ("double click", "that to the middle"),
+    ("drop files", "open a rig or a take"),
+];
+
+pub(crate) fn show(app: &mut ViewApp, context: &egui::Context) {
+    let mut open = app.keys_shown;
+    egui::Window::new("Keys").open(&mut open).vscroll(true).default_width(320.0).show(context, |ui| {
+        egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+            for (what, words) in POINTER {
+                ui.strong(what);
+                ui.label(words);
+                ui.end_row();
+            }
+            let mut bindings = BINDINGS.iter().peekable();
+            while let Some(binding) = bindings.next() {
+                let mut keys = context.format_shortcut(&binding.key);
+                // Those without words go with the one before.
+                while let Some(more) = bindings.next_if(|binding| binding.words.is_empty()) {
+                    keys = format!("{keys}, {}", context.format_shortcut(&more.key));
+                }
+                ui.strong(if binding.words.contains("F1 to") { "F1 to F9".to_owned() } else { keys });
+                ui.label(binding.words);
+                ui.end_row();
+            }
+        });
+    });
+    app.keys_shown = open;
+}

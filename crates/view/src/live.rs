@@ -1,0 +1,155 @@
+//! Handle positions that come over the network.
+
+use crate::app::ViewApp;
+use eframe::egui;
+use rhytid_core::{Result, Rig};
+use rhytid_live::{Counts, Receiver};
+use rhytid_render::handles_at_rest;
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// How soon the thread sees that it is to end.
+const WAIT: Duration = Duration::from_millis(50);
+
+/// The newest frame, and what became of all.
+#[derive(Debug, Default, Clone)]
+struct Newest {
+    /// H × 3; `None` before the first.
+    positions: Option<Vec<f32>>,
+    /// In seconds behind the fastest.
+    latency: f64,
+    /// Handles that are not seen now.
+    unseen: usize,
+    counts: Counts,
+    /// What ended it.
+    fault: Option<String>,
+}
+
+/// A thread that listens: it wakes the window when a frame has come, and sleeps otherwise.
+#[derive(Debug)]
+pub(crate) struct Live {
+    address: SocketAddr,
+    newest: Arc<Mutex<Newest>>,
+    ends: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Live {
+    /// Listens for the handles of `rig`.
+    ///
+    /// # Errors
+    /// As [`Receiver::bind`].
+    pub(crate) fn new(address: SocketAddr, rig: &Rig, context: &egui::Context) -> Result<Self> {
+        let mut receiver = Receiver::bind(address, &rig.labels, &handles_at_rest(rig))?;
+        let (newest, ends) = (Arc::new(Mutex::new(Newest::default())), Arc::new(AtomicBool::new(false)));
+        let (to, end, context) = (newest.clone(), ends.clone(), context.clone());
+        let address = receiver.address();
+        let listen = move || {
+            while !end.load(Ordering::Relaxed) {
+                let frame = receiver.next(WAIT).map(|frame| {
+                    frame.map(|frame| {
+                        let unseen = frame.confidence.iter().filter(|c| **c < 1.0).count();
+                        (frame.positions.as_flattened().to_vec(), frame.latency, unseen)
+                    })
+                });
+                let mut newest = to.lock().unwrap_or_else(PoisonError::into_inner);
+                newest.counts = receiver.counts();
+                match frame {
+                    Ok(Some((positions, latency, unseen))) => {
+                        (newest.positions, newest.latency, newest.unseen) =
+                            (Some(positions), latency, unseen);
+                    }
+                    Ok(None) => continue,
+                    Err(error) => {
+                        newest.fault = Some(error.to_string());
+                        return;
+                    }
+                }
+                drop(newest);
+                context.request_repaint();
+            }
+        };
+        Ok(Self { address, newest, ends, thread: Some(std::thread::spawn(listen)) })
+    }
+
+    pub(crate) fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    fn newest(&self) -> Newest {
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What is said of it.
+    pub(crate) fn status(&self) -> String {
+        let Newest { positions, latency, unseen, counts, fault } = self.newest();
+        let mut words = format!(
+            "listening at {}: {} frames, {} lost, {} late, {} bad",
+            self.address, counts.frames, counts.lost, counts.late, counts.bad
+        );
+        if positions.is_some() {
+            words += &format!("; latency {:.1} ms", 1e3 * latency);
+        }
+        if unseen > 0 && positions.is_some() {
+            words += &format!("; {unseen} markers are not seen");
+        }
+        words + &fault.map(|fault| format!("; ended: {fault}")).unwrap_or_default()
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // It ends within its wait; that it panicked was said already.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl ViewApp {
+    /// Listens at `address`, in place of where it listens now.
+    pub fn listen(&mut self, address: SocketAddr) {
+        self.live = None;
+        self.listen_at = Some(address);
+        self.listen_again();
+    }
+
+    /// Listens for the handles of the rig that is open.
+    pub(crate) fn listen_again(&mut self) {
+        let Some(address) = self.listen_at else { return };
+        self.live = None;
+        let Some(scene) = &self.scene else { return };
+        match Live::new(address, &scene.document.rig, &self.context) {
+            Ok(live) => {
+                // Port 0 is a free one; the next rig listens there too.
+                self.listen_at = Some(live.address());
+                self.live = Some(live);
+            }
+            Err(error) => {
+                self.listen_at = None;
+                self.tell(Err(error));
+            }
+        }
+    }
+
+    /// The take again.
+    pub(crate) fn stop_listening(&mut self) {
+        (self.live, self.listen_at) = (None, None);
+        if let Some(scene) = &mut self.scene {
+            scene.document.set_live(None);
+        }
+    }
+
+    /// Shows what has come.
+    pub(crate) fn take_live(&mut self) {
+        if let (Some(live), Some(scene)) = (&self.live, &mut self.scene)
+            && let Some(positions) = live.newest().positions
+        {
+            scene.document.set_live(Some(positions));
+        }
+    }
+}

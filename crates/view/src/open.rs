@@ -1,0 +1,187 @@
+//! Files that are opened: a rig or a take, told apart by what is in them.
+
+#[cfg(not(target_arch = "wasm32"))]
+use crate::document::Incident;
+use crate::document::OpenTake;
+use rhytid_core::{Error, Result, Rig, rig_file};
+use rhytid_formats::take::{self, Missing};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+/// What was in a file.
+#[derive(Debug)]
+pub(crate) enum Opened {
+    Rig(Arc<Rig>, String),
+    Take(OpenTake),
+}
+
+/// Where a file is.
+#[derive(Debug, Clone)]
+pub(crate) enum Source {
+    #[cfg(not(target_arch = "wasm32"))]
+    Path(std::path::PathBuf),
+    /// What it is called, and what is in it: as a browser has it.
+    Bytes(String, Arc<[u8]>),
+}
+
+impl Source {
+    pub(crate) fn name(&self) -> String {
+        match self {
+            #[cfg(not(target_arch = "wasm32"))]
+            Self::Path(path) => path.display().to_string(),
+            Self::Bytes(name, _) => name.clone(),
+        }
+    }
+
+    /// The same as a file's name says it.
+    fn is_rig(&self) -> bool {
+        self.name().to_lowercase().ends_with(".safetensors")
+    }
+
+    /// Reads it; a take is one for `rig`.
+    fn read(&self, rig: Option<&Rig>) -> Result<Opened> {
+        let name = self.name();
+        if self.is_rig() {
+            let rig = match self {
+                #[cfg(not(target_arch = "wasm32"))]
+                Self::Path(path) => rig_file::read(path)?,
+                Self::Bytes(name, bytes) => rig_file::decode(bytes, name)?,
+            };
+            if rig.triangles.is_empty() {
+                return Err(Error::input(format!("{name}: the rig has no triangles, expected a surface")));
+            }
+            return Ok(Opened::Rig(Arc::new(rig), name));
+        }
+        let rig = rig.ok_or_else(|| {
+            Error::input(format!("{name}: is not a rig (.safetensors); open a rig first, then a take for it"))
+        })?;
+        match self {
+            #[cfg(not(target_arch = "wasm32"))]
+            Self::Path(path) => take_in(path, rig, name),
+            Self::Bytes(_, bytes) => {
+                let take = take::decode(bytes, &name, Some(&rig.labels), Missing::Hold)?;
+                Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }))
+            }
+        }
+    }
+}
+
+/// A take's own CSV, or what a capture system wrote, which is cleaned.
+#[cfg(not(target_arch = "wasm32"))]
+fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
+    use rhytid_core::NoProgress;
+    use rhytid_playback::{CleanUp, read_raw_take};
+    if rhytid_formats::raw_take::is_take_csv(path) {
+        let take = take::read(path, Some(&rig.labels), Missing::Hold)?;
+        return Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }));
+    }
+    let (cleaned, _) = read_raw_take(path, rig, &CleanUp::default(), &NoProgress)?;
+    let label =
+        |marker: Option<usize>| marker.and_then(|marker| rig.labels.get(marker)).map_or("head", |l| l);
+    let incidents = cleaned.report.events.iter().map(|event| Incident {
+        first: event.first,
+        frames: event.frames.max(1),
+        words: format!("{}: {}", event.kind.name(), label(event.marker)),
+        confidence: event.confidence,
+    });
+    Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: cleaned.take }))
+}
+
+/// Files that are being read, on a thread where there are any.
+#[derive(Debug)]
+pub(crate) struct Opening {
+    /// What is being read.
+    pub name: String,
+    result: Receiver<Result<Vec<Opened>>>,
+}
+
+impl Opening {
+    /// Reads a rig and takes; those that are no rigs are takes for the one among them, or for `rig`. `done` is called at the end.
+    pub(crate) fn new(
+        sources: Vec<Source>,
+        rig: Option<Arc<Rig>>,
+        done: impl FnOnce() + Send + 'static,
+    ) -> Self {
+        let (sender, result) = channel();
+        let name = sources.iter().map(Source::name).collect::<Vec<_>>().join(", ");
+        let read = move || {
+            // Nobody may be waiting any more.
+            let _ = sender.send(read(sources, rig));
+            done();
+        };
+        #[cfg(not(target_arch = "wasm32"))]
+        std::thread::spawn(read);
+        #[cfg(target_arch = "wasm32")]
+        read();
+        Self { name, result }
+    }
+
+    /// What was read; `None` while it is not known.
+    pub(crate) fn result(&self) -> Option<Result<Vec<Opened>>> {
+        match self.result.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                Some(Err(Error::Internal(format!("reading {} ended without a result", self.name))))
+            }
+        }
+    }
+}
+
+fn read(mut sources: Vec<Source>, mut rig: Option<Arc<Rig>>) -> Result<Vec<Opened>> {
+    sources.sort_by_key(|source| !source.is_rig());
+    let mut opened = Vec::new();
+    for source in sources {
+        let found = source.read(rig.as_deref())?;
+        if let Opened::Rig(found, _) = &found {
+            rig = Some(found.clone());
+        }
+        opened.push(found);
+    }
+    Ok(opened)
+}
+
+#[cfg(all(test, not(target_arch = "wasm32")))]
+mod tests {
+    use super::*;
+    use rhytid_core::NoProgress;
+
+    fn open(sources: Vec<Source>) -> Result<Vec<Opened>> {
+        let opening = Opening::new(sources, None, || ());
+        opening.result.recv_timeout(std::time::Duration::from_secs(60)).unwrap()
+    }
+
+    #[test]
+    fn a_rig_and_its_take_in_any_order_from_files_and_from_bytes() {
+        let face = rhytid_demo::face(1_000);
+        let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["take.csv", "face.safetensors"].map(|name| folder.path().join(name));
+        take::write(&paths[0], &rhytid_demo::performance(&face)).unwrap();
+        rig_file::write(&paths[1], &rig).unwrap();
+        let bytes = paths.clone().map(|path| {
+            let bytes = std::fs::read(&path).unwrap();
+            Source::Bytes(path.display().to_string(), bytes.into())
+        });
+        for sources in [paths.map(Source::Path), bytes] {
+            match &open(sources.to_vec()).unwrap()[..] {
+                [Opened::Rig(found, _), Opened::Take(take)] => {
+                    assert_eq!(**found, rig);
+                    assert_eq!(take.take, rhytid_demo::performance(&face));
+                }
+                other => panic!("{} things", other.len()),
+            }
+            let alone = open(vec![sources[0].clone()]).unwrap_err().to_string();
+            assert!(alone.contains("open a rig first"), "{alone}");
+        }
+    }
+
+    #[test]
+    fn broken_files_are_a_sentence() {
+        for (name, bytes) in [("a.safetensors", &b"{"[..]), ("a.safetensors", b""), ("a.csv", b"")] {
+            let error = open(vec![Source::Bytes(name.to_owned(), bytes.into())]).unwrap_err();
+            assert!(matches!(error, Error::Input(_)) && error.to_string().contains(name), "{error}");
+        }
+        assert!(matches!(open(vec![Source::Path("nowhere.safetensors".into())]), Err(Error::Io { .. })));
+    }
+}

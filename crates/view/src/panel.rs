@@ -1,0 +1,265 @@
+//! The panel at the side.
+
+use crate::app::ViewApp;
+use crate::commands::Command;
+use crate::scene::Scene;
+use crate::settings::{Before, Settings, Show};
+use eframe::egui;
+use rhytid_core::{Explanation, Rig};
+
+/// Rows of a table about a vertex.
+const ROWS: usize = 8;
+
+pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
+    let mut wanted = Vec::new();
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        for (words, command) in
+            [("Whole face", Command::All), ("Front", Command::Front), ("Side", Command::Side)]
+        {
+            if ui.button(words).clicked() {
+                wanted.push(command);
+            }
+        }
+        if ui.button("Keys").clicked() {
+            wanted.push(Command::Keys);
+        }
+    });
+    section(ui, "Look", |ui| look(&mut app.settings, ui));
+    if let Some(scene) = &mut app.scene {
+        section(ui, "Markers", |ui| markers(scene, &mut app.settings, ui, &mut wanted));
+        section(ui, "Vertex", |ui| vertex(scene, ui));
+    }
+    #[cfg(not(target_arch = "wasm32"))]
+    section(ui, "Save", |ui| {
+        for (words, command) in [
+            ("The frame as a take", Command::SaveFrame),
+            ("The frame as a mesh, for an example", Command::SaveExample),
+            ("The picture", Command::Screenshot),
+        ] {
+            if ui.add_enabled(app.scene.is_some(), egui::Button::new(words)).clicked() {
+                wanted.push(command);
+            }
+        }
+    });
+    section(ui, "Device", |ui| device(app, ui));
+    section(ui, "Window", theme);
+    #[cfg(not(target_arch = "wasm32"))]
+    section(ui, "Live", |ui| live(app, ui));
+    wanted.into_iter().for_each(|command| app.run(command, ui));
+}
+
+fn section(ui: &mut egui::Ui, words: &str, show: impl FnOnce(&mut egui::Ui)) {
+    egui::CollapsingHeader::new(words).default_open(true).show(ui, show);
+}
+
+/// A slider with its name before it, by which it is known too.
+fn slider(ui: &mut egui::Ui, words: &str, slider: egui::Slider<'_>) {
+    let label = ui.label(words);
+    ui.add(slider).labelled_by(label.id);
+}
+
+/// Light or dark.
+fn theme(ui: &mut egui::Ui) {
+    use egui::ThemePreference::{Dark, Light, System};
+    let mut theme = ui.options(|options| options.theme_preference);
+    ui.horizontal_wrapped(|ui| {
+        for (value, words) in [(System, "as the system"), (Light, "light"), (Dark, "dark")] {
+            ui.selectable_value(&mut theme, value, words);
+        }
+    });
+    ui.ctx().set_theme(theme);
+}
+
+fn look(settings: &mut Settings, ui: &mut egui::Ui) {
+    egui::ComboBox::from_label("shown").selected_text(settings.show.name()).show_ui(ui, |ui| {
+        for show in Show::ALL {
+            ui.selectable_value(&mut settings.show, show, show.name());
+        }
+    });
+    egui::ComboBox::from_label("before").selected_text(settings.before.name()).show_ui(ui, |ui| {
+        for before in Before::ALL {
+            ui.selectable_value(&mut settings.before, before, before.name());
+        }
+    });
+    if settings.before != Before::Off {
+        slider(ui, "Wipe", egui::Slider::new(&mut settings.wipe, 0.0..=1.0));
+    }
+    slider(ui, "Folds", egui::Slider::new(&mut settings.gain, 0.0..=2.0).suffix(" ×"));
+    match settings.show {
+        Show::Strain | Show::Edges => {
+            let range = egui::Slider::new(&mut settings.strain_range, 0.01..=1.0).logarithmic(true);
+            slider(ui, "Strain of the last colour", range);
+        }
+        Show::Detail => {
+            let range = egui::Slider::new(&mut settings.detail_range, 0.05..=10.0).logarithmic(true);
+            slider(ui, "Detail of the last colour", range.suffix(" mm"));
+        }
+        Show::Skin => {
+            let [right, up] = &mut settings.light;
+            slider(ui, "Light from the right", egui::Slider::new(right, -180.0..=180.0).suffix("°"));
+            slider(ui, "Light from above", egui::Slider::new(up, -90.0..=90.0).suffix("°"));
+        }
+        _ => {}
+    }
+}
+
+fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted: &mut Vec<Command>) {
+    ui.checkbox(&mut settings.markers, "Dots");
+    ui.checkbox(&mut settings.mirrored, "Mirrored");
+    slider(ui, "Reach", egui::Slider::new(&mut settings.reach, 0.0..=120.0).suffix(" mm"));
+    let document = &scene.document;
+    let labels: Vec<&str> = scene.taken.iter().map(|&handle| &*document.rig.labels[handle]).collect();
+    ui.label(match &labels[..] {
+        [] => "none is taken: click one, or N".to_owned(),
+        labels => format!("taken: {}", labels.join(", ")),
+    });
+    let (pose, [can_undo, can_redo]) = (document.pose(), document.can_undo_and_redo());
+    let is_pulled = pose.offsets.iter().any(|offset| *offset != [0.0; 3]);
+    let is_pinned = !scene.taken.is_empty() && scene.taken.iter().all(|&handle| pose.pinned[handle]);
+    ui.horizontal_wrapped(|ui| {
+        for (words, can, command) in [
+            ("Undo", can_undo, Command::Undo),
+            ("Redo", can_redo, Command::Redo),
+            ("Put back", is_pulled, Command::Reset),
+            (if is_pinned { "Let go" } else { "Pin" }, !scene.taken.is_empty(), Command::Pin),
+        ] {
+            if ui.add_enabled(can, egui::Button::new(words)).clicked() {
+                wanted.push(command);
+            }
+        }
+    });
+    if let [handle] = scene.taken[..] {
+        let millimetres = 1e3 * document.rig.metres_per_unit as f32;
+        let [x, y, z] = pose.offsets[handle].map(|x| x * millimetres);
+        ui.label(format!("pulled by {x:.2}, {y:.2}, {z:.2} mm"));
+    }
+}
+
+fn vertex(scene: &mut Scene, ui: &mut egui::Ui) {
+    let last = scene.document.rig.vertices() - 1;
+    let mut number = scene.vertex.unwrap_or_default();
+    ui.horizontal(|ui| {
+        let label = ui.label("Vertex");
+        let field = egui::DragValue::new(&mut number).range(0..=last);
+        if ui.add(field).labelled_by(label.id).changed() {
+            scene.vertex = Some(number);
+        }
+    });
+    match scene.explanation() {
+        Ok(Some(explanation)) => table(ui, &scene.document.rig, &explanation),
+        Ok(None) => {
+            ui.weak("click the skin to see what drives it");
+        }
+        Err(error) => {
+            ui.label(error.to_string());
+        }
+    }
+}
+
+/// What drives a vertex in the frame that is shown.
+fn table(ui: &mut egui::Ui, rig: &Rig, explanation: &Explanation) {
+    let rows = |ui: &mut egui::Ui, title: [&str; 3], rows: Vec<[String; 3]>| {
+        if rows.is_empty() {
+            return;
+        }
+        egui::Grid::new(title[0]).num_columns(3).striped(true).show(ui, |ui| {
+            title.iter().for_each(|words| {
+                ui.strong(*words);
+            });
+            ui.end_row();
+            for row in rows {
+                row.iter().for_each(|cell| {
+                    ui.label(cell);
+                });
+                ui.end_row();
+            }
+        });
+        ui.add_space(4.0);
+    };
+    let millimetres = 1e3 * rig.metres_per_unit;
+    let handles = explanation.handles.iter().take(ROWS / 2);
+    let handle = |&(handle, weight): &(usize, f64)| {
+        [rig.labels[handle].clone(), format!("{weight:.2}"), String::new()]
+    };
+    rows(ui, ["follows", "by", ""], handles.map(handle).collect());
+    let edges = explanation.edges.iter().take(ROWS).map(|edge| {
+        let [a, b] = rig.strain_edges[edge.edge].map(|handle| &*rig.labels[handle as usize]);
+        [format!("{a} – {b}"), format!("{:.2}", edge.weight), format!("{:+.1} %", 100.0 * edge.strain)]
+    });
+    rows(ui, ["strain edge", "weight", "strain"], edges.collect());
+    let mut examples: Vec<_> = explanation.examples.iter().zip(&rig.example_names).collect();
+    let size = |fold: &[f64; 3]| fold.iter().map(|x| x * x).sum::<f64>().sqrt();
+    examples.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
+    let examples = examples.into_iter().take(ROWS).map(|(example, name)| {
+        let fold = millimetres * size(&example.fold);
+        [name.clone(), format!("{:.3}", example.distance), format!("{fold:.2} mm")]
+    });
+    rows(ui, ["example", "how far", "of the folds"], examples.collect());
+    ui.label(format!(
+        "{:.3} from rest; folds {:.2} mm together",
+        explanation.from_rest,
+        millimetres * size(&explanation.fold())
+    ));
+}
+
+fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
+    let info = app.wgpu.device().adapter_info();
+    ui.label(format!("drawn on {}", info.name));
+    if !app.devices.is_empty() {
+        let name = |device: &Option<rhytid_core::DeviceInfo>| match device {
+            None => "where it is drawn".to_owned(),
+            Some(info) => format!("{} ({})", info.id(), info.name),
+        };
+        let mut chosen = app.device.clone();
+        let offered: Vec<_> = std::iter::once(None).chain(app.devices.iter().cloned().map(Some)).collect();
+        egui::ComboBox::from_label("evaluated").selected_text(name(&chosen)).width(150.0).show_ui(ui, |ui| {
+            for device in offered {
+                let words = name(&device);
+                ui.selectable_value(&mut chosen, device, words);
+            }
+        });
+        if chosen != app.device {
+            let before = std::mem::replace(&mut app.device, chosen);
+            app.attempt(|app| {
+                let Some(scene) = &app.scene else { return Ok(()) };
+                let changed = app
+                    .other_device(&scene.document.rig.clone())
+                    .and_then(|other| app.scene.as_mut().map_or(Ok(()), |scene| scene.set_device(other)));
+                if changed.is_err() {
+                    app.device = before;
+                }
+                changed
+            });
+        }
+    }
+    let Some(scene) = &app.scene else { return };
+    let rig = &scene.document.rig;
+    ui.label(format!("{} vertices, {} handles", rig.vertices(), rig.handles.len()));
+    if cfg!(not(target_arch = "wasm32")) {
+        let ms = |time: web_time::Duration| 1e3 * time.as_secs_f64();
+        let times = scene.times;
+        ui.label(format!("evaluation {:.1} ms", ms(times.evaluation)));
+        if !times.lighting.is_zero() {
+            ui.label(format!("light in the skin {:.1} ms", ms(times.lighting)));
+        }
+        ui.label(format!("drawing {:.1} ms", ms(times.drawing)));
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn live(app: &mut ViewApp, ui: &mut egui::Ui) {
+    match &app.live {
+        None => {
+            if ui.button("Listen").clicked() {
+                app.listen(rhytid_live::ADDRESS);
+            }
+        }
+        Some(live) => {
+            ui.label(live.status());
+            if ui.button("End").clicked() {
+                app.stop_listening();
+            }
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! What is open, evaluated and drawn.
+
+use crate::canvas::{Canvas, Drawn, Took};
+use crate::document::Document;
+use crate::frame_source::{FrameSource, OtherDevice, Wanted};
+use crate::orbit::Orbit;
+use crate::pick;
+use crate::settings::{Before, Settings, Show};
+use eframe::egui_wgpu::RenderState;
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{Explanation, Result, Rig};
+use rhytid_render::{Camera, Heat, Lights, Mark, Strains, distances, influence_marks, marker_marks};
+use std::sync::Arc;
+use web_time::{Duration, Instant};
+
+const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
+const TAKEN: [f32; 3] = [1.0, 0.35, 0.0];
+const PINNED: [f32; 3] = [0.05, 0.2, 0.9];
+const RIM: [f32; 3] = [1.0, 1.0, 1.0];
+
+/// What the last picture took, apart.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Times {
+    /// From handle positions to a frame.
+    pub evaluation: Duration,
+    /// Lighting skin.
+    pub lighting: Duration,
+    /// The rest of drawing.
+    pub drawing: Duration,
+}
+
+/// All that a picture depends on: where it is as before, it is not drawn again.
+#[derive(PartialEq)]
+struct Seen {
+    handles: Vec<[f32; 3]>,
+    unpulled: Option<Vec<[f32; 3]>>,
+    camera: Camera,
+    settings: Settings,
+    size: [u32; 2],
+    background: [u8; 4],
+    taken: Vec<usize>,
+    pinned: Vec<bool>,
+    under: Option<usize>,
+    vertex: Option<usize>,
+}
+
+/// A rig that is open, with all that draws it.
+pub(crate) struct Scene {
+    pub document: Document,
+    pub orbit: Orbit,
+    /// The markers that are taken: dragged together.
+    pub taken: Vec<usize>,
+    /// The marker under the pointer.
+    pub under: Option<usize>,
+    /// The vertex that was picked.
+    pub vertex: Option<usize>,
+    pub times: Times,
+    /// Pictures that were drawn since it was opened.
+    pub drawn: u64,
+    canvas: Canvas,
+    source: FrameSource,
+    /// The same rig without what was learned, once it is asked for.
+    shell: Option<FrameSource>,
+    strains: Option<Strains>,
+    seen: Option<Seen>,
+}
+
+impl Scene {
+    /// Opens a rig in the window of `state`, whose device `wgpu` shares; evaluated on an `other` device, where one is given.
+    ///
+    /// # Errors
+    /// As uploading it.
+    pub(crate) fn new(
+        rig: Arc<Rig>,
+        name: &str,
+        (wgpu, state): (&Wgpu, &RenderState),
+        other: Option<OtherDevice>,
+    ) -> Result<Self> {
+        Ok(Self {
+            canvas: Canvas::new(&rig, wgpu, state)?,
+            source: FrameSource::new(rig.clone(), wgpu, other)?,
+            orbit: Orbit::new(&rig, 1.0),
+            document: Document::new(rig, name),
+            taken: Vec::new(),
+            under: None,
+            vertex: None,
+            times: Times::default(),
+            drawn: 0,
+            shell: None,
+            strains: None,
+            seen: None,
+        })
+    }
+
+    /// Evaluates on another device from now on; `None` for the one that draws.
+    ///
+    /// # Errors
+    /// As uploading the rig.
+    pub(crate) fn set_device(&mut self, other: Option<OtherDevice>) -> Result<()> {
+        let (rig, wgpu) = (self.source.rig().clone(), self.source.wgpu().clone());
+        self.source = FrameSource::new(rig, &wgpu, other)?;
+        self.seen = None;
+        Ok(())
+    }
+
+    /// Evaluates and draws what has changed since the last picture, of `size` pixels. The result is whether anything has.
+    ///
+    /// # Errors
+    /// As evaluating and drawing.
+    pub(crate) fn draw(&mut self, settings: &Settings, size: [u32; 2], background: [u8; 4]) -> Result<bool> {
+        let seen = Seen {
+            handles: self.document.handles(true),
+            unpulled: (settings.before == Before::Take).then(|| self.document.handles(false)),
+            camera: self.orbit.camera(),
+            settings: settings.clone(),
+            size,
+            background,
+            taken: self.taken.clone(),
+            pinned: self.document.pose().pinned.clone(),
+            under: self.under,
+            vertex: self.vertex,
+        };
+        if self.seen.as_ref() == Some(&seen) {
+            return Ok(false);
+        }
+        self.seen = None;
+        self.canvas.resize(size)?;
+        *self.canvas.lights() = lights(settings);
+        self.times = Times::default();
+        match settings.before {
+            Before::Off => {}
+            Before::Shell => self.side(1, &seen, &seen.handles, (1.0, true))?,
+            Before::LargeScale => self.side(1, &seen, &seen.handles, (0.0, false))?,
+            Before::Take => {
+                let unpulled = seen.unpulled.as_deref().unwrap_or(&seen.handles);
+                self.side(1, &seen, unpulled, (settings.gain, false))?;
+            }
+        }
+        self.side(0, &seen, &seen.handles, (settings.gain, false))?;
+        self.drawn += 1;
+        self.seen = Some(seen);
+        Ok(true)
+    }
+
+    /// Draws one side: of the shell's rig or of the rig itself.
+    fn side(
+        &mut self,
+        side: usize,
+        seen: &Seen,
+        handles: &[[f32; 3]],
+        (gain, of_shell): (f32, bool),
+    ) -> Result<()> {
+        let settings = &seen.settings;
+        let rig = self.document.rig.clone();
+        let source = match (of_shell, &mut self.shell) {
+            (false, _) => &mut self.source,
+            (true, Some(shell)) => shell,
+            (true, none) => {
+                let shell = Arc::new((*rig).clone().shell());
+                none.insert(FrameSource::new(shell, self.source.wgpu(), None)?)
+            }
+        };
+        let begin = Instant::now();
+        let on_host = settings.show.is_made_on_the_host();
+        source.evaluate(handles.as_flattened(), Wanted { gain, on_host })?;
+        self.times.evaluation += begin.elapsed();
+        let begin = Instant::now();
+        let mut marks = Vec::new();
+        if on_host {
+            let [positions, large_scale] = source.last_on_host();
+            match settings.show {
+                Show::Strain => {
+                    let strains = self.strains.get_or_insert_with(|| Strains::new(&rig.faces, &rig.rest));
+                    source.set_numbers(&strains.of(positions));
+                }
+                Show::Detail => {
+                    let millimetres = 1e3 * rig.metres_per_unit as f32;
+                    source.set_numbers(&distances(positions, large_scale, millimetres));
+                }
+                Show::Influences => {
+                    marks.extend(seen.vertex.iter().flat_map(|&v| influence_marks(&rig, positions, v)));
+                }
+                _ => marks.extend(marker_marks(&rig, positions, Heat::Signed(settings.strain_range))),
+            }
+        }
+        if settings.markers {
+            marks.extend(dots(seen, handles));
+        }
+        let drawn = settings.look().map_or(Drawn::Skin, Drawn::Look);
+        let over = (&marks[..], seen.background);
+        let took = self.canvas.draw(side, &rig, source.vertices()?, (&seen.camera, drawn), over)?;
+        let Took { lighting, drawing } = took;
+        self.times.lighting += lighting;
+        self.times.drawing += drawing + begin.elapsed().saturating_sub(lighting + drawing);
+        Ok(())
+    }
+
+    /// What the window shows of a side: 0 is the result, 1 what is before it.
+    pub(crate) fn texture(&self, side: usize) -> Option<eframe::egui::TextureId> {
+        self.canvas.texture(side)
+    }
+
+    /// The size of the picture in pixels, before the first one of 1.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.seen.as_ref().map_or([1; 2], |seen| seen.size)
+    }
+
+    /// The marker at a place of the picture, in its pixels.
+    pub(crate) fn marker_at(&self, at: [f32; 2], reach: f32) -> Option<usize> {
+        let handles = self.document.handles(true);
+        pick::marker(&handles, &self.orbit.camera(), self.size(), at, reach)
+    }
+
+    /// The vertex at a place of the picture, and where it is.
+    ///
+    /// # Errors
+    /// As evaluating on the host.
+    pub(crate) fn vertex_at(&mut self, at: [f32; 2], gain: f32) -> Result<Option<(usize, [f32; 3])>> {
+        let (camera, size) = (self.orbit.camera(), self.size());
+        let rig = self.document.rig.clone();
+        let [positions, _] = self.on_host(gain)?;
+        let vertex = pick::vertex(positions, &rig.triangles, &camera, size, at);
+        Ok(vertex.map(|v| (v, positions.as_chunks::<3>().0[v])))
+    }
+
+    /// V × 3 positions of the frame, and those of its large scale.
+    ///
+    /// # Errors
+    /// As evaluating.
+    pub(crate) fn on_host(&mut self, gain: f32) -> Result<[&[f32]; 2]> {
+        // The next picture is evaluated anew.
+        self.seen = None;
+        let handles = self.document.handles(true);
+        self.source.on_host(handles.as_flattened(), gain)
+    }
+
+    /// What drives the vertex that was picked.
+    ///
+    /// # Errors
+    /// As [`Rig::explain`].
+    pub(crate) fn explanation(&self) -> Result<Option<Explanation>> {
+        let handles = self.document.handles(true);
+        self.vertex.map(|vertex| self.document.rig.explain(vertex, &handles)).transpose()
+    }
+
+    /// The picture that was drawn last.
+    ///
+    /// # Errors
+    /// As reading it.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn picture(&self) -> Result<Option<rhytid_render::Picture>> {
+        self.canvas.picture()
+    }
+
+    /// Millimetres in one mesh unit.
+    pub(crate) fn millimetres(&self) -> f32 {
+        1e3 * self.document.rig.metres_per_unit as f32
+    }
+}
+
+/// The markers: those that are taken and the one under the pointer are larger, pinned ones are blue.
+fn dots(seen: &Seen, handles: &[[f32; 3]]) -> Vec<Mark> {
+    let mut marks = Vec::with_capacity(2 * handles.len());
+    for (handle, &at) in handles.iter().enumerate() {
+        let is_taken = seen.taken.contains(&handle);
+        let width = if is_taken || seen.under == Some(handle) { 11.0 } else { 7.0 };
+        let colour = match (is_taken, seen.pinned[handle]) {
+            (true, _) => TAKEN,
+            (false, true) => PINNED,
+            (false, false) => MARKER,
+        };
+        marks.push(Mark::dot(at, RIM, width + 3.0));
+        marks.push(Mark::dot(at, colour, width));
+    }
+    marks
+}
+
+/// The key light where it was put.
+fn lights(settings: &Settings) -> Lights {
+    let [right, up] = settings.light.map(f32::to_radians);
+    Lights { toward: [up.cos() * right.sin(), up.sin(), up.cos() * right.cos()], ..Lights::default() }
+}

@@ -1,0 +1,215 @@
+//! The face, and what the pointer does to it.
+
+use crate::app::ViewApp;
+use crate::scene::Scene;
+use crate::settings::{Before, Settings};
+use eframe::egui::{self, Color32, Pos2, Rect, Sense, Vec2, pos2, vec2};
+use rhytid_render::Heat;
+
+/// How near to a marker or to the wipe's line the pointer has to be, in points; a finger is wider.
+const NEAR: f32 = 12.0;
+const NEAR_FINGER: f32 = 26.0;
+
+/// What the pointer holds, from pressing to letting go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Holds {
+    Wipe,
+    /// Since it was at this place.
+    Markers {
+        from: Pos2,
+        at: [f32; 3],
+    },
+    Camera,
+    Pan,
+}
+
+pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
+    let rect = ui.available_rect_before_wrap();
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    response.widget_info(|| {
+        let name = app.scene.as_ref().map_or("no face is open", |scene| scene.document.name.as_str());
+        egui::WidgetInfo::labeled(egui::Role::Image, true, format!("Face: {name}"))
+    });
+    let background = ui.visuals().extreme_bg_color;
+    ui.painter().rect_filled(rect, 0.0, background);
+    if app.scene.is_none() {
+        empty(app, ui, rect);
+        return;
+    }
+    app.attempt(|app| {
+        let Some(scene) = &mut app.scene else { return Ok(()) };
+        let scale = ui.ctx().pixels_per_point();
+        let size = [rect.width(), rect.height()].map(|n| (n * scale).round().max(1.0) as u32);
+        let first = scene.drawn == 0;
+        if first {
+            scene.orbit.all(rect.width() / rect.height());
+        }
+        pointer(scene, &mut app.settings, ui, &response)?;
+        scene.draw(&app.settings, size, background.to_array())?;
+        paint(scene, &app.settings, ui, rect);
+        Ok(())
+    });
+}
+
+/// What is said where nothing is open.
+fn empty(app: &ViewApp, ui: &egui::Ui, rect: Rect) {
+    if app.is_opening() {
+        return;
+    }
+    let words = "Drop a rig (.safetensors) here, and a take.\nH lists the keys.";
+    let (font, colour) = (egui::TextStyle::Heading.resolve(ui.style()), ui.visuals().weak_text_color());
+    let galley = ui.painter().layout(words.to_owned(), font, colour, rect.width() - 24.0);
+    ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, colour);
+}
+
+fn pointer(
+    scene: &mut Scene,
+    settings: &mut Settings,
+    ui: &egui::Ui,
+    response: &egui::Response,
+) -> rhytid_core::Result<()> {
+    let (rect, scale) = (response.rect, ui.ctx().pixels_per_point());
+    let pixels = |at: Pos2| [(at.x - rect.left()) * scale, (at.y - rect.top()) * scale];
+    let id = response.id.with("holds");
+    let near = if ui.input(egui::InputState::any_touches) { NEAR_FINGER } else { NEAR };
+    let (shift, touch) = ui.input(|input| (input.modifiers.shift, input.multi_touch()));
+    let at = response.interact_pointer_pos().or(response.hover_pos());
+    let is_free = ui.memory(|memory| memory.data.get_temp::<Holds>(id)).is_none();
+    scene.under = at.filter(|_| is_free).and_then(|at| scene.marker_at(pixels(at), near * scale));
+
+    if response.drag_started()
+        && let Some(from) = ui.input(|input| input.pointer.press_origin()).or(at)
+    {
+        let line = rect.left() + settings.wipe * rect.width();
+        let marker = scene.marker_at(pixels(from), near * scale);
+        let is_middle = ui.input(|input| input.pointer.middle_down());
+        let holds = match marker {
+            _ if is_middle => Holds::Pan,
+            _ if settings.before != Before::Off && (from.x - line).abs() < near => Holds::Wipe,
+            Some(marker) => {
+                // Of several that are taken, any drags them all.
+                if !scene.taken.contains(&marker) {
+                    take(scene, marker, shift);
+                }
+                scene.document.begin_drag();
+                Holds::Markers { from, at: scene.document.handles(true)[marker] }
+            }
+            None if shift => Holds::Pan,
+            None => Holds::Camera,
+        };
+        ui.memory_mut(|memory| memory.data.insert_temp(id, holds));
+    }
+    let holds = ui.memory(|memory| memory.data.get_temp::<Holds>(id));
+    if let (Some(touch), false) = (touch, matches!(holds, Some(Holds::Markers { .. }))) {
+        let Vec2 { x, y } = touch.translation_delta;
+        scene.orbit.pan([x, y], rect.height());
+        zoom(scene, touch.zoom_delta, touch.center_pos, rect);
+    } else if let Some(holds) = holds {
+        let moved = response.drag_delta();
+        match holds {
+            Holds::Wipe => settings.wipe = (settings.wipe + moved.x / rect.width()).clamp(0.0, 1.0),
+            Holds::Markers { from, at: point } => {
+                if let Some(at) = at.filter(|_| scene.document.is_dragging()) {
+                    let by = scene.orbit.moved(point, [at.x - from.x, at.y - from.y], rect.height());
+                    scene.drag(by, settings);
+                }
+            }
+            Holds::Camera => scene.orbit.orbit([moved.x, moved.y]),
+            Holds::Pan => scene.orbit.pan([moved.x, moved.y], rect.height()),
+        }
+    }
+    if response.drag_stopped() {
+        scene.document.end_drag(true);
+        ui.memory_mut(|memory| memory.data.remove::<Holds>(id));
+    }
+
+    if let Some(over) = response.hover_pos().filter(|_| response.contains_pointer()) {
+        let (scrolled, pinched) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+        if scrolled != 0.0 || pinched != 1.0 {
+            zoom(scene, pinched * (0.002 * scrolled).exp(), over, rect);
+        }
+    }
+    if response.double_clicked()
+        && let Some(at) = at
+    {
+        if let Some((_, point)) = scene.vertex_at(pixels(at), settings.gain)? {
+            scene.orbit.focus(point);
+        }
+    } else if response.clicked()
+        && let Some(at) = at
+    {
+        match scene.marker_at(pixels(at), near * scale) {
+            Some(marker) => take(scene, marker, shift),
+            None => scene.vertex = scene.vertex_at(pixels(at), settings.gain)?.map(|(vertex, _)| vertex),
+        }
+    }
+    Ok(())
+}
+
+/// Takes a marker: alone, or with `more` besides those that are taken, or no longer.
+fn take(scene: &mut Scene, marker: usize, more: bool) {
+    match (more, scene.taken.iter().position(|&taken| taken == marker)) {
+        (false, _) => scene.taken = vec![marker],
+        (true, Some(i)) => {
+            scene.taken.remove(i);
+        }
+        (true, None) => scene.taken.push(marker),
+    }
+}
+
+fn zoom(scene: &mut Scene, factor: f32, at: Pos2, rect: Rect) {
+    let from = at - rect.min;
+    scene.orbit.zoom(factor, [from.x, from.y], [rect.width(), rect.height()]);
+}
+
+fn paint(scene: &Scene, settings: &Settings, ui: &egui::Ui, rect: Rect) {
+    let part = |from: f32, to: f32| {
+        let x = |part: f32| rect.left() + part * rect.width();
+        let place = Rect::from_min_max(pos2(x(from), rect.top()), pos2(x(to), rect.bottom()));
+        (place, Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0)))
+    };
+    let wipe = if settings.before == Before::Off { 0.0 } else { settings.wipe };
+    for (side, (from, to)) in [(0, (wipe, 1.0)), (1, (0.0, wipe))] {
+        if let Some(texture) = scene.texture(side).filter(|_| to > from) {
+            let (place, uv) = part(from, to);
+            ui.painter().image(texture, place, uv, Color32::WHITE);
+        }
+    }
+    if settings.before != Before::Off {
+        let x = rect.left() + wipe * rect.width();
+        let (line, text) = (ui.visuals().strong_text_color(), egui::TextStyle::Small.resolve(ui.style()));
+        ui.painter().vline(x, rect.y_range(), egui::Stroke::new(1.5, line));
+        let write = |at: f32, align: egui::Align2, words: &str| {
+            ui.painter().text(pos2(at, rect.top() + 6.0), align, words, text.clone(), line);
+        };
+        write(x - 6.0, egui::Align2::RIGHT_TOP, settings.before.name());
+        write(x + 6.0, egui::Align2::LEFT_TOP, "result");
+    }
+    if let Some((heat, words)) = settings.heat() {
+        legend(ui, rect, heat, words);
+    }
+}
+
+/// What the colours mean, in the lower left corner.
+fn legend(ui: &egui::Ui, rect: Rect, heat: Heat, words: &str) {
+    const STEPS: usize = 48;
+    let [low, high] = heat.range();
+    let size = vec2((0.4 * rect.width()).min(200.0), 12.0);
+    let bar = Rect::from_min_size(rect.left_bottom() + vec2(12.0, -38.0), size);
+    let painter = ui.painter();
+    for i in 0..STEPS {
+        let at = |i: usize| bar.left() + bar.width() * i as f32 / STEPS as f32;
+        let number = low + (high - low) * (i as f32 + 0.5) / STEPS as f32;
+        let [r, g, b] = heat.colour(number);
+        let colour = Color32::from(egui::Rgba::from_rgb(r, g, b));
+        let step = Rect::from_min_max(pos2(at(i), bar.top()), pos2(at(i + 1) + 0.5, bar.bottom()));
+        painter.rect_filled(step, 0.0, colour);
+    }
+    let (font, colour) = (egui::TextStyle::Small.resolve(ui.style()), ui.visuals().strong_text_color());
+    let write = |at: Pos2, align, words: String| {
+        painter.text(at, align, words, font.clone(), colour);
+    };
+    write(bar.left_bottom() + vec2(0.0, 3.0), egui::Align2::LEFT_TOP, low.to_string());
+    write(bar.right_bottom() + vec2(0.0, 3.0), egui::Align2::RIGHT_TOP, high.to_string());
+    write(bar.center_top() - vec2(0.0, 3.0), egui::Align2::CENTER_BOTTOM, words.to_owned());
+}

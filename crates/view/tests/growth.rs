@@ -1,0 +1,61 @@
+//! A viewer that is used for long does not grow. Alone in its process, whose memory is measured.
+
+use eframe::egui;
+use eframe::egui_wgpu::{WgpuSetup, WgpuSetupCreateNew};
+use egui_kittest::Harness;
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{NoProgress, Rig, rig_file};
+use rhytid_test_support::resident;
+use rhytid_view::ViewApp;
+use std::sync::Arc;
+
+/// More than this is growth.
+const MOST: u64 = 16 << 20;
+
+/// How many loads; an hour's worth is asked for by `RHYTID_LOADS=1000`.
+fn loads() -> usize {
+    std::env::var("RHYTID_LOADS").ok().and_then(|loads| loads.parse().ok()).unwrap_or(60)
+}
+
+#[test]
+fn rigs_are_opened_and_takes_played_again_and_again_without_growth() {
+    let face = rhytid_demo::face(2_000);
+    let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["FACE.safetensors", "take.csv"].map(|name| folder.path().join(name));
+    rig_file::write(&files[0], &rig).unwrap();
+    rhytid_formats::take::write(&files[1], &rhytid_demo::performance(&face)).unwrap();
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.device_descriptor = Arc::new(Wgpu::device_descriptor);
+    let builder = Harness::builder().with_size([500.0, 400.0]).with_step_dt(1.0 / 60.0);
+    let mut view = builder
+        .wgpu_setup(WgpuSetup::CreateNew(setup))
+        .build_eframe(|context| ViewApp::new(context).unwrap());
+    let mut load = |times: usize, frames: usize| {
+        for _ in 0..times {
+            view.state_mut().open_paths(&files);
+            while view.state().is_opening() {
+                view.step();
+                std::thread::sleep(std::time::Duration::from_millis(2));
+            }
+            (0..frames).for_each(|_| view.step());
+            assert_eq!(view.state().note(), None);
+        }
+        // Something of the window itself now and then.
+        view.key_press(egui::Key::H);
+        view.step();
+        resident()
+    };
+    let before = load(loads() / 3, 3);
+    let after = load(loads(), 3);
+    assert!(after < before + MOST, "loads: {} MB became {} MB", before >> 20, after >> 20);
+    let played = load(1, 60 * loads());
+    assert!(played < after + MOST, "playing: {} MB became {} MB", after >> 20, played >> 20);
+    println!(
+        "{} MB, after {} loads {} MB, after playing {} MB",
+        before >> 20,
+        loads(),
+        after >> 20,
+        played >> 20
+    );
+}

@@ -1,0 +1,82 @@
+//! Files that are opened, broken ones too, and files that are saved.
+
+use super::*;
+use rhytid_formats::{mesh, take};
+
+#[test]
+fn nothing_is_open_at_first_and_keys_do_no_harm() {
+    let mut view = window([900.0, 700.0], false);
+    view.run();
+    view.get_by_label("Face: no face is open");
+    for key in [
+        egui::Key::Space,
+        egui::Key::N,
+        egui::Key::P,
+        egui::Key::R,
+        egui::Key::Enter,
+        egui::Key::F2,
+        egui::Key::S,
+    ] {
+        view.key_press(key);
+        view.run();
+    }
+    drag(&mut view, egui::pos2(100.0, 100.0), egui::pos2(300.0, 200.0), Modifiers::NONE);
+    assert_eq!(view.state().note(), None);
+}
+
+#[test]
+fn broken_files_are_a_sentence_and_what_was_open_stays() {
+    let folder = Folder::new();
+    let mut view = stand(window([900.0, 700.0], true), &folder);
+    let huge = folder.path("huge.safetensors");
+    // A hole of a terabyte.
+    std::fs::File::create(&huge).unwrap().set_len(1 << 40).unwrap();
+    std::fs::write(folder.path("empty.safetensors"), b"").unwrap();
+    std::fs::write(folder.path("cut.safetensors"), &rig_file::encode(&demo().1).unwrap()[..5_000]).unwrap();
+    std::fs::write(folder.path("words.csv"), b"time,a_x,a_y,a_z\n0,one,two,three\n").unwrap();
+    std::fs::write(folder.path("picture.png"), b"\x89PNG").unwrap();
+    for name in
+        ["huge.safetensors", "empty.safetensors", "cut.safetensors", "words.csv", "picture.png", "none.csv"]
+    {
+        open(&mut view, &[folder.path(name)]);
+        let (words, is_error) = view.state().note().expect(name);
+        assert!(is_error && words.contains(name), "{name}: {words}");
+        view.step();
+        view.get_by_label("Close").click();
+        view.run();
+        assert_eq!(view.state().note(), None);
+        assert_eq!(document(&view).rig.vertices(), demo().1.vertices(), "what was open stays");
+    }
+}
+
+#[test]
+fn a_frame_is_saved_as_a_take_and_as_an_example() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    let handle = handle_in_front(&view);
+    let from = at(&view, handle);
+    drag(&mut view, from, from + egui::vec2(20.0, 0.0), Modifiers::NONE);
+    view.key_press_modifiers(Modifiers::COMMAND, egui::Key::S);
+    view.run();
+    let saved = folder.path("FACE-pose-0001.csv");
+    assert_eq!(view.state().note(), Some((&*format!("saved {}", saved.display()), false)));
+    let read = take::read(&saved, None, take::Missing::Error).unwrap();
+    let handles = document(&view).handles(true);
+    assert_eq!(read.handle_positions(&demo().1.labels).unwrap(), handles.as_flattened());
+    view.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, egui::Key::S);
+    view.run();
+    let read = mesh::read(&folder.path("FACE-pose-0001.obj")).unwrap();
+    assert_eq!(read.faces, demo().1.faces);
+    // The mesh has its handles where the pose has them.
+    for (&v, p) in demo().1.handles.iter().zip(&handles) {
+        let q = read.positions[v as usize].map(|x| x as f32);
+        assert!(distance(q, *p) < 1e-4, "{q:?} instead of {p:?}");
+    }
+    // The next one has the next number, and nothing is written over.
+    view.key_press_modifiers(Modifiers::COMMAND, egui::Key::S);
+    view.run();
+    assert!(folder.path("FACE-pose-0002.csv").exists());
+    view.key_press(egui::Key::S);
+    view.run();
+    assert!(folder.path("FACE-view-0001.png").exists());
+}
