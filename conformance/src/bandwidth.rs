@@ -1,7 +1,7 @@
 //! The speed of the processor's memory, which times are compared with.
 use rayon::prelude::*;
 use std::hint::black_box;
-use std::time::Instant;
+use web_time::Instant;
 
 /// An array far larger than any cache, which all cores together read.
 #[derive(Debug)]

@@ -1,10 +1,10 @@
 //! Sessions that are broken on purpose: a suite that does not see them fail, sees nothing.
 use crate::case::canary_case;
+use crate::driven::{AsyncDevice, AsyncSession};
 use crate::outcome::{Outcome, Verdict, device_label, stage_name};
 use crate::reference::reference;
 use crate::run::{ReferenceOf, examine};
-use rhytid_core::{Animator, Device, HandleFrames, Result, Session, Stage};
-use std::time::Duration;
+use rhytid_core::{Device, HandleFrames, Result, Stage};
 
 /// Spoils one number of each stage by a part in 256, on `device`; an outcome passes where its stage was found to be wrong.
 pub fn run_canaries(device: &Device) -> Vec<Outcome> {
@@ -13,16 +13,25 @@ pub fn run_canaries(device: &Device) -> Vec<Outcome> {
 
 /// As [`run_canaries`], with another reference.
 pub fn run_canaries_against(device: &Device, reference: ReferenceOf) -> Vec<Outcome> {
-    Stage::ALL.into_iter().map(|stage| run_canary(device, stage, reference)).collect()
+    pollster::block_on(run_canaries_async(device, reference))
 }
 
-fn run_canary(device: &Device, spoiled: Stage, reference: ReferenceOf) -> Outcome {
+/// As [`run_canaries_against`], where results are awaited.
+pub(crate) async fn run_canaries_async(device: &impl AsyncDevice, reference: ReferenceOf) -> Vec<Outcome> {
+    let mut outcomes = Vec::new();
+    for stage in Stage::ALL {
+        outcomes.push(run_canary(device, stage, reference).await);
+    }
+    outcomes
+}
+
+async fn run_canary(device: &impl AsyncDevice, spoiled: Stage, reference: ReferenceOf) -> Outcome {
     let case = canary_case();
     let built = case.build();
-    let examined = device.upload(&built.rig, case.options).and_then(|animator| {
-        let mut session = Canary { animator, spoiled };
-        examine(&mut session, &case, built, reference)
-    });
+    let examined = match device.upload(&built.rig, case.options) {
+        Ok(session) => examine(&mut Canary { session, spoiled }, &case, built, reference).await,
+        Err(error) => Err(error),
+    };
     let (verdict, reason) = match examined {
         // It must be the comparison that sees it, not the repetition of the batch.
         Ok(stages) if stages[spoiled as usize].measured.is_some_and(|m| m.part_of_bound > 1.0) => {
@@ -37,27 +46,23 @@ fn run_canary(device: &Device, spoiled: Stage, reference: ReferenceOf) -> Outcom
     outcome
 }
 
-struct Canary {
-    animator: Animator<Box<dyn Session>>,
+struct Canary<S> {
+    session: S,
     spoiled: Stage,
 }
 
-impl Session for Canary {
+impl<S: AsyncSession> AsyncSession for Canary<S> {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
-        self.animator.evaluate(frames.positions)
+        self.session.evaluate(frames)
     }
 
-    fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
-        self.animator.read(stage, out)?;
+    async fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+        self.session.read(stage, out).await?;
         if stage == self.spoiled
             && let Some(largest) = out.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs()))
         {
             *largest *= 1.0 + 1.0 / 256.0;
         }
         Ok(())
-    }
-
-    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
-        self.animator.stage_times()
     }
 }

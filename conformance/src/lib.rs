@@ -3,6 +3,7 @@
 //! [`cases()`] are run by [`run_case`], or all of them by [`run_device`]; each [`Outcome`] is one stage of one case on one
 //! device. Each kernel's twin is given the inputs that the device's kernel had, so that a difference is pinned to one
 //! kernel and may be no larger than the rounding of that kernel alone ([`mod@tolerance`]). [`Report`] writes it all down.
+//! In a browser, where nothing may wait, [`run_device_async`] runs an [`AsyncDevice`].
 //!
 //! ```
 //! use rhytid_conformance::{Suite, run_device};
@@ -22,6 +23,7 @@ mod canary;
 mod case;
 mod compare;
 mod distances;
+mod driven;
 pub mod expectations;
 mod must_pass;
 mod numbers;
@@ -38,13 +40,15 @@ pub use bandwidth::{Memory, read_bandwidth};
 pub use canary::{run_canaries, run_canaries_against};
 pub use case::{Built, Case, Suite, cases, timing_case};
 pub use compare::{Difference, worst_difference};
+pub use driven::{AsyncDevice, AsyncSession, WaitingSession};
 pub use must_pass::{check_must_pass, must_pass};
 pub use numbers::Numbers;
 pub use outcome::{Measured, Outcome, StageName, Verdict, device_label, kernel_name, stage_name};
 pub use report::Report;
 pub use run::{ReferenceOf, run_case, run_case_against, stored};
 pub use suite::{
-    DeviceReport, StageTime, missing_devices, no_device, required_backends, run_device, unknown_backends,
+    DeviceReport, StageTime, missing_devices, no_device, required_backends, run_device, run_device_async,
+    unknown_backends,
 };
 pub use twin::{Results, detail_params, evaluate, pivoted_weights, squared_differences};
 

@@ -1,10 +1,11 @@
 //! One case on one device: evaluated, compared stage by stage, and evaluated again in other ways.
 use crate::compare::compare;
+use crate::driven::{AsyncDevice, AsyncSession};
 use crate::outcome::{Measured, Outcome, Verdict, device_label, stage_name};
 use crate::reference::{Expected, Found, reference};
 use crate::{Built, Case, expectations};
 use half::f16;
-use rhytid_core::{BasisStorage, Device, DeviceErrorKind, Error, HandleFrames, Result, Rig, Session, Stage};
+use rhytid_core::{BasisStorage, Device, DeviceErrorKind, Error, HandleFrames, Result, Rig, Stage};
 
 /// What a stage is compared with: [`reference()`], but for tests of the suite itself.
 pub type ReferenceOf = fn(&Found, Stage) -> Vec<Expected>;
@@ -19,7 +20,12 @@ const SINGLE_FRAMES: usize = 32;
 /// with what its kernel should have made of the device's own inputs to it; then its frames one by one, and once more the
 /// other batch and this one, must give the same bits.
 pub fn run_case(device: &Device, case: &Case) -> Vec<Outcome> {
-    let mut outcomes = run_case_against(device, case, reference);
+    pollster::block_on(run_case_async(device, case))
+}
+
+/// As [`run_case`], where results are awaited.
+pub(crate) async fn run_case_async(device: &impl AsyncDevice, case: &Case) -> Vec<Outcome> {
+    let mut outcomes = run_case_against_async(device, case, reference).await;
     for outcome in &mut outcomes {
         expectations::embedded().apply(device.info(), outcome);
     }
@@ -28,10 +34,19 @@ pub fn run_case(device: &Device, case: &Case) -> Vec<Outcome> {
 
 /// As [`run_case`], compared with something else and without expectations.
 pub fn run_case_against(device: &Device, case: &Case, reference: ReferenceOf) -> Vec<Outcome> {
+    pollster::block_on(run_case_against_async(device, case, reference))
+}
+
+async fn run_case_against_async(
+    device: &impl AsyncDevice,
+    case: &Case,
+    reference: ReferenceOf,
+) -> Vec<Outcome> {
     let built = case.build();
-    let examined = device
-        .upload(&built.rig, case.options)
-        .and_then(|mut animator| examine(animator.session_mut(), case, built, reference));
+    let examined = match device.upload(&built.rig, case.options) {
+        Ok(mut session) => examine(&mut session, case, built, reference).await,
+        Err(error) => Err(error),
+    };
     let label = device_label(device.info());
     let outcome = |stage: Stage, verdict, reason| {
         let name = format!("{}/{}", stage_name(stage), case.name);
@@ -75,8 +90,8 @@ pub(crate) struct Examined {
 }
 
 /// Runs a case on a session that holds its rig.
-pub(crate) fn examine(
-    session: &mut dyn Session,
+pub(crate) async fn examine(
+    session: &mut impl AsyncSession,
     case: &Case,
     built: Built,
     reference: ReferenceOf,
@@ -87,7 +102,7 @@ pub(crate) fn examine(
     let other = Batch { handles: rig.handles.len(), positions: &other };
 
     other.evaluate(session)?;
-    let stages = batch.evaluate_and_read(session)?;
+    let stages = batch.evaluate_and_read(session).await?;
     let mut examined: [Examined; 6] = Default::default();
     let mut whole = true;
     for stage in Stage::ALL {
@@ -107,7 +122,7 @@ pub(crate) fn examine(
         }
         return Ok(examined);
     }
-    repeat(session, &batch, &other, &stages, &mut examined)?;
+    repeat(session, &batch, &other, &stages, &mut examined).await?;
 
     let metres_per_unit = rig.metres_per_unit;
     let found = Found {
@@ -141,8 +156,8 @@ pub fn stored(mut rig: Rig, basis: BasisStorage) -> Rig {
 }
 
 /// Frames one by one, and the batch after another batch, must give the bits of the first time.
-fn repeat(
-    session: &mut dyn Session,
+async fn repeat(
+    session: &mut impl AsyncSession,
     batch: &Batch<'_>,
     other: &Batch<'_>,
     stages: &[Vec<f32>; 6],
@@ -151,7 +166,7 @@ fn repeat(
     let frames = batch.frames();
     let mut differs = [None; 6];
     for frame in (0..frames).step_by(frames.div_ceil(SINGLE_FRAMES)) {
-        let single = batch.frame(frame).evaluate_and_read(session)?;
+        let single = batch.frame(frame).evaluate_and_read(session).await?;
         for (i, single) in single.iter().enumerate() {
             let of_frame = &stages[i][frame * (stages[i].len() / frames)..][..stages[i].len() / frames];
             if !same_bits(single, of_frame) {
@@ -165,7 +180,7 @@ fn repeat(
         }));
     }
     other.evaluate(session)?;
-    let again = batch.evaluate_and_read(session)?;
+    let again = batch.evaluate_and_read(session).await?;
     for (i, again) in again.iter().enumerate() {
         if !same_bits(again, &stages[i]) {
             examined[i].problems.push("the batch has other bits when it is evaluated again".into());
@@ -200,15 +215,15 @@ impl Batch<'_> {
         frames.flat_map(|frame| self.frame(frame).positions.to_vec()).map(|x| 0.75 * x).collect()
     }
 
-    fn evaluate(&self, session: &mut dyn Session) -> Result<()> {
+    fn evaluate(&self, session: &mut impl AsyncSession) -> Result<()> {
         session.evaluate(HandleFrames { positions: self.positions, frames: self.frames() })
     }
 
-    fn evaluate_and_read(&self, session: &mut dyn Session) -> Result<[Vec<f32>; 6]> {
+    async fn evaluate_and_read(&self, session: &mut impl AsyncSession) -> Result<[Vec<f32>; 6]> {
         self.evaluate(session)?;
         let mut stages: [Vec<f32>; 6] = Default::default();
         for stage in Stage::ALL {
-            session.read(stage, &mut stages[stage as usize])?;
+            session.read(stage, &mut stages[stage as usize]).await?;
         }
         Ok(stages)
     }

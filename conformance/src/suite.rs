@@ -1,10 +1,13 @@
 //! A suite on a device.
+use crate::canary::run_canaries_async;
 use crate::outcome::{Outcome, Verdict, device_label};
 use crate::outcome::{StageName, read_stage_name};
-use crate::{Case, Suite, cases, check_must_pass, run_canaries, run_case};
+use crate::reference::reference;
+use crate::run::run_case_async;
+use crate::{AsyncDevice, Case, Suite, cases, check_must_pass};
 use rhytid_core::{Device, DeviceInfo};
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
+use web_time::Instant;
 use wildmatch::WildMatch;
 
 /// What a suite found on one device.
@@ -79,16 +82,25 @@ impl DeviceReport {
 pub fn run_device(
     device: &Device,
     suite: Suite,
+    before: impl FnMut(&Case, usize, usize) -> bool,
+) -> DeviceReport {
+    pollster::block_on(run_device_async(device, suite, before))
+}
+
+/// As [`run_device`], where results are awaited.
+pub async fn run_device_async(
+    device: &impl AsyncDevice,
+    suite: Suite,
     mut before: impl FnMut(&Case, usize, usize) -> bool,
 ) -> DeviceReport {
     let start = Instant::now();
-    let mut outcomes = run_canaries(device);
+    let mut outcomes = run_canaries_async(device, reference).await;
     let cases = cases(suite);
     for (i, case) in cases.iter().enumerate() {
         if !before(case, i, cases.len()) {
             break;
         }
-        outcomes.extend(run_case(device, case));
+        outcomes.extend(run_case_async(device, case).await);
     }
     outcomes.push(check_must_pass(&device_label(device.info()), suite, &outcomes));
     DeviceReport::new(device.info(), outcomes, start.elapsed().as_secs_f64())
