@@ -1,4 +1,4 @@
-//! The project's chores: `cargo xtask check | setup | test | kernels | package | deny | fuzz | bench`, one file each.
+//! The project's chores: `cargo xtask check | setup | test | kernels | web | package | deny | fuzz | bench`, one file each.
 #![forbid(unsafe_code)]
 
 mod advisories;
@@ -16,6 +16,7 @@ mod run;
 mod setup;
 mod steps;
 mod test;
+mod web;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -36,6 +37,8 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
+    /// Build the browser's pages into a folder that any static host serves.
+    Web(web::Web),
     /// Pack every crate that is published, and check that the packages compile and serve a newcomer.
     Package,
     /// Compare the lock files with the advisories we know of; check licences, versions, sources and newer advisories with cargo-deny.
@@ -59,6 +62,7 @@ fn main() -> ExitCode {
         Chore::Setup => setup::setup(),
         Chore::Test => test::test(),
         Chore::Kernels { check } => kernels::kernels(check),
+        Chore::Web(options) => web::web(&options),
         Chore::Package => package::package(),
         Chore::Deny => deny::deny(),
         Chore::Fuzz { seconds, hours } => fuzz::fuzz(seconds, hours),

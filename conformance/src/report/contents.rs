@@ -15,8 +15,8 @@ pub struct Report {
     pub suite: Suite,
     /// `linux x86_64`.
     pub system: String,
-    /// What all cores together read from memory in this run, in bytes a second.
-    pub memory_bandwidth: f64,
+    /// What all cores together read from memory in this run, in bytes a second; `None` where that was not measured, as in a browser.
+    pub memory_bandwidth: Option<f64>,
     /// One for each device.
     pub devices: Vec<DeviceReport>,
     /// The outcomes of backends without a device.
@@ -48,7 +48,7 @@ impl Report {
     /// Puts a run together.
     pub fn new(
         suite: Suite,
-        memory_bandwidth: f64,
+        memory_bandwidth: impl Into<Option<f64>>,
         devices: Vec<DeviceReport>,
         without_device: Vec<Outcome>,
     ) -> Self {
@@ -57,7 +57,7 @@ impl Report {
             commit: COMMIT,
             suite,
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            memory_bandwidth,
+            memory_bandwidth: memory_bandwidth.into(),
             devices,
             without_device,
         }

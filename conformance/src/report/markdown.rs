@@ -35,15 +35,16 @@ fn page(report: &Report, out: &mut String) -> std::fmt::Result {
     for Outcome { device, verdict, reason, .. } in &report.without_device {
         writeln!(out, "| `{device}` | | | {verdict}: {} |", cell(reason))?;
     }
+    if let Some(bandwidth) = report.memory_bandwidth {
+        writeln!(out, "\nMemory, read by all cores in the same run: **{:.1} GB/s**.", bandwidth / 1e9)?;
+    }
     writeln!(
         out,
-        "\nMemory, read by all cores in the same run: **{:.1} GB/s**.\n\n\
-         `of bound` is the largest difference from the float64 twin as a part of what rounding may do (at most 1 passes).\n\
+        "\n`of bound` is the largest difference from the float64 twin as a part of what rounding may do (at most 1 passes).\n\
          `ulp` is the largest difference in units in the last place of the stage's largest number (of 1 for normals, of at\n\
          least 1 for strains), where rounding leaves the number determined at all; `mm` the same in millimetres. `ms` and\n\
          `GB/s` are the device's own time for one frame of the face that `rhytid bench` measures (530,000 vertices, 89\n\
-         handles, six examples, the learned method), and the bytes that the stage must move over that time.",
-        report.memory_bandwidth / 1e9
+         handles, six examples, the learned method), and the bytes that the stage must move over that time."
     )?;
     for device in &report.devices {
         section(device, out)?;

@@ -43,6 +43,8 @@ fn table(report: &Report, out: &mut String) -> std::fmt::Result {
     for outcome in &report.without_device {
         writeln!(out, "[{}] {}: {}", outcome.device, outcome.verdict, outcome.reason)?;
     }
-    writeln!(out, "memory is read at {:.1} GB/s", report.memory_bandwidth / 1e9)?;
+    if let Some(bandwidth) = report.memory_bandwidth {
+        writeln!(out, "memory is read at {:.1} GB/s", bandwidth / 1e9)?;
+    }
     writeln!(out, "{}", if report.passed() { "PASSED" } else { "FAILED" })
 }

@@ -2,6 +2,7 @@
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
+use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, CheckedRig, DeviceErrorKind, DeviceInfo, DeviceKind, Result, UploadOptions};
 use std::sync::Arc;
 
@@ -9,6 +10,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct Wgpu {
     pub(crate) gpu: Arc<Gpu>,
+    limits: PlanLimits,
 }
 
 impl Wgpu {
@@ -39,7 +41,24 @@ impl Wgpu {
     /// [`rhytid_core::Error::Device`]: `Unsupported`, naming the limit that is too low, or `Build`.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Result<Self> {
         let id = format!("{} ({})", Self::NAME, device.adapter_info().name);
-        Ok(Self { gpu: Arc::new(Gpu::new(id, device, queue, Arc::default())?) })
+        Ok(Self::of(Gpu::new(id, device, queue, Arc::default())?))
+    }
+
+    fn of(gpu: Gpu) -> Self {
+        Self { limits: gpu.limits, gpu: Arc::new(gpu) }
+    }
+
+    /// The same device, where arrays and batches are split into bindings of at most `bytes`, if the device itself takes more: a rig
+    /// then occupies more and smaller pieces of memory. What is computed is the same by bits.
+    #[must_use]
+    pub fn with_bindings_of_at_most(mut self, bytes: u64) -> Self {
+        self.limits.max_binding_bytes = self.limits.max_binding_bytes.min(bytes);
+        self
+    }
+
+    /// What it is. Its index is 0: a device that was requested or lent has no place in the list of [`Backend::devices`].
+    pub fn info(&self) -> DeviceInfo {
+        info(0, &self.gpu.device.adapter_info(), self.limits.max_binding_bytes)
     }
 
     /// What a host asks of an adapter, so that [`Wgpu::from_device`] takes the device: WebGPU's default limits, and times of stages where
@@ -87,7 +106,7 @@ impl Wgpu {
             error(DeviceErrorKind::Driver, &id, format!("the device did not open: {reason}"))
         })?;
         let faults = Faults::of(&device);
-        Ok(Self { gpu: Arc::new(Gpu::new(id, device, queue, faults)?) })
+        Ok(Self::of(Gpu::new(id, device, queue, faults)?))
     }
 }
 
@@ -96,11 +115,12 @@ impl Backend for Wgpu {
     type Session = WgpuSession;
 
     fn devices() -> Result<Vec<DeviceInfo>> {
-        Ok(adapters().iter().map(|(index, adapter)| info(*index, adapter)).collect())
+        Ok(adapters().iter().map(|(index, adapter)| info_of_adapter(*index, adapter)).collect())
     }
 
     fn open(device: &DeviceInfo) -> Result<Self> {
-        let found = adapters().into_iter().map(|(index, adapter)| (info(index, &adapter), adapter));
+        let found =
+            adapters().into_iter().map(|(index, adapter)| (info_of_adapter(index, &adapter), adapter));
         let mut found = found.filter(|(info, _)| info == device);
         let (_, adapter) = found.next().ok_or_else(|| {
             let message = format!("there is no {} ({}) any more", device.name, device.driver);
@@ -110,7 +130,7 @@ impl Backend for Wgpu {
     }
 
     fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<WgpuSession> {
-        WgpuSession::new(self.gpu.clone(), &rig, options, self.gpu.limits)
+        WgpuSession::new(self.gpu.clone(), &rig, options, self.limits)
     }
 }
 
@@ -124,12 +144,28 @@ fn instance() -> wgpu::Instance {
     })
 }
 
-/// WebGPU's default limits, or less where the adapter has less.
+/// WebGPU's default limits, or less where the adapter has less. In a browser arrays may be as large as the adapter takes: whoever wrote
+/// the browser has tried that.
 fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
-    wgpu::Limits::default().or_worse_values_from(&adapter.limits())
+    let has = adapter.limits();
+    let limits = wgpu::Limits::default().or_worse_values_from(&has);
+    if !cfg!(target_arch = "wasm32") {
+        return limits;
+    }
+    wgpu::Limits {
+        max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+        max_buffer_size: has.max_buffer_size,
+        ..limits
+    }
+}
+
+/// The largest array that a kernel can address, in bytes.
+pub(crate) fn max_binding_bytes(limits: &wgpu::Limits) -> u64 {
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
 }
 
 /// OpenGL's devices count from here, so that none of them takes the place of another API's whose driver is broken.
+#[cfg(not(target_arch = "wasm32"))]
 const OPENGL: usize = 8;
 
 /// What can run the kernels, with the place that it has in the list of all: GPUs before software.
@@ -153,8 +189,11 @@ fn adapters() -> Vec<(usize, wgpu::Adapter)> {
     Vec::new()
 }
 
-fn info(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
-    let info = adapter.get_info();
+fn info_of_adapter(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
+    info(index, &adapter.get_info(), max_binding_bytes(&limits(adapter)))
+}
+
+fn info(index: usize, info: &wgpu::AdapterInfo, max_binding_bytes: u64) -> DeviceInfo {
     let api = match info.backend {
         wgpu::Backend::Vulkan => "Vulkan",
         wgpu::Backend::Metal => "Metal",
@@ -165,7 +204,6 @@ fn info(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
     };
     let driver: Vec<&str> =
         [api, &info.driver, &info.driver_info].into_iter().filter(|part| !part.is_empty()).collect();
-    let limits = limits(adapter);
     DeviceInfo {
         backend: Wgpu::NAME,
         index,
@@ -179,7 +217,7 @@ fn info(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
             wgpu::DeviceType::Other => DeviceKind::Other,
         },
         memory_bytes: None,
-        max_binding_bytes: Some(limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)),
+        max_binding_bytes: Some(max_binding_bytes),
     }
 }
 

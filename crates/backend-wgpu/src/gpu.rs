@@ -1,4 +1,5 @@
 //! An opened device with its compiled kernels, shared by the sessions on it.
+use crate::device::max_binding_bytes;
 use crate::faults::{Faults, Pending, error, error_of, scoped};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{DeviceErrorKind, Error, Result};
@@ -42,7 +43,7 @@ impl Gpu {
             device,
             queue,
             limits: PlanLimits {
-                max_binding_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+                max_binding_bytes: max_binding_bytes(&limits),
                 max_workgroups: limits.max_compute_workgroups_per_dimension,
             },
             pipelines,

@@ -1,0 +1,79 @@
+// Runs the suite and shows what it found. For programs the same is in `window.rhytid`: `state` is "running", then "passed", "failed",
+// "unsupported" where there is no WebGPU, or "broken" with a `message`; behind the first two `report`, as in report.json, and of a face
+// `off`, `handlePositions` and `positions`. `?binding=BYTES` splits arrays as for a device that takes no more in one binding.
+import init, { conform } from "./rhytid_web.js";
+
+const result = (window.rhytid = { state: "running" });
+const element = (id) => document.getElementById(id);
+
+function end(state, message) {
+    // What broke first is what is told.
+    if (result.state !== "running") return;
+    Object.assign(result, { state, message });
+    element("progress").hidden = true;
+    element("status").textContent = message;
+    element("status").className = state === "passed" || state === "failed" ? "" : "failed";
+}
+
+// Where a program in WebAssembly panics, nobody who waits for it hears of it.
+addEventListener("error", (event) => end("broken", `The suite broke off: ${event.message}`));
+addEventListener("unhandledrejection", (event) => end("broken", `The suite broke off: ${event.reason?.message ?? event.reason}`));
+
+// The names that the browser has for its GPU, which may be none.
+function nameOf({ description, vendor, architecture, device }) {
+    return description || [vendor, architecture, device].filter((word) => word).join(" ") || "a GPU without a name";
+}
+
+async function bytes(address) {
+    const answer = await fetch(address);
+    if (!answer.ok) throw new Error(`${address}: ${answer.status} ${answer.statusText}`);
+    return new Uint8Array(await answer.arrayBuffer());
+}
+
+function offer(name, type, text) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([text], { type }));
+    link.download = link.textContent = name;
+    element("downloads").append(link, " ");
+}
+
+// One sentence where WebGPU is missing.
+async function whyNot() {
+    if (!window.isSecureContext) return "Browsers give WebGPU to pages that come by https or from this machine itself, and this one does not.";
+    if (!navigator.gpu) {
+        return "This browser has no WebGPU: Chrome and Edge have it from version 113 on, Safari from 26, and Firefox from 141 on Windows and 145 on Macs with Apple silicon.";
+    }
+    if (!(await navigator.gpu.requestAdapter())) {
+        return "This browser has WebGPU and no GPU for it: its drivers may be too old, or its settings may have switched hardware acceleration off.";
+    }
+    return null;
+}
+
+async function run() {
+    const reason = await whyNot();
+    if (reason) return end("unsupported", reason);
+    const asked = new URLSearchParams(location.search).get("binding");
+    const binding = asked === null ? undefined : Number(asked);
+    if (binding !== undefined && !(Number.isInteger(binding) && binding > 0)) {
+        return end("broken", `The address has binding=${asked}, expected a number of bytes, such as 65536.`);
+    }
+    element("status").textContent = "Loading …";
+    const adapter = await navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
+    const [rig] = await Promise.all([bytes("demo.safetensors"), init()]);
+    const progress = element("progress");
+    progress.hidden = false;
+    const found = await conform(nameOf(adapter.info), navigator.userAgent, binding, rig, (done, total) => {
+        Object.assign(progress, { value: done, max: total });
+        element("status").textContent = `Case ${done + 1} of ${total}`;
+    });
+    const { json, markdown, junit, positions, handlePositions, faceOff } = found;
+    Object.assign(result, { report: JSON.parse(json), positions, handlePositions, off: faceOff });
+    element("findings").innerHTML = found.html;
+    offer("report.md", "text/markdown", markdown);
+    offer("report.json", "application/json", json);
+    offer("junit.xml", "application/xml", junit);
+    element("downloads").hidden = false;
+    end(found.passed ? "passed" : "failed", "");
+}
+
+run().catch((error) => end("broken", `The suite broke off: ${error.message ?? error}`));

@@ -1,0 +1,104 @@
+//! The folder with the pages.
+use crate::Result;
+use rhytid_core::{NoProgress, rig_file};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use wasm_bindgen_cli_support::Bindgen;
+
+const TARGET: &str = "wasm32-unknown-unknown";
+
+/// The root manifest's profile for pages, and the folder that cargo puts its programs in.
+const PROFILE: &str = "web";
+
+/// What `crates/web` is called in the folder: `rhytid_web.js` and `rhytid_web_bg.wasm`.
+const NAME: &str = "rhytid_web";
+
+/// About how many vertices the rig has that is put beside the pages: a few hundred kilobytes.
+const DEMO_VERTICES: usize = 2_000;
+
+/// How large a file of the folder is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Size {
+    /// Its name.
+    pub name: String,
+    /// Its length.
+    pub bytes: u64,
+    /// Whether it is data, and no part of the program or the pages.
+    pub is_data: bool,
+}
+
+/// Builds the pages into `folder`, which is made if it is not there. Returns the files, by name.
+///
+/// # Errors
+/// What cargo, wasm-bindgen or the disk refuses.
+pub fn build(folder: &Path) -> Result<Vec<Size>> {
+    fs::create_dir_all(folder).map_err(|e| at(folder, &e))?;
+    finish(&compile()?, folder)?;
+    let pages = root().join("crates/web/pages");
+    let mut names = vec![format!("{NAME}.js"), format!("{NAME}_bg.wasm")];
+    for entry in fs::read_dir(&pages).map_err(|e| at(&pages, &e))? {
+        let from = entry.map_err(|e| at(&pages, &e))?.path();
+        let name = from.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        fs::copy(&from, folder.join(&name)).map_err(|e| at(&from, &e))?;
+        names.push(name);
+    }
+    let rig = "demo.safetensors";
+    demo(&folder.join(rig))?;
+    names.push(rig.to_owned());
+    names.sort();
+    let size = |name: String| {
+        let path = folder.join(&name);
+        let bytes = fs::metadata(&path).map_err(|e| at(&path, &e))?.len();
+        Ok(Size { is_data: name == rig, name, bytes })
+    };
+    names.into_iter().map(size).collect()
+}
+
+/// Compiles `crates/web` for browsers; returns the program's path.
+fn compile() -> Result<PathBuf> {
+    let target = root().join("target");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.args(["build", "--package", "rhytid-web", "--lib", "--target", TARGET, "--profile", PROFILE]);
+    // Flags for this machine's processor are none for a browser's.
+    command.arg("--target-dir").arg(&target).current_dir(root()).env_remove("RUSTFLAGS");
+    let status = command.status().map_err(|e| format!("cargo could not be run: {e}"))?;
+    if !status.success() {
+        return Err(format!(
+            "crates/web does not compile for browsers ({status}); if Rust lacks {TARGET}, run `cargo xtask setup`"
+        ));
+    }
+    Ok(target.join(TARGET).join(PROFILE).join(format!("{NAME}.wasm")))
+}
+
+/// Has wasm-bindgen make of a program what a page can load.
+fn finish(program: &Path, folder: &Path) -> Result {
+    let mut bindgen = Bindgen::new();
+    let web = bindgen.input_path(program).web(true);
+    let finished = web.and_then(|bindgen| {
+        bindgen
+            .typescript(false)
+            .omit_default_module_path(false)
+            .remove_name_section(true)
+            .remove_producers_section(true)
+            .generate(folder)
+    });
+    finished.map_err(|e| format!("wasm-bindgen refuses {}: {e:#}", program.display()))
+}
+
+/// Solves the demo face, whose rig the pages evaluate.
+fn demo(path: &Path) -> Result {
+    let rig = rhytid_solve::solve(&rhytid_demo::face(DEMO_VERTICES), &NoProgress);
+    let written = rig.and_then(|rig| rig_file::write(path, &rig.cast()));
+    written.map_err(|e| format!("the demo's rig: {e}"))
+}
+
+/// The repository's root.
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+fn at(path: &Path, error: &std::io::Error) -> String {
+    format!("{}: {error}", path.display())
+}
