@@ -2,10 +2,10 @@
 //
 //     node chromium.mjs JOB
 //
-// JOB is a JSON file: `webgpu`, whether the browser has it; and `visits`, each with a `url`, the expression `until` which to wait, and
-// expressions to `evaluate` then, by name: what they give, or what a promise of theirs does, is JSON. `picture` is a file for one of the
-// page, as wide as `width` says. Printed is for each visit what the expressions gave (`found`), the addresses that were asked for
-// (`requests`) and what went wrong in the page (`errors`).
+// JOB is a JSON file: `visits`, each with a `url`; a script to run `before` any of the page's, which may be empty; the expression `until`
+// which to wait; and expressions to `evaluate` then, by name: what they give, or what a promise of theirs does, is JSON. `picture` is a
+// file for one of the page, as wide as `width` says. Printed is for each visit what the expressions gave (`found`), how many `seconds`
+// passed before, and what until then was asked for (`requests`) and went wrong in the page (`errors`).
 //
 // The page is spoken to by Chromium's own protocol, through a pipe: nothing is installed for it, and the page knows of no test.
 import { spawn } from "node:child_process";
@@ -19,6 +19,9 @@ const job = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const profile = mkdtempSync(path.join(tmpdir(), "rhytid-chromium-"));
 const flags = [
     "--headless=new",
+    // A driver on the processor is no adapter unless it is asked for by name, and what it may do is called unsafe.
+    "--enable-unsafe-webgpu",
+    "--use-webgpu-adapter=swiftshader",
     "--remote-debugging-pipe",
     // Its sandbox refuses to run as root, and what is loaded is our own.
     "--no-sandbox",
@@ -34,9 +37,6 @@ const flags = [
     "--no-proxy-server",
     `--user-data-dir=${profile}`,
 ];
-// A driver on the processor is no adapter unless it is asked for by name, and what it may do is called unsafe.
-if (job.webgpu) flags.push("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader");
-else flags.push("--disable-features=WebGPU", "--disable-blink-features=WebGPU");
 
 // A process group of its own, so that all its processes can be ended.
 const stdio = ["ignore", "ignore", "pipe", "pipe", "pipe"];
@@ -88,13 +88,16 @@ function command(method, params = {}, sessionId = undefined) {
     return new Promise((resolve, reject) => waiting.set(id, { resolve, reject }));
 }
 
-async function visit({ url, until, evaluate, picture, width }) {
+async function visit({ url, before, until, evaluate, picture, width }) {
     const { targetId } = await command("Target.createTarget", { url: "about:blank" });
     const { sessionId } = await command("Target.attachToTarget", { targetId, flatten: true });
     const ask = (method, params) => command(method, params, sessionId);
     const requests = [];
     const errors = [];
     listeners.set(sessionId, ({ method, params }) => {
+        if (method === "Network.responseReceived" && params.response.status >= 400) {
+            end(1, `${params.response.url}: ${params.response.status} ${params.response.statusText}`);
+        }
         if (method === "Network.requestWillBeSent") requests.push(params.request.url);
         if (method === "Runtime.exceptionThrown") errors.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
         if (method === "Runtime.consoleAPICalled" && ["error", "warning"].includes(params.type)) {
@@ -110,8 +113,10 @@ async function visit({ url, until, evaluate, picture, width }) {
         if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`);
         return result.value;
     };
+    await ask("Page.addScriptToEvaluateOnNewDocument", { source: before });
     const start = Date.now();
-    await ask("Page.navigate", { url });
+    const { errorText } = await ask("Page.navigate", { url });
+    if (errorText) throw new Error(`${url}: ${errorText}`);
     // While the page is being replaced there is nothing to ask.
     while (!(await value(until).catch(() => false))) {
         if (Date.now() - start > VISIT_LIMIT_S * 1000) {
@@ -122,7 +127,7 @@ async function visit({ url, until, evaluate, picture, width }) {
     }
     const seconds = (Date.now() - start) / 1000;
     // What is evaluated may well be refused by the page; that is for who asks.
-    const before = { requests: [...requests], errors: [...errors] };
+    const sofar = { requests: [...requests], errors: [...errors] };
     const found = {};
     for (const [name, expression] of Object.entries(evaluate)) found[name] = await value(expression);
     if (picture) {
@@ -130,7 +135,7 @@ async function visit({ url, until, evaluate, picture, width }) {
         writeFileSync(picture, Buffer.from(data, "base64"));
     }
     await command("Target.closeTarget", { targetId });
-    return { found, seconds, ...before };
+    return { found, seconds, ...sofar };
 }
 
 try {

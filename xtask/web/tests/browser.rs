@@ -1,0 +1,244 @@
+//! The pages in a browser: Chromium, whose WebGPU runs on SwiftShader, opens what `cargo xtask web` builds from a server on this machine.
+use rhytid_backend_cpu::Cpu;
+use rhytid_conformance::{Suite, run_device};
+use rhytid_core::{Backend, Device, Rig, Stage, UploadOptions, rig_file};
+use rhytid_test_support::root;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+use xtask_web::{Server, Size, build};
+
+/// The folder, what is in it, and where it is served.
+struct Pages {
+    folder: PathBuf,
+    files: Vec<Size>,
+    address: SocketAddr,
+}
+
+/// Builds and serves the pages, once.
+fn pages() -> &'static Pages {
+    static PAGES: OnceLock<Pages> = OnceLock::new();
+    PAGES.get_or_init(|| {
+        let folder = root().join("target/pages");
+        let files = build(&folder).unwrap();
+        let server = Server::new((Ipv4Addr::LOCALHOST, 0).into(), &folder).unwrap();
+        let address = server.address().unwrap();
+        std::thread::spawn(move || server.run());
+        Pages { folder, files, address }
+    })
+}
+
+/// Until the page has said how it ended.
+const ENDED: &str = "window.rhytid && window.rhytid.state !== 'running'";
+
+/// A page, what is done to the browser before it, and what is asked of it.
+fn visit(page: &str, before: &str, until: &str, evaluate: &[(&str, &str)]) -> Value {
+    let evaluate: serde_json::Map<String, Value> =
+        evaluate.iter().map(|(name, expression)| ((*name).to_owned(), json!(expression))).collect();
+    let url = format!("http://{}/{page}", pages().address);
+    json!({ "url": url, "before": before, "until": until, "evaluate": evaluate })
+}
+
+/// Opens a page in a Chromium of its own.
+fn visited(visit: Value) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let job = folder.path().join("job.json");
+    std::fs::write(&job, json!({ "visits": [visit] }).to_string()).unwrap();
+    let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/chromium.mjs");
+    let output = Command::new("node").arg(driver).arg(&job).output();
+    let output = output.unwrap_or_else(|e| panic!("node does not start ({e}); run `cargo xtask setup`"));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice::<Value>(&output.stdout).unwrap()[0].take()
+}
+
+/// Everything that the page tells programs, but of the face no more than how far it is off.
+const RESULT: [(&str, &str); 4] = [
+    ("state", "rhytid.state"),
+    ("message", "rhytid.message"),
+    ("report", "rhytid.report"),
+    ("off", "rhytid.off"),
+];
+
+const FACE: [(&str, &str); 2] =
+    [("handles", "Array.from(rhytid.handlePositions)"), ("positions", "Array.from(rhytid.positions)")];
+
+/// As the page is for a user, once.
+fn usual() -> &'static Value {
+    static USUAL: OnceLock<Value> = OnceLock::new();
+    USUAL.get_or_init(|| {
+        let adapter =
+            ("adapter", "navigator.gpu.requestAdapter().then((a) => a.limits.maxStorageBufferBindingSize)");
+        let shown = ("shown", "document.body.innerText");
+        let links = (
+            "links",
+            "[...document.querySelectorAll('#downloads a')].map((a) => [a.download, a.href.split(':')[0]])",
+        );
+        let evaluate = [&RESULT[..], &FACE, &[adapter, shown, links]].concat();
+        visited(visit("conformance.html", "", ENDED, &evaluate))
+    })
+}
+
+fn floats(numbers: &Value) -> Vec<f32> {
+    numbers.as_array().unwrap().iter().map(|x| x.as_f64().unwrap() as f32).collect()
+}
+
+/// Verdicts by name, in the order of the report.
+fn verdicts(report: &Value) -> Vec<(&str, &str)> {
+    let outcomes = report["devices"][0]["outcomes"].as_array().unwrap().iter();
+    outcomes.map(|o| (o["name"].as_str().unwrap(), o["verdict"].as_str().unwrap())).collect()
+}
+
+#[test]
+fn the_quick_suite_is_green_with_every_case_that_there_is_natively() {
+    let found = &usual()["found"];
+    assert_eq!(found["state"], "passed", "{}", found["shown"]);
+    let info = Cpu::devices().unwrap().remove(0);
+    let native = run_device(&Device::open::<Cpu>(&info).unwrap(), Suite::Quick, |_, _, _| true);
+    let expected: Vec<(&str, &str)> = native.outcomes.iter().map(|o| (o.name.as_str(), "Pass")).collect();
+    assert_eq!(verdicts(&found["report"]), expected);
+    println!("{} outcomes in {} s", expected.len(), found["report"]["devices"][0]["wall_seconds"]);
+
+    assert_eq!(found["report"]["suite"], "quick");
+    assert!(found["report"]["system"].as_str().unwrap().contains("Chrome"), "{}", found["report"]["system"]);
+    let device = &found["report"]["devices"][0]["device"];
+    assert_eq!(device["driver"], "WebGPU");
+    // More than WebGPU promises: what the adapter has is asked for.
+    assert_eq!(device["max_binding_bytes"], found["adapter"]);
+    assert!(found["adapter"].as_u64().unwrap() > 128 << 20, "{}", found["adapter"]);
+    let shown = found["shown"].as_str().unwrap();
+    assert!(shown.contains(&format!("{0} of {0} passed", expected.len())), "{shown}");
+    assert_eq!(
+        found["links"],
+        json!([["report.md", "blob"], ["report.json", "blob"], ["junit.xml", "blob"]])
+    );
+}
+
+#[test]
+fn a_face_is_where_the_processor_has_it() {
+    let found = &usual()["found"];
+    let rig = rig_file::read(&pages().folder.join("demo.safetensors")).unwrap();
+    let (handles, positions) = (floats(&found["handles"]), floats(&found["positions"]));
+    let frames = handles.len() / (3 * rig.handles.len());
+    assert!(frames > 10, "{frames}");
+    let device = Device::open::<Cpu>(&Cpu::devices().unwrap()[0]).unwrap();
+    let mut animator = device.upload(&rig, UploadOptions::frames(frames)).unwrap();
+    animator.evaluate(&handles).unwrap();
+    let mut expected = Vec::new();
+    animator.read(Stage::Positions, &mut expected).unwrap();
+    assert_eq!(positions.len(), expected.len());
+    let off = positions.iter().zip(&expected).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+    let off = off / height(&rig);
+    println!("{off:e} of the face's height off the processor's, {} of its size off the twin's", found["off"]);
+    assert!(off < 2e-5, "{off:e}");
+    // It moves: the last pose is another than rest.
+    let moved = positions[positions.len() - rig.rest.len() * 3..].iter().zip(rig.rest.as_flattened());
+    assert!(moved.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) > 0.1);
+}
+
+fn height(rig: &Rig) -> f64 {
+    let y = rig.rest.iter().map(|p| f64::from(p[1]));
+    y.clone().fold(f64::NEG_INFINITY, f64::max) - y.fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn arrays_that_are_split_give_the_same_bits() {
+    let split = visited(visit("conformance.html?binding=65536", "", ENDED, &[&RESULT[..], &FACE].concat()));
+    let (split, whole) = (&split["found"], &usual()["found"]);
+    assert_eq!(split["state"], "passed", "{split}");
+    assert_eq!(split["report"]["devices"][0]["device"]["max_binding_bytes"], 65536);
+    // The basis alone is larger, and so are the positions of all poses.
+    let rig = rig_file::read(&pages().folder.join("demo.safetensors")).unwrap();
+    assert!(rig.basis.len() * 4 > 65536 && floats(&split["positions"]).len() * 4 > 65536);
+    assert_eq!(split["positions"], whole["positions"]);
+
+    let refused = visited(visit("conformance.html?binding=much", "", ENDED, &RESULT));
+    assert_eq!(refused["found"]["state"], "broken");
+    assert!(refused["found"]["message"].as_str().unwrap().contains("binding=much"), "{refused}");
+}
+
+#[test]
+fn a_driver_that_gets_one_kernel_wrong_is_found_out() {
+    // The browser's compiler is given another strain: larger by a part in 100,000.
+    let fault = "const make = GPUDevice.prototype.createShaderModule;
+        GPUDevice.prototype.createShaderModule = function (descriptor) {
+            const code = descriptor.code.replace('/ (length + l) / l', '/ (length + l) / l * 1.00001');
+            return make.call(this, { ...descriptor, code });
+        };";
+    let shown = ("shown", "document.querySelector('.verdict').innerText");
+    let found = visited(visit("conformance.html", fault, ENDED, &[&RESULT[..], &[shown]].concat()));
+    let found = &found["found"];
+    assert_eq!(found["state"], "failed");
+    assert!(found["shown"].as_str().unwrap().starts_with("Failed"), "{}", found["shown"]);
+    let failed = verdicts(&found["report"]).into_iter().filter(|(_, verdict)| *verdict != "Pass");
+    let stages: BTreeSet<&str> = failed.map(|(name, _)| name.split('/').next().unwrap()).collect();
+    assert_eq!(stages, BTreeSet::from(["strain"]));
+}
+
+#[test]
+fn the_page_asks_for_nothing_elsewhere_and_may_not() {
+    let elsewhere = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+    elsewhere.set_nonblocking(true).unwrap();
+    let foreign = format!("http://{}/", elsewhere.local_addr().unwrap());
+    // What the policy says of something that is tried, or that it was let through.
+    let tried = |what: &str| {
+        format!(
+            "new Promise((resolve) => {{
+                const policy = (event) => resolve(event.effectiveDirective + ' ' + event.blockedURI);
+                document.addEventListener('securitypolicyviolation', policy, {{ once: true }});
+                {what}
+                setTimeout(() => resolve('let through'), 2000);
+            }})"
+        )
+    };
+    let fetch = tried(&format!("fetch('{foreign}').catch(() => {{}});"));
+    let image = tried(&format!("new Image().src = '{foreign}';"));
+    let inline =
+        tried("document.head.append(Object.assign(document.createElement('script'), { textContent: '1' }));");
+    let evaluate = [("fetch", fetch.as_str()), ("image", &image), ("inline", &inline)];
+    for page in ["conformance.html", "index.html"] {
+        let until = if page == "index.html" { "document.querySelector('li a')" } else { ENDED };
+        let visited = visited(visit(page, "", until, &evaluate));
+        let here = format!("http://{}/", pages().address);
+        let requests = visited["requests"].as_array().unwrap();
+        assert!(requests.len() >= 2, "{visited}");
+        for request in requests {
+            let request = request.as_str().unwrap();
+            assert!(request.starts_with(&here) || request.starts_with("data:"), "{page} asks for {request}");
+        }
+        assert_eq!(visited["errors"], json!([]), "{page}");
+        assert_eq!(visited["found"]["fetch"], format!("connect-src {foreign}"), "{page}");
+        assert_eq!(visited["found"]["image"], format!("img-src {foreign}"), "{page}");
+        assert_eq!(visited["found"]["inline"], "script-src-elem inline", "{page}");
+    }
+    assert_eq!(elsewhere.accept().unwrap_err().kind(), std::io::ErrorKind::WouldBlock, "somebody came");
+}
+
+#[test]
+fn without_webgpu_one_sentence_says_who_has_it() {
+    let none = "Object.defineProperty(Navigator.prototype, 'gpu', { value: undefined });";
+    let no_adapter = "GPU.prototype.requestAdapter = async () => null;";
+    for (before, words) in
+        [(none, ["Chrome and Edge", "113", "Safari", "26", "Firefox", "141"]), (no_adapter, ["no GPU"; 6])]
+    {
+        let evaluate = [&RESULT[..], &[("shown", "document.getElementById('status').innerText")]].concat();
+        let found = visited(visit("conformance.html", before, ENDED, &evaluate))["found"].take();
+        assert_eq!(found["state"], "unsupported", "{found}");
+        assert_eq!(found["shown"], found["message"]);
+        for word in words {
+            assert!(found["message"].as_str().unwrap().contains(word), "{word} is missing: {found}");
+        }
+    }
+}
+
+#[test]
+fn all_of_it_without_data_is_under_five_megabytes() {
+    let files = &pages().files;
+    let bytes: u64 = files.iter().filter(|file| !file.is_data).map(|file| file.bytes).sum();
+    println!("{bytes} bytes without data: {files:?}");
+    assert!(bytes < 5_000_000, "{files:?}");
+    let data: Vec<&str> = files.iter().filter(|file| file.is_data).map(|file| file.name.as_str()).collect();
+    assert_eq!(data, ["demo.safetensors"]);
+}
