@@ -23,6 +23,7 @@ const LEFT_OUT: &[LeftOut] = &[
     package("rhytid-peers", "the bench's peers"),
     package("xtask", "the chores themselves"),
     package("xtask-kernels", "needs a C++ compiler; kernels are checked by `cargo xtask kernels --check`"),
+    package("xtask-web", "opens the browser's pages in Chromium"),
     target("rhytid-conformance", "devices", "needs drivers; the CPU is conformance's in this check"),
     target("rhytid-conformance", "sessions", "needs drivers, and makes thousands of sessions"),
     target("rhytid-formats", "gltf_memory", "writes much"),

@@ -21,7 +21,7 @@ const PACKAGES: [&str; 21] = [
     "libegl1",
     "libgles2",
     "libgl1-mesa-dri",
-    // A browser for three.js, which also brings SwiftShader, a second Vulkan driver on the CPU.
+    // A browser for our own pages and for three.js, which also brings SwiftShader, a second Vulkan driver on the CPU.
     "chromium",
     // What else opens films and moving pictures: `ffmpeg` and `ffprobe`; `webpinfo`, `webpmux` and `dwebp`.
     "ffmpeg",

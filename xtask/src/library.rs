@@ -18,7 +18,7 @@ const NOT_AT_RUN_TIME: [&str; 9] = [
     "toml",
 ];
 
-/// Checks what the runtime alone depends on, and that it compiles for browsers.
+/// Checks what the runtime alone depends on, and that it compiles for browsers, as the pages do without a warning.
 pub(crate) fn runtime() -> Result {
     let tree = cargo(&[&["tree", "--edges", "normal", "--prefix", "none"], &RUNTIME[..]].concat());
     let tree = output(tree).ok_or("`cargo tree` failed")?;
@@ -32,5 +32,7 @@ pub(crate) fn runtime() -> Result {
         return Err(format!("`rhytid` with the backend wgpu alone depends on {name}"));
     }
     eprintln!("the runtime alone depends on {} crates, Rhytid's own among them", names.len() - 1);
-    run(cargo(&[&["check", "--target", WASM], &RUNTIME[..]].concat()))
+    run(cargo(&[&["check", "--target", WASM], &RUNTIME[..]].concat()))?;
+    // What is compiled for browsers alone, the lints have not seen.
+    run(cargo(&["clippy", "--target", WASM, "--package", "rhytid-web", "--", "-D", "warnings"]))
 }

@@ -6,9 +6,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The members of the workspace that are not published. `xtask-kernels` is not either, but packed: with it, the packages'
+/// The members of the workspace that are not published. `xtask-kernels` and `xtask-web` are not either, but packed: with them, the packages'
 /// dependencies have the features that the tests have compiled them with.
-const PRIVATE: [&str; 4] = ["rhytid-examples", "rhytid-peers", "rhytid-test-support", "xtask"];
+const PRIVATE: [&str; 5] = ["rhytid-examples", "rhytid-peers", "rhytid-test-support", "rhytid-web", "xtask"];
 
 /// How a crate of the repository's names the library, and how everyone else does.
 const LIBRARY: (&str, &str) = ("rhytid = { path = \"../../crates/rhytid\" }", "rhytid = \"*\"");

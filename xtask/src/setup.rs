@@ -46,7 +46,7 @@ fn system_packages() -> Result {
     }
 }
 
-/// The target that shows that the wgpu backend builds for browsers.
+/// The target that pages are built for.
 fn wasm_target() -> Result {
     let libraries = output(command("rustc", &["--print", "target-libdir", "--target", WASM]));
     if libraries.is_some_and(|folder| Path::new(&folder).is_dir()) {

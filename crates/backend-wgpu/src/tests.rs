@@ -7,8 +7,8 @@ use crate::faults::{Pending, error_of, scoped};
 use crate::{Wgpu, WgpuSession};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{
-    Animator, Backend, BasisStorage, DeviceErrorKind, Error, HandleFrames, Result, Session, Stage,
-    UploadOptions,
+    Animator, Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Session,
+    Stage, UploadOptions,
 };
 use support::{Sizes, agree, expected, frames, rig, tested};
 
@@ -61,6 +61,24 @@ fn rigs_and_batches_are_split_where_limits_are_low() {
                 assert!(times.iter().all(|time| !time.is_zero()), "{}: {times:?}", wgpu.gpu.id);
             }
         }
+    }
+}
+
+#[test]
+fn a_device_says_what_it_is_and_splits_further_where_it_is_told_to() {
+    let rig = rig(1, SIZES);
+    for info in tested(Wgpu::devices().unwrap()) {
+        let wgpu = Wgpu::open(&info).unwrap();
+        assert_eq!(DeviceInfo { index: info.index, ..wgpu.info() }, info);
+        let low = wgpu.clone().with_bindings_of_at_most(64 << 10);
+        assert_eq!(low.info().max_binding_bytes, Some(64 << 10));
+        let slices = |wgpu: &Wgpu| {
+            let mut animator = Animator::new(wgpu, &rig, UploadOptions::frames(13)).unwrap();
+            animator.evaluate(&frames(13, &rig, 13)).unwrap();
+            animator.session().results(Stage::Positions).count()
+        };
+        assert!(slices(&wgpu) == 1 && slices(&low) > 1, "{}", info.id());
+        assert_eq!(low.with_bindings_of_at_most(u64::MAX).info().max_binding_bytes, Some(64 << 10));
     }
 }
 
