@@ -29,7 +29,7 @@ pub fn page(report: &Report, face: &Face) -> String {
                     "at most " (format!("{:.1e}", face.off)) " of its size off, of " (format!("{ALLOWED:.0e}")) " allowed"
                 } }
             }
-            table {
+            div .wide { table {
                 thead { tr {
                     th { "stage" } th { "kernel" } th .number { "cases" } th .number { "of bound" } th .number { "ulp" }
                 } }
@@ -42,7 +42,7 @@ pub fn page(report: &Report, face: &Face) -> String {
                         }
                     }
                 }
-            }
+            } }
             @let exceptions = device.outcomes.iter().filter(|outcome| outcome.verdict != Verdict::Pass);
             @for outcome in exceptions {
                 p .failed[!outcome.is_acceptable()] {

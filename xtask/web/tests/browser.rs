@@ -44,9 +44,14 @@ fn visit(page: &str, before: &str, until: &str, evaluate: &[(&str, &str)]) -> Va
 
 /// Opens a page in a Chromium of its own.
 fn visited(visit: Value) -> Value {
+    visited_with_downloads(visit, tempfile::tempdir().unwrap().path())
+}
+
+/// As [`visited`]; what the page hands over lands in `downloads`.
+fn visited_with_downloads(visit: Value, downloads: &Path) -> Value {
     let folder = tempfile::tempdir().unwrap();
     let job = folder.path().join("job.json");
-    std::fs::write(&job, json!({ "visits": [visit] }).to_string()).unwrap();
+    std::fs::write(&job, json!({ "visits": [visit], "downloads": downloads }).to_string()).unwrap();
     let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/chromium.mjs");
     let output = Command::new("node").arg(driver).arg(&job).output();
     let output = output.unwrap_or_else(|e| panic!("node does not start ({e}); run `cargo xtask setup`"));
@@ -72,12 +77,26 @@ fn usual() -> &'static Value {
         let adapter =
             ("adapter", "navigator.gpu.requestAdapter().then((a) => a.limits.maxStorageBufferBindingSize)");
         let shown = ("shown", "document.body.innerText");
-        let links = (
-            "links",
-            "[...document.querySelectorAll('#downloads a')].map((a) => [a.download, a.href.split(':')[0]])",
+        // As a hand would click, one after the other.
+        let clicked = (
+            "clicked",
+            "(async () => {
+                for (const link of document.querySelectorAll('#downloads a')) {
+                    link.click();
+                    await new Promise((resolve) => setTimeout(resolve, 500));
+                }
+            })()",
         );
-        let evaluate = [&RESULT[..], &FACE, &[adapter, shown, links]].concat();
-        visited(visit("conformance.html", "", ENDED, &evaluate))
+        let narrow = ("width", "document.documentElement.scrollWidth");
+        let evaluate = [&RESULT[..], &FACE, &[adapter, shown, narrow, clicked]].concat();
+        let mut visit = visit("conformance.html", "", ENDED, &evaluate);
+        visit["width"] = json!(360);
+        let downloads = tempfile::tempdir().unwrap();
+        let mut visited = visited_with_downloads(visit, downloads.path());
+        for name in ["report.md", "report.json", "junit.xml"] {
+            visited[name] = std::fs::read_to_string(downloads.path().join(name)).ok().into();
+        }
+        visited
     })
 }
 
@@ -110,10 +129,23 @@ fn the_quick_suite_is_green_with_every_case_that_there_is_natively() {
     assert!(found["adapter"].as_u64().unwrap() > 128 << 20, "{}", found["adapter"]);
     let shown = found["shown"].as_str().unwrap();
     assert!(shown.contains(&format!("{0} of {0} passed", expected.len())), "{shown}");
-    assert_eq!(
-        found["links"],
-        json!([["report.md", "blob"], ["report.json", "blob"], ["junit.xml", "blob"]])
+    let width = found["width"].as_u64().unwrap();
+    assert!(width <= 360, "a telephone's screen has to be scrolled sideways: {width}");
+}
+
+#[test]
+fn the_report_can_be_downloaded_in_its_three_forms() {
+    let text = |name: &str| usual()[name].as_str().unwrap_or_else(|| panic!("{name} was not handed over"));
+    let json: Value = serde_json::from_str(text("report.json")).unwrap();
+    let shown = &usual()["found"]["report"];
+    assert_eq!(verdicts(&json), verdicts(shown));
+    assert_eq!(json["devices"][0]["wall_seconds"], shown["devices"][0]["wall_seconds"]);
+    assert!(json["memory_bandwidth"].is_null(), "{}", json["memory_bandwidth"]);
+    assert!(
+        text("report.md").starts_with("# Conformance report\n") && text("report.md").contains("swiftshader")
     );
+    let cases = text("junit.xml").matches("<testcase ").count();
+    assert_eq!(cases, verdicts(&json).len());
 }
 
 #[test]

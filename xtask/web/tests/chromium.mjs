@@ -2,7 +2,7 @@
 //
 //     node chromium.mjs JOB
 //
-// JOB is a JSON file: `visits`, each with a `url`; a script to run `before` any of the page's, which may be empty; the expression `until`
+// JOB is a JSON file: `downloads`, a folder for what pages hand over, and `visits`, each with a `url`; a script to run `before` any of the page's, which may be empty; the expression `until`
 // which to wait; and expressions to `evaluate` then, by name: what they give, or what a promise of theirs does, is JSON. `picture` is a
 // file for one of the page, as wide as `width` says. Printed is for each visit what the expressions gave (`found`), how many `seconds`
 // passed before, and what until then was asked for (`requests`) and went wrong in the page (`errors`).
@@ -139,6 +139,7 @@ async function visit({ url, before, until, evaluate, picture, width }) {
 }
 
 try {
+    await command("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: job.downloads });
     const visits = [];
     for (const one of job.visits) visits.push(await visit(one));
     end(0, JSON.stringify(visits));
