@@ -74,7 +74,7 @@ impl Wgpu {
 
     /// Whether an adapter of any instance is the device that was listed.
     pub fn is(adapter: &wgpu::Adapter, device: &DeviceInfo) -> bool {
-        info(device.index, adapter) == *device
+        info_of_adapter(device.index, adapter) == *device
     }
 
     /// Adapters in the order of their ranks are in that of [`Backend::devices`]: GPUs before software.
@@ -165,7 +165,6 @@ pub(crate) fn max_binding_bytes(limits: &wgpu::Limits) -> u64 {
 }
 
 /// OpenGL's devices count from here, so that none of them takes the place of another API's whose driver is broken.
-#[cfg(not(target_arch = "wasm32"))]
 const OPENGL: usize = 8;
 
 /// What can run the kernels, with the place that it has in the list of all: GPUs before software.

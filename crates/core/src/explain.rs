@@ -14,6 +14,8 @@ pub struct Explanation {
     pub anchors: Vec<(usize, f64)>,
     /// How far the frame is from the rest pose, as the vertex sees it: a ratio, as a strain is.
     pub from_rest: f64,
+    /// The part of the folds that is the rest pose's, as [`ExampleShare::fold`]: 0 but by the chapter's method.
+    pub fold_of_rest: [f64; 3],
     /// All examples, in the rig's order.
     pub examples: Vec<ExampleShare>,
 }
@@ -35,14 +37,15 @@ pub struct ExampleShare {
     /// How far the frame is from the example, as the vertex sees it: a ratio, 0 where it is the example.
     pub distance: f64,
     /// The part of the folds that is this example's, in mesh units: along the mesh's axes, or in the tangent frame t, b, n where
-    /// folds are of strain lengths ([`Rig::vector_folds`] says which). All together they are the vertex's detail.
+    /// folds are of strain lengths ([`Rig::vector_folds`] says which). All together, with [`Explanation::fold_of_rest`], they are the
+    /// vertex's detail.
     pub fold: [f64; 3],
 }
 
 impl Explanation {
-    /// The sum of the examples' parts: the vertex's detail.
+    /// The sum of all parts: the vertex's detail.
     pub fn fold(&self) -> [f64; 3] {
-        self.examples.iter().fold([0.0; 3], |sum, example| vec3::add(sum, example.fold))
+        self.examples.iter().fold(self.fold_of_rest, |sum, example| vec3::add(sum, example.fold))
     }
 }
 
@@ -80,11 +83,14 @@ impl Rig {
             true => self.shares_of_vectors(vertex, handle_positions),
             false => self.shares_of_lengths(vertex, &strains),
         };
+        let of_rest = self.rbf_weights.get(vertex * self.centers()).filter(|_| self.learned.is_none());
+        let fold_of_rest = of_rest.map_or([0.0; 3], |w| w.map(|w| f64::from(w) * from_rest));
         Ok(Explanation {
             handles: the_most_first(basis),
             edges,
             anchors: the_most_first(anchors),
             from_rest,
+            fold_of_rest,
             examples,
         })
     }
@@ -118,7 +124,7 @@ impl Rig {
         (from_rest, examples.map(share).collect())
     }
 
-    /// Folds of strain lengths: the same, or by the chapter's method `Σ_j w_j d_j`, whose weights sum to 0.
+    /// Folds of strain lengths: the same, or by the chapter's method `Σ_j w_j d_j`.
     fn shares_of_lengths(&self, vertex: usize, strains: &[f32]) -> (f64, Vec<ExampleShare>) {
         let edges = self.strain_edges.len();
         let of_vertex = vertex * self.influences()..(vertex + 1) * self.influences();
@@ -135,9 +141,8 @@ impl Rig {
         let is_learned = self.learned.is_some();
         let share = |(center, weight): (&[f32], [f64; 3])| {
             let distance = apart(strains, center);
-            // By the chapter's method weights sum to 0, and the rest pose's is what the others lack.
-            let at_rest = if is_learned { apart(center, rest) } else { 0.0 };
-            ExampleShare { distance, fold: weight.map(|w| w * (distance - from_rest - at_rest)) }
+            let beyond_rest = if is_learned { distance - from_rest - apart(center, rest) } else { distance };
+            ExampleShare { distance, fold: weight.map(|w| w * beyond_rest) }
         };
         (from_rest, centers.zip(self.fold_row(vertex)).map(share).collect())
     }
