@@ -14,7 +14,7 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::{Rig, Stage};
 use rhytid_kernels::{fine_scale, vec3};
-use std::time::Instant;
+use web_time::Instant;
 
 /// Vertices whose results are put into their frames at once: so many that what each frame gets is long.
 const CHUNK: usize = 512;

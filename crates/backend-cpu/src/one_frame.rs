@@ -14,8 +14,8 @@ use rhytid_core::Stage;
 use rhytid_kernels::table::TILE;
 use rhytid_kernels::{fine_scale, vec3};
 use std::cell::RefCell;
-use std::time::Instant;
 use thread_local::ThreadLocal;
+use web_time::Instant;
 
 /// Vertices whose basis and bands are computed together: a multiple of the panels', and so few that they stay in a core's caches
 /// between the two.

@@ -7,7 +7,8 @@ use crate::uploaded::UploadedRig;
 use rhytid_core::{HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use rhytid_kernels::{strain, vec3};
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Frames from which on a group of them is faster than one after the other.
 const FEWEST: usize = 8;

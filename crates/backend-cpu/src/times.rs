@@ -1,7 +1,8 @@
 //! The time that each stage takes, also where threads go through several stages block by block.
 use rhytid_core::Stage;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Nanoseconds of each stage.
 #[derive(Debug, Default)]
