@@ -3,6 +3,7 @@
 
 mod args;
 mod cmd;
+mod drawing;
 mod exit;
 mod guard;
 mod inputs;

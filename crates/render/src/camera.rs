@@ -2,7 +2,7 @@
 
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec3, vec3};
-use rhytid_core::{Rig, UpAxis};
+use rhytid_core::UpAxis;
 
 /// Height of the film that a lens is for, in millimetres: that of 36 × 24 mm.
 const FILM: f32 = 24.0;
@@ -165,18 +165,17 @@ impl Camera {
     }
 }
 
-/// What a picture of a face is framed by: where its handles are at rest, and as far again beyond them as a face goes on, where there is any
-/// mesh. A head's neck and back are not.
-pub fn about_the_handles(rig: &Rig) -> Vec<[f32; 3]> {
+/// What a picture of a face is to show, for [`Camera::framing`]: where `handles` are and as far again beyond them as a face goes on, where
+/// there is any mesh, whose vertices are at `rest`.
+pub fn around_handles(handles: &[[f32; 3]], rest: &[[f32; 3]]) -> Vec<[f32; 3]> {
     const BEYOND: f32 = 1.4;
-    let points = crate::marks::handles_at_rest(rig);
-    let center = Sphere::around(&points).center;
+    let center = Sphere::around(handles).center;
     let [low, high] = [f32::min, f32::max].map(|pick| {
-        let all = rig.rest.iter().copied();
+        let all = rest.iter().copied();
         all.reduce(|a, b| std::array::from_fn(|c| pick(a[c], b[c]))).unwrap_or_default()
     });
     let beyond = |p: &[f32; 3], c: usize| center[c] + BEYOND * (p[c] - center[c]);
-    points.iter().map(|p| std::array::from_fn(|c| beyond(p, c).clamp(low[c], high[c]))).collect()
+    handles.iter().map(|p| std::array::from_fn(|c| beyond(p, c).clamp(low[c], high[c]))).collect()
 }
 
 #[cfg(test)]
@@ -238,6 +237,17 @@ mod tests {
             let most = reach.fold(0.0, f32::max);
             assert!((most - 0.45).abs() < 1e-3, "{most}");
         }
+    }
+
+    #[test]
+    fn a_face_is_shown_beyond_its_handles_where_it_goes_on() {
+        let handles = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
+        // A strip that is wide and ends above and below where the handles do.
+        let rest = [[-9.0, -1.1, 0.0], [9.0, 1.1, 0.0]];
+        let shown = around_handles(&handles, &rest);
+        let expected = [[-1.4, 0.0, 0.0], [1.4, 0.0, 0.0], [0.0, 1.1, 0.0], [0.0, -1.1, 0.0]];
+        assert!(shown.as_flattened().iter().zip(expected.as_flattened()).all(|(a, b)| (a - b).abs() < 1e-6));
+        assert!(around_handles(&[], &rest).is_empty());
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Colours for numbers: as different to the eye as the numbers are.
 
+use crate::picture::to_srgb;
+
 /// Colours in a table, one of them in its middle, which is what a device looks them up in.
 pub(crate) const COLOURS: usize = 65;
 
@@ -39,6 +41,11 @@ impl Heat {
             }
         };
         linear_rgb(lab).map(|x| x.clamp(0.0, 1.0))
+    }
+
+    /// The same as 8 bits of sRGB, for a legend.
+    pub fn code(self, number: f32) -> [u8; 3] {
+        self.colour(number).map(to_srgb)
     }
 
     pub(crate) fn table(self) -> [[f32; 3]; COLOURS] {

@@ -60,7 +60,7 @@ mod yuv;
 
 pub use animated_png::AnimatedPng;
 pub use animated_webp::AnimatedWebP;
-pub use camera::{Camera, Sphere, View, about_the_handles};
+pub use camera::{Camera, Sphere, View, around_handles};
 #[cfg(feature = "film")]
 pub use film::Film;
 pub use frame_buffers::FrameBuffers;
@@ -78,7 +78,7 @@ pub use skin::{Gaussian, Lights, SKIN_PROFILE, Skin, SkinRenderer, Sky, Tone};
 pub use textured::Surface;
 pub use words::{Anchor, LEGEND, LINE};
 
-use rhytid_core::{DeviceErrorKind, Error, Result};
+use rhytid_core::{DeviceErrorKind, Error, Result, human};
 
 /// Runs `calls` of wgpu's; what it finds wrong with them is an error.
 fn checked<T>(device: &wgpu::Device, doing: &str, calls: impl FnOnce() -> T) -> Result<T> {
@@ -99,10 +99,35 @@ fn checked<T>(device: &wgpu::Device, doing: &str, calls: impl FnOnce() -> T) -> 
         wgpu::Error::OutOfMemory { .. } => {
             (DeviceErrorKind::OutOfMemory, format!("out of memory while {doing}; ask for a smaller picture"))
         }
-        other => (DeviceErrorKind::Driver, format!("{doing} was refused: {other}")),
+        other => {
+            // Behind lines of where it was found is what was wrong.
+            let causes =
+                std::iter::successors(Some(&other as &dyn std::error::Error), |error| error.source());
+            let cause = causes.last().map(ToString::to_string).unwrap_or_default();
+            let cause = cause.split_whitespace().collect::<Vec<_>>().join(" ");
+            (DeviceErrorKind::Driver, format!("{doing} was refused: {cause}"))
+        }
     };
     Err(Error::Device { kind, device: name(device), message })
 }
+
+/// Refuses what needs more than a device allows: limits by their names, what is needed of each, and what there is.
+///
+/// # Errors
+/// [`Error::Input`], which ends with the `remedy`.
+fn allowed(what: &str, limits: &[(&str, u64, u64)], remedy: &str) -> Result<()> {
+    match limits.iter().find(|(_, needed, most)| needed > most) {
+        None => Ok(()),
+        Some((limit, needed, most)) => Err(Error::input(format!(
+            "{what} needs a {limit} of {}, and this device allows {}; {remedy}",
+            human::count(*needed as usize),
+            human::count(*most as usize)
+        ))),
+    }
+}
+
+/// What is to be done where a mesh is too large.
+const FEWER: &str = "draw a mesh of fewer vertices";
 
 fn name(device: &wgpu::Device) -> String {
     format!("wgpu ({})", device.adapter_info().name)

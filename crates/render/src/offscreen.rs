@@ -29,14 +29,18 @@ impl Offscreen {
     /// # Errors
     /// [`Error::Input`] if the device has no pictures of that size; [`Error::Device`], as for want of memory.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, size: [u32; 2]) -> Result<Self> {
+        let [width, height] = size;
         let most = device.limits().max_texture_dimension_2d;
         if size.iter().any(|n| !(1..=most).contains(n)) {
-            let [width, height] = size;
             return Err(Error::input(format!(
                 "a picture of {width} × {height} pixels: expected 1 to {most} each way on this device"
             )));
         }
-        let extent = wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 };
+        let (needed, most) =
+            (u64::from(row_bytes(width)) * u64::from(height), device.limits().max_buffer_size);
+        let what = format!("a picture of {width} × {height} pixels");
+        crate::allowed(&what, &[("max_buffer_size", needed, most)], "ask for a smaller picture")?;
+        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let texture = |format, sample_count, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("picture"),

@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::renderer::Target;
-use rhytid_core::Result;
+use rhytid_core::{Result, human};
 
 /// A line with round ends, of the same width at any distance; one without length is a dot.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,7 +67,7 @@ impl Overlay {
     /// that those on the skin are not half in it; what is farther behind the skin than that is hidden. Later ones are over earlier ones.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Device`], for want of memory.
+    /// [`rhytid_core::Error::Input`] if they are too many for the device; [`rhytid_core::Error::Device`], for want of memory.
     pub fn show(&mut self, camera: &Camera, size: [u32; 2], lift: f32, marks: &[Mark]) -> Result<()> {
         let [width, height] = size.map(|n| n as f32);
         let mut words = Vec::with_capacity(UNIFORM_WORDS);
@@ -76,7 +76,12 @@ impl Overlay {
         words.extend([width, height, lift, 0.0]);
         self.queue.write_buffer(&self.uniforms, 0, bytemuck::cast_slice(&words));
         if self.marks.size() < (4 * FLOATS * marks.len()) as u64 {
-            let room = || buffer(&self.device, marks.len().next_power_of_two());
+            let count = marks.len().next_power_of_two();
+            let what = human::counted(marks.len(), "mark");
+            let limits =
+                [("max_buffer_size", (4 * FLOATS * count) as u64, self.device.limits().max_buffer_size)];
+            crate::allowed(&what, &limits, "draw fewer")?;
+            let room = || buffer(&self.device, count);
             self.marks = crate::checked(&self.device, "making room for marks", room)?;
         }
         let floats: Vec<f32> = marks

@@ -5,7 +5,7 @@ use crate::heat::Heat;
 use crate::image::Images;
 use crate::picture::Picture;
 use crate::textured::{Surface, Textured};
-use rhytid_core::{Error, Faces, Result};
+use rhytid_core::{Error, Faces, Result, human};
 use std::num::NonZeroU64;
 
 /// Words of the uniforms: two matrices, a colour, a range and a table of colours.
@@ -28,6 +28,8 @@ pub enum Look {
     Wireframe,
     /// A colour for the number at each vertex, without light: what the legend says.
     Heat(Heat),
+    /// The same lit at every pixel, which shows form where a colour is light: a picture for people rather than for measuring.
+    LitHeat(Heat),
     /// As a ball looks where its surface has the same direction: [`Picture::clay`], or what [`Renderer::set_matcap`] was given.
     Matcap,
     /// Lit at every pixel, in the colours of the images that [`Renderer::set_textures`] was given.
@@ -69,7 +71,7 @@ pub struct Vertices<'a> {
     pub positions: wgpu::BufferSlice<'a>,
     /// V × 3 floats, lengths 1.
     pub normals: wgpu::BufferSlice<'a>,
-    /// V floats, for [`Look::Heat`].
+    /// V floats, for [`Look::Heat`] and [`Look::LitHeat`].
     pub numbers: Option<wgpu::BufferSlice<'a>>,
 }
 
@@ -85,8 +87,8 @@ pub struct Renderer {
     images: Images,
     matcap: wgpu::BindGroup,
     textured: Option<Textured>,
-    /// Smooth, Gouraud, flat, what is behind a wire, heat, wire, matcap.
-    pipelines: [wgpu::RenderPipeline; 7],
+    /// Smooth, Gouraud, flat, what is behind a wire, heat, lit heat, wire, matcap.
+    pipelines: [wgpu::RenderPipeline; 8],
     triangles: wgpu::Buffer,
     edges: wgpu::Buffer,
     /// What [`Renderer::draw`] draws.
@@ -98,7 +100,7 @@ impl Renderer {
     /// both.
     ///
     /// # Errors
-    /// [`Error::Device`] if `device` refuses, as for want of memory.
+    /// [`Error::Input`] if the mesh is too large for `device`; [`Error::Device`] if it refuses, as for want of memory.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -106,6 +108,11 @@ impl Renderer {
         triangles: &[[u32; 3]],
         target: Target,
     ) -> Result<Self> {
+        let (triangles, edges) = (bytemuck::cast_slice(triangles), edges(faces));
+        let edges: &[u8] = bytemuck::cast_slice(&edges);
+        let (needed, most) = (triangles.len().max(edges.len()), device.limits().max_buffer_size);
+        let what = format!("a mesh of {}", human::counted(faces.len(), "face"));
+        crate::allowed(&what, &[("max_buffer_size", needed as u64, most)], crate::FEWER)?;
         crate::checked(device, "preparing to draw", || {
             let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("view"),
@@ -153,8 +160,8 @@ impl Renderer {
                 pipelines: pipelines(device, &layout, &images.layout, target),
                 images,
                 layout,
-                triangles: indices("triangles", bytemuck::cast_slice(triangles)),
-                edges: indices("edges", bytemuck::cast_slice(&edges(faces))),
+                triangles: indices("triangles", triangles),
+                edges: indices("edges", edges),
                 look: Look::Smooth,
             }
         })
@@ -163,8 +170,9 @@ impl Renderer {
     /// The ball that [`Look::Matcap`] shows, which fills the picture.
     ///
     /// # Errors
-    /// [`Error::Device`], as for want of memory.
+    /// [`Error::Input`] if it is too large for the device; [`Error::Device`], as for want of memory.
     pub fn set_matcap(&mut self, ball: &Picture) -> Result<()> {
+        self.takes(ball)?;
         let group = || self.images.group(&self.device, &self.queue, ball);
         self.matcap = crate::checked(&self.device, "taking a matcap", group)?;
         Ok(())
@@ -173,9 +181,10 @@ impl Renderer {
     /// The images that [`Look::Textured`] shows, on the mesh that the renderer was made for.
     ///
     /// # Errors
-    /// [`Error::Input`] if the surface is not that of one mesh; [`Error::Device`], as for want of memory, or where vertices cannot be read
+    /// [`Error::Input`] if the surface is not that of one mesh, or an image is too large for the device; [`Error::Device`], as for want of memory, or where vertices cannot be read
     /// from storage buffers.
     pub fn set_textures(&mut self, surface: Surface<'_>) -> Result<()> {
+        surface.images.iter().flatten().try_for_each(|image| self.takes(image))?;
         let corners = surface.corners()?;
         let textured = || {
             let layouts = [&self.layout, &self.images.layout];
@@ -193,6 +202,15 @@ impl Renderer {
         Ok(())
     }
 
+    /// Whether the device has textures as large as `image`.
+    fn takes(&self, image: &Picture) -> Result<()> {
+        let [width, height] = image.size;
+        let (what, most) =
+            (format!("an image of {width} × {height} pixels"), self.device.limits().max_texture_dimension_2d);
+        let limits = [("max_texture_dimension_2d", u64::from(width.max(height)), u64::from(most))];
+        crate::allowed(&what, &limits, "make it smaller")
+    }
+
     /// What the next pass shows, seen by `camera` in a picture whose width is `aspect` times its height. What has been submitted
     /// is drawn as it was; two looks in one submission would both be the later one.
     pub fn show(&mut self, camera: &Camera, aspect: f32, look: Look) {
@@ -202,7 +220,10 @@ impl Renderer {
         words.extend(to_camera.to_cols_array());
         let opaque = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];
         words.extend(opaque(if look == Look::Wireframe { WIRE } else { SKIN }));
-        let heat = if let Look::Heat(heat) = look { heat } else { Heat::From0(1.0) };
+        let heat = match look {
+            Look::Heat(heat) | Look::LitHeat(heat) => heat,
+            _ => Heat::From0(1.0),
+        };
         let [low, high] = heat.range();
         words.extend([low, high, 0.0, 0.0]);
         words.extend(heat.table().into_iter().flat_map(opaque));
@@ -223,14 +244,14 @@ impl Renderer {
         }
         pass.set_vertex_buffer(0, vertices.positions);
         pass.set_vertex_buffer(1, vertices.normals);
-        if let Look::Heat(_) = self.look {
+        if let Look::Heat(_) | Look::LitHeat(_) = self.look {
             let missing = || Error::input("a heat map needs a number for each vertex, and there are none");
             pass.set_vertex_buffer(2, vertices.numbers.ok_or_else(missing)?);
         }
         if self.look == Look::Matcap {
             pass.set_bind_group(1, &self.matcap, &[]);
         }
-        let [smooth, gouraud, flat, behind, heat, wire, matcap] = &self.pipelines;
+        let [smooth, gouraud, flat, behind, heat, lit_heat, wire, matcap] = &self.pipelines;
         pass.set_pipeline(match self.look {
             Look::Smooth | Look::Textured => smooth,
             Look::Matcap => matcap,
@@ -238,6 +259,7 @@ impl Renderer {
             Look::Flat => flat,
             Look::Wireframe => behind,
             Look::Heat(_) => heat,
+            Look::LitHeat(_) => lit_heat,
         });
         pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..(self.triangles.size() / 4) as u32, 0, 0..1);
@@ -267,7 +289,7 @@ fn pipelines(
     view: &wgpu::BindGroupLayout,
     image: &wgpu::BindGroupLayout,
     target: Target,
-) -> [wgpu::RenderPipeline; 7] {
+) -> [wgpu::RenderPipeline; 8] {
     let source = wgpu::ShaderSource::Wgsl(include_str!("shader.wgsl").into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("face"), source });
     let layout = |groups: &[Option<&wgpu::BindGroupLayout>]| {
@@ -292,7 +314,8 @@ fn pipelines(
         })
     });
     let pipeline = |fragment: &str| {
-        let [has_numbers, is_wire, is_behind] = ["heat", "wire", "behind"].map(|name| name == fragment);
+        let [is_wire, is_behind] = ["wire", "behind"].map(|name| name == fragment);
+        let has_numbers = ["heat", "lit_heat"].contains(&fragment);
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(fragment),
             layout: Some(if fragment == "matcap" { &with_image } else { &plain }),
@@ -328,5 +351,5 @@ fn pipelines(
             cache: None,
         })
     };
-    ["smooth_skin", "gouraud_skin", "flat_skin", "behind", "heat", "wire", "matcap"].map(pipeline)
+    ["smooth_skin", "gouraud_skin", "flat_skin", "behind", "heat", "lit_heat", "wire", "matcap"].map(pipeline)
 }

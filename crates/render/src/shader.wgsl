@@ -77,10 +77,18 @@ fn skin(n: vec3f, is_front: bool) -> vec4f {
     return vec4f(vec3f(0.12) * select(0.3, 1.0, is_front) * light(normalize(c.normal)), 1);
 }
 
-@fragment fn heat(c: Corner) -> @location(0) vec4f {
-    let t = clamp((c.number - view.range.x) / (view.range.y - view.range.x), 0, 1) * 64;
+fn heat_of(number: f32) -> vec4f {
+    let t = clamp((number - view.range.x) / (view.range.y - view.range.x), 0, 1) * 64;
     let first = min(u32(t), 63u);
     return mix(view.colours[first], view.colours[first + 1], t - f32(first));
+}
+
+@fragment fn heat(c: Corner) -> @location(0) vec4f {
+    return heat_of(c.number);
+}
+
+@fragment fn lit_heat(c: Corner, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
+    return lit(heat_of(c.number).rgb, normalize(c.normal), is_front);
 }
 
 // A ball's picture where its surface has the same direction, seen along the ray to this place rather than along the camera's axis,

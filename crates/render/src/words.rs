@@ -1,7 +1,7 @@
 //! Words and legends in pictures.
 
 use crate::heat::Heat;
-use crate::picture::{Picture, to_srgb};
+use crate::picture::Picture;
 use embedded_graphics::Pixel;
 use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1::FONT_10X20};
 use embedded_graphics::pixelcolor::Rgb888;
@@ -51,7 +51,7 @@ impl Picture {
         let bar = height - 2 * LINE;
         for x in 0..width.min(self.size[0].saturating_sub(at[0])) {
             let number = low + (high - low) * (x as f32 + 0.5) / width as f32;
-            let [r, g, b] = heat.colour(number).map(to_srgb);
+            let [r, g, b] = heat.code(number);
             self.put(&Self::filled([1, bar], [r, g, b, 255]), [at[0] + x, at[1] + LINE]);
         }
         let below = (at[1] + LINE + bar) as i32;

@@ -1,7 +1,9 @@
 //! The page of an evaluation: how good a rig is, and where not.
 
 use crate::document::document;
-use crate::map;
+use crate::map::{self, figures};
+use crate::painter::Painter;
+use crate::shot::left_out;
 use crate::written::write_texts;
 use maud::{Markup, html};
 use rhytid_core::{Error, Result, Rig, human};
@@ -15,28 +17,38 @@ const NAMED: usize = 3;
 const REGIONS: usize = 10;
 
 /// Writes `evaluation.html` and `evaluation.json` to the folder `dir`, which is made if it is not there. `maps` are of `rig`.
+/// Without a `painter` the page has a sentence in place of them.
 ///
 /// # Errors
-/// [`Error::Io`] if a file cannot be written; [`Error::Internal`] if a map has other vertices than the rig.
-pub fn write_evaluation(dir: &Path, found: &Evaluation, maps: &[Map], rig: &Rig) -> Result<()> {
+/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw;
+/// [`Error::Internal`] if a map has other vertices than the rig.
+pub fn write_evaluation(
+    dir: &Path,
+    found: &Evaluation,
+    maps: &[Map],
+    rig: &Rig,
+    painter: Option<&Painter>,
+) -> Result<()> {
     if maps.iter().any(|map| map.values.len() != rig.vertices()) {
         return Err(Error::Internal("a map of the evaluation has other vertices than the rig".into()));
     }
-    let page = page(found, maps, rig)?;
+    let page = page(found, maps, rig, painter)?;
     let json =
         serde_json::to_string(found).map_err(|e| Error::Internal(format!("the evaluation as JSON: {e}")))?;
     write_texts(dir, [("evaluation.html", page), ("evaluation.json", json)])
 }
 
-fn page(found: &Evaluation, maps: &[Map], rig: &Rig) -> Result<String> {
+fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) -> Result<String> {
     let about = html! {
         (human::count(found.vertices)) " vertices, " (human::counted(found.handles, "handle"))
         ", " (human::counted(rig.example_names.len(), "example")) ", as " code { "rhytid evaluate" } " found it"
     };
-    let left_out = drawn(maps, Subject::LeaveOneOut, rig)?;
-    let noise = drawn(maps, Subject::Noise, rig)?;
-    let truth = drawn(maps, Subject::Truth, rig)?;
+    let drawn = |subject| painter.map(|painter| drawn(maps, subject, rig, painter)).transpose();
+    let left_out_maps = drawn(Subject::LeaveOneOut)?.unwrap_or_default();
+    let noise = drawn(Subject::Noise)?.unwrap_or_default();
+    let truth = drawn(Subject::Truth)?.unwrap_or_default();
     let main = html! {
+        @if painter.is_none() { (left_out()) }
         @if let Some(comparisons) = &found.truth {
             section {
                 h2 { "How far it is from the truth" }
@@ -54,7 +66,7 @@ fn page(found: &Evaluation, maps: &[Map], rig: &Rig) -> Result<String> {
                     p { "What the smooth part of each example would be off by if it had not been scanned. The level is pessimistic, since each "
                         "example is far from the others; where it is large is where another scan helps most." }
                     (examples(errors))
-                    (left_out)
+                    (left_out_maps)
                 }
                 None => p { "That is known by the learned method, with examples." }
             }
@@ -70,12 +82,18 @@ fn page(found: &Evaluation, maps: &[Map], rig: &Rig) -> Result<String> {
 }
 
 /// The maps of a subject on one scale.
-fn drawn(maps: &[Map], subject: Subject, rig: &Rig) -> Result<Markup> {
+fn drawn(maps: &[Map], subject: Subject, rig: &Rig, painter: &Painter) -> Result<Markup> {
     let maps: Vec<&Map> = maps.iter().filter(|map| map.subject == subject).collect();
     let end = map::end(maps.iter().map(|map| map.values.as_slice()));
-    let figures: Vec<Markup> =
-        maps.iter().map(|map| map::map(rig, &map.title, &map.values, end)).collect::<Result<_>>()?;
-    Ok(html! { (map::scale(end)) div.maps { @for figure in &figures { (figure) } } })
+    let map = |map: &&Map| map::Map {
+        title: html! { (map.title) },
+        positions: &rig.rest,
+        values: map.values.clone(),
+        markers: false,
+    };
+    let maps: Vec<map::Map<'_>> = maps.iter().map(map).collect();
+    let scale = map::scale(painter, ["0", &format!("{end:.2} mm and more")]);
+    Ok(html! { (scale) (figures(painter, rig, &maps, end)?) })
 }
 
 fn methods(comparisons: &[Comparison]) -> Markup {

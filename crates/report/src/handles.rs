@@ -1,49 +1,54 @@
 //! A picture of handles on a mesh.
 
-use crate::camera::Camera;
-use crate::raster::Raster;
+use crate::painter::{Canvas, LIFT, Painter, camera};
 use rhytid_core::{AtomicFile, Face, Result};
+use rhytid_render::{Mark, Picture, Sphere};
 use std::io::Write;
 use std::path::Path;
 
-const SIZE: [usize; 2] = [520, 640];
+const SIZE: [u32; 2] = [520, 640];
 
-/// From the face's right, the front and its left.
-const VIEWS: [f64; 3] = [-50.0, 0.0, 50.0];
+/// From the face's right, the front and its left, in degrees.
+const VIEWS: [f32; 3] = [-50.0, 0.0, 50.0];
 
-/// Handles that are fine, those to look at, and where markers were laid.
-const COLOURS: [[u8; 3]; 3] = [[20, 110, 220], [220, 40, 30], [250, 190, 30]];
+/// Handles that are fine, those to look at, and where markers were laid: linear red, green and blue.
+const COLOURS: [[f32; 3]; 3] = [[0.01, 0.16, 0.72], [0.72, 0.02, 0.01], [0.96, 0.51, 0.01]];
 
 /// Writes a PNG of the neutral from three sides with its handles as dots: red where `doubtful` says so, blue elsewhere; and where the markers
-/// were laid, if there are any, in yellow.
+/// were laid, if there are any, in yellow. What the face hides is not shown.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Io`].
-pub fn write_handles(path: &Path, face: &Face, doubtful: &[bool], markers: &[[f64; 3]]) -> Result<()> {
-    let rest: Vec<[f32; 3]> = face.neutral.positions.iter().map(|x| x.map(|c| c as f32)).collect();
+/// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Input`] if the mesh is too large for the device.
+pub fn write_handles(
+    path: &Path,
+    face: &Face,
+    doubtful: &[bool],
+    markers: &[[f64; 3]],
+    painter: &Painter,
+) -> Result<()> {
+    let single = |p: &[f64; 3]| p.map(|x| x as f32);
+    let rest: Vec<[f32; 3]> = face.neutral.positions.iter().map(single).collect();
     let triangles = rhytid_solve::triangulate(&face.neutral);
-    let at: Vec<[f64; 3]> =
-        face.handles.vertices.iter().map(|&v| face.neutral.positions[v as usize]).collect();
-    let mut rasters = Vec::new();
-    for degrees in VIEWS {
-        let camera = Camera::new(face.up_axis, degrees, SIZE, at.iter().copied());
-        let mut raster = Raster::new(&camera, &rest, &triangles);
-        let slack = 0.02 * SIZE[0] as f64;
-        let mut dots: Vec<([f64; 3], f64, [u8; 3])> = Vec::new();
-        for marker in markers {
-            dots.push((camera.project(*marker), 3.0, COLOURS[2]));
-        }
-        for (i, x) in at.iter().enumerate() {
-            let is_doubtful = doubtful.get(i).is_some_and(|doubtful| *doubtful);
-            dots.push((camera.project(*x), 4.5, COLOURS[usize::from(is_doubtful)]));
-        }
-        dots.retain(|(place, _, _)| raster.shows(*place, slack));
-        for (place, radius, colour) in dots {
-            raster.dot(place, radius, colour);
-        }
-        rasters.push(raster);
+    let handles: Vec<[f32; 3]> = face.handles.vertices.iter().map(|&v| rest[v as usize]).collect();
+    let lift = LIFT * Sphere::around(&handles).radius;
+    let of_handles = handles.iter().enumerate().map(|(i, &at)| {
+        let is_doubtful = doubtful.get(i).is_some_and(|doubtful| *doubtful);
+        (at, COLOURS[usize::from(is_doubtful)], 9.0)
+    });
+    let of_markers = markers.iter().map(|marker| (single(marker), COLOURS[2], 6.0));
+    // A dark rim tells dots on light and on dark skin.
+    let dot = |(at, colour, width): ([f32; 3], [f32; 3], f32)| {
+        [Mark::dot(at, colour.map(|x| 0.1 * x), width), Mark::dot(at, colour, width - 2.5)]
+    };
+    let marks: Vec<Mark> = of_markers.chain(of_handles).flat_map(dot).collect();
+
+    let mut canvas = Canvas::new(painter, (&face.neutral.faces, &triangles), rest.len(), SIZE)?;
+    let [width, height] = SIZE;
+    let mut picture = Picture::filled([VIEWS.len() as u32 * width, height], [0; 4]);
+    for (i, turn) in (0..).zip(VIEWS) {
+        let camera = camera((&handles, &rest), face.up_axis, turn, SIZE);
+        picture.put(&canvas.draw(&camera, &rest, None, (lift, &marks))?, [i * width, 0]);
     }
-    let picture = Raster::side_by_side(&rasters);
     let mut file = AtomicFile::create(path)?;
     file.write_all(&picture.png()?).map_err(file.error())?;
     file.finish()

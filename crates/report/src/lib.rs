@@ -13,35 +13,46 @@
 //! # let folder = folder.path();
 //! // `rig` from rhytid_core::rig_file, `raw` from rhytid_formats::raw_take.
 //! let Cleaned { take, report } = clean(raw, &Target::of(&rig), &Settings::default(), &NoProgress)?;
-//! rhytid_report::write(folder, "session.c3d", &report, &take, &rig)?;
+//! // Without pictures; a `Painter` draws them.
+//! rhytid_report::write(folder, "session.c3d", &report, &take, &rig, None)?;
 //! assert!(folder.join("report.html").is_file() && folder.join("report.json").is_file());
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```
 #![forbid(unsafe_code)]
 
-mod camera;
+#[cfg(feature = "render")]
+mod behind;
 mod curve;
 mod document;
 mod evaluation;
 mod events;
+#[cfg(feature = "render")]
 mod handles;
 mod map;
 mod page;
+#[cfg_attr(not(feature = "render"), path = "no_painter.rs")]
+mod painter;
 mod picture;
 mod plan;
 mod plots;
-mod raster;
+mod shot;
 mod strain;
 mod summary;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod tests_evaluation;
+#[cfg(all(test, feature = "render"))]
+mod tests_pictures;
 mod timeline;
 mod written;
 
 pub use evaluation::write_evaluation;
+#[cfg(feature = "render")]
 pub use handles::write_handles;
+pub use painter::Painter;
+#[cfg(not(feature = "render"))]
+pub use painter::write_handles;
 pub use plan::write_plan;
 use rhytid_capture::Report;
 use rhytid_core::{Error, Result, Rig, Take};
@@ -62,15 +73,23 @@ struct Document<'a> {
 }
 
 /// Writes `report.html` and `report.json` to the folder `dir`, which is made if it is not there. `title` names the take;
-/// `take` is what the clean-up made of it, at any rate.
+/// `take` is what the clean-up made of it, at any rate. Without a `painter` the page has a sentence in place of its pictures.
 ///
 /// # Errors
-/// [`Error::Io`] if a file cannot be written; [`Error::Internal`] if report, take and rig do not belong together.
-pub fn write(dir: &Path, title: &str, report: &Report, take: &Take, rig: &Rig) -> Result<()> {
+/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw;
+/// [`Error::Internal`] if report, take and rig do not belong together.
+pub fn write(
+    dir: &Path,
+    title: &str,
+    report: &Report,
+    take: &Take,
+    rig: &Rig,
+    painter: Option<&Painter>,
+) -> Result<()> {
     check(report, rig)?;
     let strains = Strains::new(take, rig)?;
     let summary = Summary::new(report, take);
-    let page = page::page(title, &summary, &strains, report, take, rig)?;
+    let page = page::page(title, &summary, &strains, report, take, rig, painter)?;
     let document = Document { title, summary: &summary, strains: &strains.edges, report };
     let json =
         serde_json::to_string(&document).map_err(|e| Error::Internal(format!("the report as JSON: {e}")))?;

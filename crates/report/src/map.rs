@@ -1,69 +1,75 @@
-//! Maps: numbers on the rest mesh, as colours.
+//! Maps: numbers on a face, as colours.
 
-use crate::camera::Camera;
-use crate::raster::Raster;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
+use crate::painter::Painter;
+use crate::shot::Shot;
 use maud::{Markup, html};
 use rhytid_core::{Result, Rig};
 
-const SIZE: [usize; 2] = [300, 370];
+const SIZE: [u32; 2] = [300, 370];
 
 /// How far the camera goes around the face, in degrees: the front, and its left.
-const VIEWS: [f64; 2] = [0.0, 42.0];
+const VIEWS: [f32; 2] = [0.0, 42.0];
 
-/// Colours of the scale from 0 to its end, at equal steps; the style sheet's `.scale i` has the same.
-const SCALE: [[f32; 3]; 4] = [[0.86, 0.88, 0.9], [1.0, 0.83, 0.35], [0.93, 0.33, 0.16], [0.5, 0.0, 0.28]];
-
-/// Draws V numbers on the face from the front and from its left; `end` and what is more has the last colour.
-///
-/// # Errors
-/// [`rhytid_core::Error::Internal`] if the picture can't be encoded.
-pub(crate) fn map(rig: &Rig, title: &str, values: &[f32], end: f32) -> Result<Markup> {
-    let title = html! { (title) };
-    posed(rig, &rig.rest, &title, values, end, false)
+/// Numbers to draw.
+pub(crate) struct Map<'a> {
+    pub title: Markup,
+    /// V places.
+    pub positions: &'a [[f32; 3]],
+    /// V of them.
+    pub values: Vec<f32>,
+    /// Whether the markers are shown, too.
+    pub markers: bool,
 }
 
-/// The same on the face with its V vertices at `positions`, and with its markers.
+/// Draws maps on a rig's face, each from the front and from its left; `end` and what is more has the last colour.
 ///
 /// # Errors
-/// As [`map`].
-pub(crate) fn posed(
-    rig: &Rig,
-    positions: &[[f32; 3]],
-    title: &Markup,
-    values: &[f32],
-    end: f32,
-    markers: bool,
-) -> Result<Markup> {
-    let colours: Vec<[f32; 3]> = values.iter().map(|value| colour(value / end)).collect();
+/// As [`Painter::draw`].
+pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>], end: f32) -> Result<Markup> {
+    let shots: Vec<Shot<'_>> = maps
+        .iter()
+        .flat_map(|map| VIEWS.map(|turn| (map, turn)))
+        .map(|(map, turn)| {
+            let markers = rig.handles.iter().filter(|_| map.markers);
+            Shot {
+                turn,
+                positions: map.positions,
+                heat: Some((&map.values, end)),
+                points: markers.map(|&v| map.positions[v as usize].map(f64::from)).collect(),
+            }
+        })
+        .collect();
+    let drawn = painter.draw(rig, SIZE, &shots)?;
     let [width, height] = SIZE;
-    let mut pictures = Vec::new();
-    for degrees in VIEWS {
-        let handles = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from));
-        let camera = Camera::new(rig.up_axis, degrees, SIZE, handles);
-        let raster = Raster::coloured(&camera, positions, &rig.triangles, &colours);
-        let seen = rig.handles.iter().map(|&v| camera.project(positions[v as usize].map(f64::from)));
-        let dots = seen.filter(|place| markers && raster.shows(*place, 0.02 * width as f64));
-        let dots: Vec<[String; 2]> = dots.map(|[x, y, _]| [x, y].map(|c| format!("{c:.1}"))).collect();
-        pictures.push((STANDARD.encode(raster.png()?), dots));
-    }
     Ok(html! {
-        figure {
-            @for (picture, dots) in &pictures {
-                svg viewBox={ "0 0 " (width) " " (height) } role="img" {
-                    image href={ "data:image/png;base64," (picture) } width=(width) height=(height) {}
-                    @for [x, y] in dots { circle.dot cx=(x) cy=(y) r="2.2" {} }
+        div.maps {
+            @for (map, pictures) in maps.iter().zip(drawn.chunks(VIEWS.len())) {
+                figure {
+                    @for picture in pictures {
+                        svg viewBox={ "0 0 " (width) " " (height) } role="img" {
+                            image href=(picture.data()) width=(width) height=(height) {}
+                            @for place in picture.places.iter().filter(|place| !place.is_behind) {
+                                @let [x, y] = place.words();
+                                circle.dot cx=(x) cy=(y) r="2.2" {}
+                            }
+                        }
+                    }
+                    figcaption { (map.title) }
                 }
             }
-            figcaption { (title) }
         }
     })
 }
 
-/// The scale with its end in millimetres.
-pub(crate) fn scale(end: f32) -> Markup {
-    html! { p.scale { "0 " i {} " " (format!("{end:.2}")) " mm and more" } }
+/// What the colours mean, with words for their ends.
+pub(crate) fn scale(painter: &Painter, [first, last]: [&str; 2]) -> Markup {
+    const STEPS: u8 = 16;
+    let colours = (0..=STEPS).map(|step| {
+        let [red, green, blue] = painter.colour(f32::from(step) / f32::from(STEPS));
+        format!(",rgb({red} {green} {blue})")
+    });
+    let colours: String = colours.collect();
+    html! { p.scale { (first) " " i style={ "background:linear-gradient(90deg" (colours) ")" } {} " " (last) } }
 }
 
 /// Where a scale should end for these maps: 1 % of the numbers are more.
@@ -77,26 +83,9 @@ pub(crate) fn end<'a>(maps: impl Iterator<Item = &'a [f32]>) -> f32 {
     if end > 0.0 { end } else { 1.0 }
 }
 
-/// The colour at a part of the scale.
-fn colour(part: f32) -> [f32; 3] {
-    // What is no number is the worst.
-    let at = if part.is_nan() { 1.0 } else { part.clamp(0.0, 1.0) } * (SCALE.len() - 1) as f32;
-    let first = (at as usize).min(SCALE.len() - 2);
-    let t = at - first as f32;
-    [0, 1, 2].map(|c| SCALE[first][c] + t * (SCALE[first + 1][c] - SCALE[first][c]))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn colours_go_along_the_scale() {
-        assert_eq!((colour(0.0), colour(-1.0)), (SCALE[0], SCALE[0]));
-        assert_eq!((colour(1.0), colour(9.0), colour(f32::NAN)), (SCALE[3], SCALE[3], SCALE[3]));
-        let middle = colour(0.5);
-        assert!((0..3).all(|c| (middle[c] - (SCALE[1][c] + SCALE[2][c]) / 2.0).abs() < 1e-6), "{middle:?}");
-    }
 
     #[test]
     fn one_in_a_hundred_is_beyond_the_scale() {

@@ -1,6 +1,8 @@
 //! The page of a clean-up.
 
 use crate::document::document;
+use crate::painter::Painter;
+use crate::shot::left_out;
 use crate::strain::{Edge, Strains};
 use crate::summary::{Spread, Summary};
 use crate::{events, picture, plots, timeline};
@@ -15,7 +17,7 @@ const EDGES: usize = 6;
 /// The report as HTML.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Internal`] from the plots and the picture.
+/// [`rhytid_core::Error::Internal`] from the plots; as [`Painter::draw`].
 pub(crate) fn page(
     title: &str,
     summary: &Summary,
@@ -23,9 +25,10 @@ pub(crate) fn page(
     report: &Report,
     take: &Take,
     rig: &Rig,
+    painter: Option<&Painter>,
 ) -> Result<String> {
     let plots = plots(summary, strains, report)?;
-    let views = picture::views(report, strains, take, rig)?;
+    let views = painter.map(|painter| picture::views(report, strains, take, rig, painter)).transpose()?;
     let about = html! { "on " b { (rig.name) } ", as " code { "rhytid prepare" } " made it clean" };
     Ok(document(
         title,
@@ -40,8 +43,10 @@ pub(crate) fn page(
             (plots)
             section {
                 h2 { "On the rest mesh" }
-                (picture_key(strains))
-                (views)
+                @match &views {
+                    Some(views) => { (picture_key(strains)) (views) }
+                    None => (left_out())
+                }
             }
             section { h2 { "What was changed" } (events::events(report)) }
             section { h2 { "Which marker is which" } (events::mapping(report)) }

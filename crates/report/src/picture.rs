@@ -1,18 +1,16 @@
 //! The aligned markers on the rest mesh, from the front and from the side.
 
-use crate::camera::Camera;
-use crate::raster::Raster;
+use crate::painter::Painter;
+use crate::shot::{Drawn, Place, Shot};
 use crate::strain::Strains;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 use rhytid_capture::{Kind, Report};
 use rhytid_core::{Result, Rig, Take};
 
-const SIZE: [usize; 2] = [520, 640];
+const SIZE: [u32; 2] = [520, 640];
 
-/// Names and angles of the views.
-const VIEWS: [(&str, f64); 2] = [("From the front", 0.0), ("From the face’s left", 42.0)];
+/// Names and angles of the views, in degrees.
+const VIEWS: [(&str, f32); 2] = [("From the front", 0.0), ("From the face’s left", 42.0)];
 
 /// A handle, and where its marker is.
 struct Marker<'a> {
@@ -27,21 +25,23 @@ struct Marker<'a> {
 /// The views of the face, each a figure.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Internal`] if the picture can't be encoded.
-pub(crate) fn views(report: &Report, strains: &Strains, take: &Take, rig: &Rig) -> Result<Markup> {
+/// As [`Painter::draw`].
+pub(crate) fn views(
+    report: &Report,
+    strains: &Strains,
+    take: &Take,
+    rig: &Rig,
+    painter: &Painter,
+) -> Result<Markup> {
     let markers = markers(report, strains, take, rig);
     let worst = strains.edges.first().map(|edge| strains.handles(edge));
-    let mut figures = Vec::new();
-    for (name, degrees) in VIEWS {
-        let handles = markers.iter().map(|marker| marker.handle);
-        let camera = Camera::new(rig.up_axis, degrees, SIZE, handles);
-        let raster = Raster::new(&camera, &rig.rest, &rig.triangles);
-        figures.push((name, view(&camera, &raster, &markers, worst)?));
-    }
+    let points = || markers.iter().flat_map(|marker| [marker.handle, marker.neutral, marker.strained]);
+    let shot = |(_, turn)| Shot { turn, positions: &rig.rest, heat: None, points: points().collect() };
+    let drawn = painter.draw(rig, SIZE, &VIEWS.map(shot))?;
     Ok(html! {
         div.views {
-            @for (name, svg) in &figures {
-                figure { (svg) figcaption { (name) } }
+            @for ((name, _), picture) in VIEWS.iter().zip(&drawn) {
+                figure { (view(picture, &markers, worst)) figcaption { (name) } }
             }
         }
     })
@@ -73,40 +73,32 @@ fn neutral_frame(report: &Report, take: &Take) -> usize {
     if time - take.times[before] < take.times[after] - time { before } else { after }
 }
 
-fn view(camera: &Camera, raster: &Raster, markers: &[Marker], worst: Option<[usize; 2]>) -> Result<Markup> {
+/// A picture whose points are each marker's handle, its neutral and its strained position.
+fn view(picture: &Drawn, markers: &[Marker], worst: Option<[usize; 2]>) -> Markup {
     let [width, height] = SIZE;
-    let data = STANDARD.encode(raster.png()?);
-    let line = |class: &str, from: [f64; 3], to: [f64; 3]| {
-        let [from, to] = [from, to].map(|p| camera.project(p));
-        html! { line class=(class) x1=(px(from[0])) y1=(px(from[1])) x2=(px(to[0])) y2=(px(to[1])) {} }
+    let (places, _) = picture.places.as_chunks::<3>();
+    let line = |class: &str, from: Place, to: Place| {
+        let [[x1, y1], [x2, y2]] = [from, to].map(|place| place.words());
+        html! { line class=(class) x1=(x1) y1=(y1) x2=(x2) y2=(y2) {} }
     };
-    // A marker sits on the skin or a little before or behind it, which does not hide it.
-    let slack = 0.02 * width as f64;
-    let class = |marker: &Marker| match raster.shows(camera.project(marker.handle), slack) {
-        true => "marker",
-        false => "marker behind",
+    let circle = |class: &str, place: Place, radius: &str| {
+        let [x, y] = place.words();
+        html! { circle class=(class) cx=(x) cy=(y) r=(radius) {} }
     };
-    Ok(html! {
+    html! {
         svg viewBox={ "0 0 " (width) " " (height) } {
-            image href={ "data:image/png;base64," (data) } width=(width) height=(height) {}
-            @if let Some([a, b]) = worst {
-                @if !markers.is_empty() { (line("worst", markers[a].strained, markers[b].strained)) }
+            image href=(picture.data()) width=(width) height=(height) {}
+            @if let Some((&[_, _, from], &[_, _, to])) = worst.and_then(|[a, b]| places.get(a).zip(places.get(b))) {
+                (line("worst", from, to))
             }
-            @for marker in markers {
-                g class=(class(marker)) {
+            @for (marker, &[handle, neutral, strained]) in markers.iter().zip(places) {
+                g class=(if handle.is_behind { "marker behind" } else { "marker" }) {
                     title { (marker.label) @if marker.never_seen { " (never seen)" } }
-                    (line("motion", marker.neutral, marker.strained))
-                    @let p = camera.project(marker.handle);
-                    circle.handle cx=(px(p[0])) cy=(px(p[1])) r="5" {}
-                    @let p = camera.project(marker.neutral);
-                    circle.dot.missing[marker.never_seen] cx=(px(p[0])) cy=(px(p[1])) r="2.6" {}
+                    (line("motion", neutral, strained))
+                    (circle("handle", handle, "5"))
+                    (circle(if marker.never_seen { "dot missing" } else { "dot" }, neutral, "2.6"))
                 }
             }
         }
-    })
-}
-
-/// A coordinate with one decimal.
-fn px(x: f64) -> String {
-    format!("{x:.1}")
+    }
 }

@@ -1,7 +1,9 @@
 //! The page of a plan: which frames of a take to scan, and what each is for.
 
 use crate::document::document;
-use crate::map;
+use crate::map::{self, Map};
+use crate::painter::Painter;
+use crate::shot::left_out;
 use crate::written::write_texts;
 use maud::{Markup, html};
 use rhytid_core::{Error, Result, Rig, human};
@@ -13,10 +15,10 @@ use std::path::Path;
 const NAMED: usize = 3;
 
 /// Writes `plan.html` and `plan.json` to the folder `dir`, which is made if it is not there. `take` names the take, `poses` has the
-/// V positions of each planned frame.
+/// V positions of each planned frame. Without a `painter` the page has a sentence in place of its pictures.
 ///
 /// # Errors
-/// [`Error::Io`] if a file cannot be written; [`Error::Internal`] if there is not a pose for each scan.
+/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw; [`Error::Internal`] if there is not a pose for each scan.
 pub fn write_plan(
     dir: &Path,
     take: &str,
@@ -24,11 +26,12 @@ pub fn write_plan(
     regions: &Regions,
     poses: &[Vec<[f32; 3]>],
     rig: &Rig,
+    painter: Option<&Painter>,
 ) -> Result<()> {
     if poses.len() != found.scans.len() || poses.iter().any(|pose| pose.len() != rig.vertices()) {
         return Err(Error::Internal("the plan's poses are not one for each scan".into()));
     }
-    let mut figures = Vec::new();
+    let mut maps = Vec::new();
     for ((i, scan), pose) in found.scans.iter().enumerate().zip(poses) {
         let largest = scan.regions.first().map_or(1.0, |region| region.taken);
         let share = |v: u32| {
@@ -37,16 +40,23 @@ pub fn write_plan(
             of_region.map_or(0.0, |r| (r.taken / largest) as f32)
         };
         let values: Vec<f32> = (0..rig.vertices() as u32).map(share).collect();
-        figures.push(map::posed(rig, pose, &caption(i, scan), &values, 1.0, true)?);
+        maps.push(Map { title: caption(i, scan), positions: pose, values, markers: true });
     }
+    let figures = painter.map(|painter| map::figures(painter, rig, &maps, 1.0)).transpose()?;
     let about = html! { "on " b { (rig.name) } ", as " code { "rhytid coverage" } " planned it" };
     let main = html! {
         section {
             h2 { "Which scans to make" }
             p { (human::counted(found.frames, "frame")) ", " (human::counted(rig.example_names.len(), "example")) " so far. Each frame is the one whose "
-                "scan takes most uncertainty from the whole take, given those before it; coloured are the regions that it is for. "
-                "Dots are the markers." }
-            div.maps { @for figure in &figures { (figure) } }
+                "scan takes most uncertainty from the whole take, given those before it." }
+            @match painter.zip(figures) {
+                Some((painter, figures)) => {
+                    p { "Coloured are the regions that it is for; dots are the markers." }
+                    (map::scale(painter, ["takes nothing there", "takes most there"]))
+                    (figures)
+                }
+                None => { (left_out()) ol.plain { @for map in &maps { li { (map.title) } } } }
+            }
         }
     };
     let json = serde_json::to_string(found).map_err(|e| Error::Internal(format!("the plan as JSON: {e}")))?;

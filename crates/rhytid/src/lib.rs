@@ -74,7 +74,7 @@
 //! | `film` | pictures as films, off by default: [`render::Film`] |
 //! | `live` | marker positions over the network while they are captured: [`live`] |
 //! | `view` | a window on a rig, in which markers are dragged, off by default: [`view`] |
-//! | `report` | what a clean-up did, and what an evaluation found, as pages: [`report`] |
+//! | `report` | what a clean-up did, and what an evaluation found, as pages, with pictures where `render` is: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]

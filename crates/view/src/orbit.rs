@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use rhytid_core::{Rig, UpAxis};
-use rhytid_render::{Camera, Sphere, View, about_the_handles};
+use rhytid_render::{Camera, Sphere, View, around_handles, handles_at_rest};
 
 /// Degrees for a pixel.
 const DEGREES: f32 = 0.4;
@@ -33,7 +33,7 @@ impl Orbit {
         let mut orbit = Self {
             up: rig.up_axis,
             sphere: Sphere::around(&rig.rest),
-            framed: about_the_handles(rig),
+            framed: around_handles(&handles_at_rest(rig), &rig.rest),
             target: Vec3::ZERO,
             distance: 1.0,
             turn: 0.0,

@@ -1,5 +1,6 @@
 //! `rhytid coverage`
 
+use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::coverage as by_strain;
@@ -51,7 +52,9 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), (scans, top), ui)?;
     if let Some(dir) = &args.report {
         let poses = poses(&rig, &take, &found, ui)?;
-        rhytid::report::write_plan(dir, &take_name, &found, &regions, &poses, &rig)?;
+        with_pictures("the plan's pictures are", |painter| {
+            rhytid::report::write_plan(dir, &take_name, &found, &regions, &poses, &rig, painter)
+        })?;
     }
     let lines = match (&args.take_examples, &args.output) {
         (Some(dense), Some(dir)) => cut_out(&rig, args, dense, dir, candidates.as_deref(), (&take, &found))?,

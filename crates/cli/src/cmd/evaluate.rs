@@ -1,6 +1,7 @@
 //! `rhytid evaluate`
 
 use crate::args::TakeSpace;
+use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Regions, Truth};
@@ -52,7 +53,8 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
     };
     let (rig, found, maps) = evaluate::evaluate(&face, given, &devices, ui)?;
     if let Some(dir) = &args.report {
-        ui.timed("write the report", || rhytid::report::write_evaluation(dir, &found, &maps, &rig)).0?;
+        let write = |painter: Option<&_>| rhytid::report::write_evaluation(dir, &found, &maps, &rig, painter);
+        ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
     }
     ui.clear();
     match args.json {

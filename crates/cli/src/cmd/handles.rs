@@ -1,11 +1,13 @@
 //! `rhytid handles`
 
 use crate::args::UnitChoice;
+use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
 use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
 use rhytid::human;
+use rhytid::report::write_handles;
 use rhytid::solve::Skin;
 use rhytid::{AtomicFile, Error, Face, Handles, Result};
 use std::path::{Path, PathBuf};
@@ -38,6 +40,7 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
         .timed("read", || project::load_without_handles(&project, &args.project, args.elsewhere.reach()))
         .0?;
     let millimetres = face.metres_per_unit * 1e3;
+    let is_drawn;
     let lines = match &args.take {
         Some(take) => {
             let found = ui.timed("place", || from_take(args, take, &face)).0?;
@@ -45,7 +48,7 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
             face.handles = found.handles.clone();
             tables::write_handles(&table, &face.handles, Some(&distances))?;
             let doubtful: Vec<bool> = distances.iter().map(|distance| *distance > FAR).collect();
-            rhytid::report::write_handles(&picture, &face, &doubtful, &found.markers)?;
+            is_drawn = draw(&picture, &face, &doubtful, &found.markers)?;
             ui.clear();
             found
                 .warnings
@@ -56,7 +59,7 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
         None => {
             face.handles = ui.timed("place", || spread(args, &face)).0?;
             tables::write_handles(&table, &face.handles, None)?;
-            rhytid::report::write_handles(&picture, &face, &[], &[])?;
+            is_drawn = draw(&picture, &face, &[], &[])?;
             ui.clear();
             format!("{} spread over the face", human::counted(face.handles.labels.len(), "handle"))
         }
@@ -64,7 +67,22 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     if ui.is_quiet() {
         return Ok(());
     }
-    output::say(&format!("{}: {lines}\n{}: look at it before you go on", table.display(), picture.display()))
+    let look = match is_drawn {
+        true => format!("\n{}: look at it before you go on", picture.display()),
+        false => String::new(),
+    };
+    output::say(&format!("{}: {lines}{look}", table.display()))
+}
+
+/// Draws the face with its handles, where something draws; whether it did.
+///
+/// # Errors
+/// [`Error::Io`].
+pub(super) fn draw(picture: &Path, face: &Face, doubtful: &[bool], markers: &[[f64; 3]]) -> Result<bool> {
+    with_pictures(&format!("{} is", picture.display()), |painter| match painter {
+        Some(painter) => write_handles(picture, face, doubtful, markers, painter),
+        None => Ok(()),
+    })
 }
 
 /// The table to write: what the project names, unless it is there.

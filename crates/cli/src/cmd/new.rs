@@ -72,7 +72,8 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         placed.as_ref().map(|placed| placed.iter().map(|d| d * face.metres_per_unit * 1e3).collect());
     tables::write_handles(&table, &face.handles, distances.as_deref())?;
     let doubtful: Vec<bool> = distances.iter().flatten().map(|distance| *distance > 8.0).collect();
-    rhytid::report::write_handles(&table.with_extension("png"), &face, &doubtful, &[])?;
+    let picture = table.with_extension("png");
+    let picture = super::handles::draw(&picture, &face, &doubtful, &[])?.then_some(picture);
     let text = project_text(args, folder, &face, &examples, unit_name)?;
     let parsed = project::parse(&text, &project.display().to_string())?;
     let files = [&parsed.mesh.neutral].into_iter().chain(parsed.examples.iter().map(|example| &example.mesh));
@@ -86,7 +87,20 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     if ui.is_quiet() {
         return Ok(());
     }
-    say((folder, elsewhere), &face, unit_name, &left_out, take.as_deref(), distances.as_deref())
+    let handles = match (&take, distances) {
+        (Some(take), Some(mut distances)) => {
+            distances.sort_by(f64::total_cmp);
+            let median = distances.get(distances.len() / 2).copied().unwrap_or_default();
+            let look = picture.map_or_else(String::new, |path| format!("; look at {}", path.display()));
+            format!(
+                "{}, from {}: {median:.1} mm from their markers (median){look}",
+                face.handles.labels.len(),
+                take.display()
+            )
+        }
+        _ => format!("{}, spread over the face: no take was found", face.handles.labels.len()),
+    };
+    say((folder, elsewhere), &face, unit_name, &left_out, handles, take.as_deref())
 }
 
 /// What was decided, and what comes next.
@@ -95,8 +109,8 @@ fn say(
     face: &Face,
     unit: &str,
     left_out: &[PathBuf],
+    handles: String,
     take: Option<&Path>,
-    distances: Option<&[f64]>,
 ) -> Result<()> {
     let row = |name: &str, value: String| [name.to_owned(), value];
     let named = |paths: &[String]| if paths.is_empty() { "none".to_owned() } else { paths.join(", ") };
@@ -116,24 +130,7 @@ fn say(
         let files: Vec<String> = left_out.iter().map(|path| path.display().to_string()).collect();
         rows.push(row("left out", format!("{}: not the neutral's vertices", files.join(", "))));
     }
-    let median = distances.map(|distances| {
-        let mut sorted = distances.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or_default()
-    });
-    rows.push(row(
-        "handles",
-        match (take, median) {
-            (Some(take), Some(median)) => format!(
-                "{}, from {}: {:.1} mm from their markers (median); look at {}",
-                face.handles.labels.len(),
-                take.display(),
-                median,
-                folder.join("markers.png").display()
-            ),
-            _ => format!("{}, spread over the face: no take was found", face.handles.labels.len()),
-        },
-    ));
+    rows.push(row("handles", handles));
     let [project, rig] =
         ["face.toml", "face.safetensors"].map(|name| folder.join(name).display().to_string());
     let take = take.map_or_else(|| "TAKE.csv".to_owned(), |take| take.display().to_string());

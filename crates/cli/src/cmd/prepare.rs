@@ -1,5 +1,6 @@
 //! `rhytid prepare`
 
+use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{Cleaned, Kind, Match, Report};
@@ -43,7 +44,8 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     ui.timed("write the take", || take::write(&args.output, &take)).0?;
     if let Some(dir) = &args.report {
         let name = args.raw.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        ui.timed("write the report", || rhytid::report::write(dir, &name, &report, &take, &rig)).0?;
+        let write = |painter: Option<&_>| rhytid::report::write(dir, &name, &report, &take, &rig, painter);
+        ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
     }
     ui.clear();
     if ui.is_quiet() {

@@ -1,8 +1,7 @@
 //! `rhytid view`
 
-use super::render::drawing;
 use crate::guard::guard;
-use crate::{args, inputs, limits};
+use crate::{args, drawing, inputs, limits};
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::formats::FileKind;
 use rhytid::playback;
@@ -24,7 +23,7 @@ pub(super) fn run(args: &args::View) -> Result<()> {
     let evaluates = named.as_ref().filter(|device| device.backend == Wgpu::NAME);
     let draws = match (&args.draw_on, evaluates) {
         (None, Some(device)) => device.clone(),
-        (wanted, _) => drawing(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
+        (wanted, _) => drawing::device(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
     };
     // The one that draws is evaluated on where frames are.
     let device = named.filter(|named| *named != draws);

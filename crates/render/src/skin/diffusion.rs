@@ -2,8 +2,8 @@
 
 use super::compute;
 use super::profile::{Gaussian, Series};
+use rhytid_core::Result;
 use rhytid_core::laplacian::laplacian;
-use rhytid_core::{Error, Result};
 
 /// How long a series may be.
 #[derive(Debug, Clone, Copy)]
@@ -50,14 +50,7 @@ impl Diffusion {
     ) -> Result<Self> {
         let matrix = Matrix::new(rest, triangles, millimetres, (profile, effort));
         let links = 8 * matrix.links.len().max(1) as u64;
-        let most = device.limits().max_storage_buffer_binding_size.min(device.limits().max_buffer_size);
-        if links > most {
-            return Err(Error::input(format!(
-                "skin on {} vertices needs a buffer of {links} bytes, and this device has {most} at most; \
-                 draw on another device, or without skin",
-                rest.len()
-            )));
-        }
+        super::allowed(device, rest.len(), links)?;
         crate::checked(device, "preparing skin", || {
             let storage = |label, size: u64, usage| {
                 device.create_buffer(&wgpu::BufferDescriptor {

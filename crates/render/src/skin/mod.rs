@@ -20,7 +20,7 @@ use crate::renderer::{Target, Vertices};
 use compute::Bind;
 use diffusion::{Diffusion, Effort};
 use glam::Vec3;
-use rhytid_core::{DeviceErrorKind, Error, Result};
+use rhytid_core::{DeviceErrorKind, Error, Result, human};
 use visibility::{Arrays, Visibility};
 
 /// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the surface and the display.
@@ -30,6 +30,30 @@ const SCENE_WORDS: usize = 16 + 16 + 4 + 4 + 36 + 4 + 4;
 const EFFORT: Effort = Effort { always: 40, longest: 128, spared: 0.005 };
 /// Words of a frame's.
 const FRAME_WORDS: usize = 4;
+
+/// Refuses skin on V `vertices` where it needs more than `device` allows; the largest that kernels read beside what each vertex has is of so many `bytes`.
+fn allowed(device: &wgpu::Device, vertices: usize, bytes: u64) -> Result<()> {
+    let limits = device.limits();
+    let counts = [
+        ("max_storage_buffers_per_shader_stage", 5, limits.max_storage_buffers_per_shader_stage),
+        ("max_compute_invocations_per_workgroup", 64, limits.max_compute_invocations_per_workgroup),
+        ("max_compute_workgroup_size_x", 64, limits.max_compute_workgroup_size_x),
+        ("max_compute_workgroups_per_dimension", 65_535, limits.max_compute_workgroups_per_dimension),
+        ("max_texture_dimension_2d", visibility::SIDES[0], limits.max_texture_dimension_2d),
+    ];
+    let bytes = bytes.max(16 * vertices as u64);
+    let sizes = [
+        ("max_storage_buffer_binding_size", bytes, limits.max_storage_buffer_binding_size),
+        ("max_buffer_size", bytes, limits.max_buffer_size),
+    ];
+    let all: Vec<(&str, u64, u64)> = counts
+        .map(|(name, needed, most)| (name, u64::from(needed), u64::from(most)))
+        .into_iter()
+        .chain(sizes)
+        .collect();
+    let what = format!("skin on {} vertices", human::count(vertices));
+    crate::allowed(&what, &all, "draw without skin, or a mesh of fewer vertices")
+}
 
 /// What skin is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,6 +168,10 @@ impl SkinRenderer {
         target: Target,
         skin: Skin,
     ) -> Result<Self> {
+        allowed(device, rest.len(), 0)?;
+        let what = format!("a mesh of {}", human::counted(triangles.len(), "triangle"));
+        let limits = [("max_buffer_size", 12 * triangles.len() as u64, device.limits().max_buffer_size)];
+        crate::allowed(&what, &limits, crate::FEWER)?;
         let diffusion = Diffusion::new(device, queue, rest, triangles, millimetres, &skin.profile, EFFORT)?;
         let visibility = Visibility::new(device, queue, (rest, triangles))?;
         crate::checked(device, "preparing skin", || {

@@ -8,7 +8,7 @@ use rhytid_core::Result;
 /// Words of a direction's uniforms.
 const DIRECTION_WORDS: usize = 28;
 /// Texels of a side of the key light's map, and of the sky's.
-const SIDES: [u32; 2] = [2048, 512];
+pub(super) const SIDES: [u32; 2] = [2048, 512];
 /// Directions that the sky is looked at from.
 pub(super) const SKY: usize = 32;
 /// What motion may leave the ball around the mesh at rest.

@@ -175,6 +175,20 @@ fn numbers_have_the_colours_that_the_legend_says() {
     }
 }
 
+#[test]
+fn a_lit_heat_map_has_its_colours_in_the_light() {
+    let (mut mesh, size) = (Mesh::sheet(4), [200, 200]);
+    mesh.numbers = vec![0.15; mesh.positions.len()];
+    let heat = Heat::Signed(0.2);
+    let camera = mesh.camera(View { turn: 40.0, lens: 800.0, ..View::default() }, size);
+    let (sin, cos) = 40.0_f32.to_radians().sin_cos();
+    let expected = heat.colour(0.15).map(|part| part * light([-sin, 0.0, cos]));
+    each_device(|device, wgpu| {
+        near(mesh.draw(wgpu, &camera, size, Look::LitHeat(heat)).pixel([100, 100]), expected, device);
+        near(mesh.draw(wgpu, &camera, size, Look::Heat(heat)).pixel([100, 100]), heat.colour(0.15), device);
+    });
+}
+
 impl Mesh {
     /// The number at a place of the sheet, linear in each triangle.
     fn number_at(&self, [x, y]: [f32; 2]) -> f32 {

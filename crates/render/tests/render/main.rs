@@ -1,5 +1,6 @@
 //! Pictures on every device here.
 
+mod limits;
 mod looks;
 mod skin;
 

@@ -1,16 +1,13 @@
 //! Frames to be drawn, evaluated one after the other: where they are drawn, or on another device, which hands them over.
 
 use super::truth::Truth;
-use crate::guard::guard;
 use crate::progress::Ui;
-use crate::{args, inputs};
+use crate::{args, drawing, inputs};
 use rhytid::backends::wgpu::{Wgpu, WgpuSession};
 use rhytid::formats::export::OutputStage;
-use rhytid::playback::{Playback, PlaybackOptions, Selection, Watch, find_device};
+use rhytid::playback::{Playback, PlaybackOptions, Selection, Watch};
 use rhytid::render::Vertices;
-use rhytid::{
-    Animator, Backend, DeviceErrorKind, DeviceInfo, Error, Progress, Result, Rig, Stage, Take, UploadOptions,
-};
+use rhytid::{Animator, Backend, DeviceInfo, Error, Progress, Result, Rig, Stage, Take, UploadOptions};
 use std::time::{Duration, Instant};
 
 /// Frames of which other stages are kept until the result is there.
@@ -86,38 +83,15 @@ enum On<'a> {
 /// The device to draw with, and the one that was named to evaluate, `None` for `auto`.
 ///
 /// # Errors
-/// As [`find_device`]; [`Error::Input`] for one that does not draw.
+/// As [`inputs::named_device`] and [`drawing::device`].
 pub(super) fn devices(args: &args::Render) -> Result<(DeviceInfo, Option<DeviceInfo>)> {
     let named = inputs::named_device(&args.device)?;
     let evaluates = named.as_ref().filter(|device| device.backend == Wgpu::NAME);
     let draws = match (&args.draw_on, evaluates) {
         (None, Some(device)) => device.clone(),
-        (wanted, _) => drawing(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
+        (wanted, _) => drawing::device(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
     };
     Ok((draws, named))
-}
-
-/// The device to draw with that was named: the first of the backend for its name alone.
-///
-/// # Errors
-/// As [`find_device`]; [`Error::Input`] for one that does not draw.
-pub(in crate::cmd) fn drawing(wanted: &str) -> Result<DeviceInfo> {
-    let info = find_device(wanted, guard()).map_err(|error| match error {
-        Error::Device { kind: DeviceErrorKind::NotFound, device, .. } => Error::Device {
-            kind: DeviceErrorKind::NotFound,
-            device,
-            message: "there is none to draw with; `rhytid devices` lists those of the backend wgpu, which a driver for \
-                      Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1 brings"
-                .to_owned(),
-        },
-        other => other,
-    })?;
-    match info.backend == Wgpu::NAME {
-        true => Ok(info),
-        false => Err(Error::input(format!(
-            "--draw-on {wanted}: expected a device of the backend wgpu, as `rhytid devices` lists them"
-        ))),
-    }
 }
 
 impl<'a> Frames<'a> {

@@ -9,8 +9,6 @@ mod truth;
 use crate::args::{Background, BeforeChoice, Show, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-#[cfg(feature = "view")]
-pub(super) use frames::drawing;
 use frames::{Before, Evaluated, Frames, Wanted};
 use pictures::Pictures;
 use rhytid::backends::wgpu::Wgpu;

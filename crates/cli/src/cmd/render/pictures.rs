@@ -7,7 +7,7 @@ use crate::args::{self, Show};
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
-    Sphere, Strains, View, about_the_handles, distances, handles_at_rest, influence_marks, marker_marks,
+    Sphere, Strains, View, around_handles, distances, handles_at_rest, influence_marks, marker_marks,
     tangent_frame_marks,
 };
 use rhytid::{Result, Rig};
@@ -119,7 +119,7 @@ impl<'a> Pictures<'a> {
             framed: match (args.turntable, args.whole) {
                 (true, _) => None,
                 (false, true) => Some(rig.rest.clone()),
-                (false, false) => Some(about_the_handles(rig)),
+                (false, false) => Some(around_handles(&handles_at_rest(rig), &rig.rest)),
             },
             strains: args.show.contains(&Show::Strain).then(|| Strains::new(&rig.faces, &rig.rest)),
             millimetres: 1e3 * rig.metres_per_unit as f32,

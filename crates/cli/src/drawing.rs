@@ -1,0 +1,60 @@
+//! What draws: a device of the backend wgpu, looked for from behind the guard.
+
+use rhytid::report::Painter;
+use rhytid::{Error, Result};
+#[cfg(feature = "wgpu")]
+use {
+    crate::guard::guard,
+    rhytid::backends::wgpu::Wgpu,
+    rhytid::{Backend, DeviceErrorKind, DeviceInfo, playback::find_device},
+};
+
+/// The device with the id `wanted`, or the first where that is the backend's name.
+///
+/// # Errors
+/// As [`find_device`]; [`Error::Input`] for one that does not draw.
+#[cfg(feature = "wgpu")]
+pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
+    let info = find_device(wanted, guard()).map_err(|error| match error {
+        Error::Device { kind: DeviceErrorKind::NotFound, device, .. } => Error::Device {
+            kind: DeviceErrorKind::NotFound,
+            device,
+            message: "there is none to draw with; `rhytid devices` lists those of the backend wgpu, which a driver for \
+                      Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1 brings"
+                .to_owned(),
+        },
+        other => other,
+    })?;
+    match info.backend == Wgpu::NAME {
+        true => Ok(info),
+        false => Err(Error::input(format!(
+            "--draw-on {wanted}: expected a device of the backend wgpu, as `rhytid devices` lists them"
+        ))),
+    }
+}
+
+/// Has `write` write what has pictures; where nothing draws or the drawing fails, without them, and warns that `what` is left out, which says
+/// them and its verb. Whether there are pictures.
+///
+/// # Errors
+/// As `write`.
+pub(crate) fn with_pictures(what: &str, write: impl Fn(Option<&Painter>) -> Result<()>) -> Result<bool> {
+    let failed = match painter().and_then(|painter| write(Some(&painter))) {
+        Err(Error::Device { message, .. } | Error::Input(message)) => message,
+        done => return done.map(|()| true),
+    };
+    log::warn!("{what} left out: {failed}");
+    write(None)?;
+    Ok(false)
+}
+
+#[cfg(feature = "wgpu")]
+fn painter() -> Result<Painter> {
+    let wgpu = Wgpu::open(&device(Wgpu::NAME)?)?;
+    Ok(Painter::new(wgpu.device(), wgpu.queue()))
+}
+
+#[cfg(not(feature = "wgpu"))]
+fn painter() -> Result<Painter> {
+    Err(Error::input("this program was built without wgpu, which draws them; build it with the feature wgpu"))
+}

@@ -1,0 +1,27 @@
+//! Without the feature `render` there is nothing that draws.
+
+use crate::shot::{Drawn, Shot};
+use rhytid_core::{Face, Result, Rig};
+use std::path::Path;
+
+/// What draws the pictures of pages. There is none in a build without the feature `render`.
+#[derive(Debug)]
+pub enum Painter {}
+
+impl Painter {
+    pub(crate) fn draw(&self, _: &Rig, _: [u32; 2], _: &[Shot<'_>]) -> Result<Vec<Drawn>> {
+        match *self {}
+    }
+
+    pub(crate) fn colour(&self, _: f32) -> [u8; 3] {
+        match *self {}
+    }
+}
+
+/// Draws handles on a mesh, with the feature `render`.
+///
+/// # Errors
+/// None.
+pub fn write_handles(_: &Path, _: &Face, _: &[bool], _: &[[f64; 3]], painter: &Painter) -> Result<()> {
+    match *painter {}
+}
