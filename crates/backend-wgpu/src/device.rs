@@ -30,7 +30,8 @@ impl Wgpu {
             error(DeviceErrorKind::NotFound, Self::NAME, message)
         })?;
         let id = format!("{} ({})", Self::NAME, adapter.get_info().name);
-        Self::open_adapter(&adapter, id).await
+        let (device, queue, faults) = request(&adapter, &id).await?;
+        Ok(Self::of(Gpu::new(id, device, queue, faults)?))
     }
 
     /// Computes on the device of a host application, which can then draw with the results. Its limits must be WebGPU's
@@ -100,14 +101,34 @@ impl Wgpu {
         &self.gpu.queue
     }
 
-    async fn open_adapter(adapter: &wgpu::Adapter, id: String) -> Result<Self> {
-        let descriptor = Self::device_descriptor(adapter);
-        let (device, queue) = adapter.request_device(&descriptor).await.map_err(|reason| {
-            error(DeviceErrorKind::Driver, &id, format!("the device did not open: {reason}"))
-        })?;
-        let faults = Faults::of(&device);
-        Ok(Self::of(Gpu::new(id, device, queue, faults)?))
+    /// A device and its queue without the kernels, which takes a part of the time: for a program that draws with it and no more.
+    ///
+    /// # Errors
+    /// As [`Backend::open`].
+    pub fn open_to_draw(device: &DeviceInfo) -> Result<(wgpu::Device, wgpu::Queue)> {
+        let (device, queue, _) = blocking(request(&adapter_of(device)?, &device.id()))?;
+        Ok((device, queue))
     }
+}
+
+/// Opens an adapter, with what hears of the device's faults.
+async fn request(adapter: &wgpu::Adapter, id: &str) -> Result<(wgpu::Device, wgpu::Queue, Arc<Faults>)> {
+    let (device, queue) = adapter
+        .request_device(&Wgpu::device_descriptor(adapter))
+        .await
+        .map_err(|reason| error(DeviceErrorKind::Driver, id, format!("the device did not open: {reason}")))?;
+    let faults = Faults::of(&device);
+    Ok((device, queue, faults))
+}
+
+/// The adapter that a device is.
+fn adapter_of(device: &DeviceInfo) -> Result<wgpu::Adapter> {
+    let found = adapters().into_iter().map(|(index, adapter)| (info_of_adapter(index, &adapter), adapter));
+    let mut found = found.filter(|(info, _)| info == device);
+    found.next().map(|(_, adapter)| adapter).ok_or_else(|| {
+        let message = format!("there is no {} ({}) any more", device.name, device.driver);
+        error(DeviceErrorKind::NotFound, &device.id(), message)
+    })
 }
 
 impl Backend for Wgpu {
@@ -119,14 +140,8 @@ impl Backend for Wgpu {
     }
 
     fn open(device: &DeviceInfo) -> Result<Self> {
-        let found =
-            adapters().into_iter().map(|(index, adapter)| (info_of_adapter(index, &adapter), adapter));
-        let mut found = found.filter(|(info, _)| info == device);
-        let (_, adapter) = found.next().ok_or_else(|| {
-            let message = format!("there is no {} ({}) any more", device.name, device.driver);
-            error(DeviceErrorKind::NotFound, &device.id(), message)
-        })?;
-        blocking(Self::open_adapter(&adapter, device.id()))
+        let (opened, queue, faults) = blocking(request(&adapter_of(device)?, &device.id()))?;
+        Ok(Self::of(Gpu::new(device.id(), opened, queue, faults)?))
     }
 
     fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<WgpuSession> {

@@ -50,8 +50,8 @@ pub(crate) fn with_pictures(what: &str, write: impl Fn(Option<&Painter>) -> Resu
 
 #[cfg(feature = "wgpu")]
 fn painter() -> Result<Painter> {
-    let wgpu = Wgpu::open(&device(Wgpu::NAME)?)?;
-    Ok(Painter::new(wgpu.device(), wgpu.queue()))
+    let (device, queue) = Wgpu::open_to_draw(&device(Wgpu::NAME)?)?;
+    Ok(Painter::new(&device, &queue))
 }
 
 #[cfg(not(feature = "wgpu"))]

@@ -43,10 +43,8 @@ fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) 
         (human::count(found.vertices)) " vertices, " (human::counted(found.handles, "handle"))
         ", " (human::counted(rig.example_names.len(), "example")) ", as " code { "rhytid evaluate" } " found it"
     };
-    let drawn = |subject| painter.map(|painter| drawn(maps, subject, rig, painter)).transpose();
-    let left_out_maps = drawn(Subject::LeaveOneOut)?.unwrap_or_default();
-    let noise = drawn(Subject::Noise)?.unwrap_or_default();
-    let truth = drawn(Subject::Truth)?.unwrap_or_default();
+    let drawn = painter.map(|painter| drawn(maps, rig, painter)).transpose()?;
+    let [left_out_maps, noise, truth] = drawn.unwrap_or_default();
     let main = html! {
         @if painter.is_none() { (left_out()) }
         @if let Some(comparisons) = &found.truth {
@@ -81,19 +79,30 @@ fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) 
     Ok(document(&found.name, &about, &main))
 }
 
-/// The maps of a subject on one scale.
-fn drawn(maps: &[Map], subject: Subject, rig: &Rig, painter: &Painter) -> Result<Markup> {
-    let maps: Vec<&Map> = maps.iter().filter(|map| map.subject == subject).collect();
-    let end = map::end(maps.iter().map(|map| map.values.as_slice()));
-    let map = |map: &&Map| map::Map {
-        title: html! { (map.title) },
-        positions: &rig.rest,
-        values: map.values.clone(),
-        markers: false,
-    };
-    let maps: Vec<map::Map<'_>> = maps.iter().map(map).collect();
-    let scale = map::scale(painter, ["0", &format!("{end:.2} mm and more")]);
-    Ok(html! { (scale) (figures(painter, rig, &maps, end)?) })
+/// The maps of examples that are left out, of noise and of the truth, each on one scale.
+fn drawn(maps: &[Map], rig: &Rig, painter: &Painter) -> Result<[Markup; 3]> {
+    let subjects = [Subject::LeaveOneOut, Subject::Noise, Subject::Truth];
+    let of = |subject| maps.iter().filter(move |map| map.subject == subject);
+    let end_of = |subject| map::end(of(subject).map(|map| map.values.as_slice()));
+    let all = subjects.into_iter().flat_map(|subject| {
+        let end = end_of(subject);
+        of(subject).map(move |map| map::Map {
+            title: html! { (map.title) },
+            positions: &rig.rest,
+            values: map.values.clone(),
+            end,
+            markers: false,
+        })
+    });
+    let mut figures = figures(painter, rig, &all.collect::<Vec<_>>())?.into_iter();
+    Ok(subjects.map(|subject| {
+        let figures: Vec<Markup> = figures.by_ref().take(of(subject).count()).collect();
+        let end = format!("{:.2} mm and more", end_of(subject));
+        html! {
+            (map::scale(painter, ["0", &end]))
+            div.maps { @for figure in &figures { (figure) } }
+        }
+    }))
 }
 
 fn methods(comparisons: &[Comparison]) -> Markup {

@@ -1,7 +1,7 @@
 //! Maps: numbers on a face, as colours.
 
 use crate::painter::Painter;
-use crate::shot::Shot;
+use crate::shot::{Drawn, Shot};
 use maud::{Markup, html};
 use rhytid_core::{Result, Rig};
 
@@ -15,17 +15,18 @@ pub(crate) struct Map<'a> {
     pub title: Markup,
     /// V places.
     pub positions: &'a [[f32; 3]],
-    /// V of them.
+    /// V of them; `end` and what is more has the last colour.
     pub values: Vec<f32>,
+    pub end: f32,
     /// Whether the markers are shown, too.
     pub markers: bool,
 }
 
-/// Draws maps on a rig's face, each from the front and from its left; `end` and what is more has the last colour.
+/// Draws maps on a rig's face, each from the front and from its left, as a figure.
 ///
 /// # Errors
 /// As [`Painter::draw`].
-pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>], end: f32) -> Result<Markup> {
+pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>]) -> Result<Vec<Markup>> {
     let shots: Vec<Shot<'_>> = maps
         .iter()
         .flat_map(|map| VIEWS.map(|turn| (map, turn)))
@@ -34,31 +35,30 @@ pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>], end: f32) 
             Shot {
                 turn,
                 positions: map.positions,
-                heat: Some((&map.values, end)),
+                heat: Some((&map.values, map.end)),
                 points: markers.map(|&v| map.positions[v as usize].map(f64::from)).collect(),
             }
         })
         .collect();
     let drawn = painter.draw(rig, SIZE, &shots)?;
     let [width, height] = SIZE;
-    Ok(html! {
-        div.maps {
-            @for (map, pictures) in maps.iter().zip(drawn.chunks(VIEWS.len())) {
-                figure {
-                    @for picture in pictures {
-                        svg viewBox={ "0 0 " (width) " " (height) } role="img" {
-                            image href=(picture.data()) width=(width) height=(height) {}
-                            @for place in picture.places.iter().filter(|place| !place.is_behind) {
-                                @let [x, y] = place.words();
-                                circle.dot cx=(x) cy=(y) r="2.2" {}
-                            }
+    let figure = |(map, pictures): (&Map<'_>, &[Drawn])| {
+        html! {
+            figure {
+                @for picture in pictures {
+                    svg viewBox={ "0 0 " (width) " " (height) } role="img" {
+                        image href=(picture.data()) width=(width) height=(height) {}
+                        @for place in picture.places.iter().filter(|place| !place.is_behind) {
+                            @let [x, y] = place.words();
+                            circle.dot cx=(x) cy=(y) r="2.2" {}
                         }
                     }
-                    figcaption { (map.title) }
                 }
+                figcaption { (map.title) }
             }
         }
-    })
+    };
+    Ok(maps.iter().zip(drawn.chunks(VIEWS.len())).map(figure).collect())
 }
 
 /// What the colours mean, with words for their ends.

@@ -40,9 +40,9 @@ pub fn write_plan(
             of_region.map_or(0.0, |r| (r.taken / largest) as f32)
         };
         let values: Vec<f32> = (0..rig.vertices() as u32).map(share).collect();
-        maps.push(Map { title: caption(i, scan), positions: pose, values, markers: true });
+        maps.push(Map { title: caption(i, scan), positions: pose, values, end: 1.0, markers: true });
     }
-    let figures = painter.map(|painter| map::figures(painter, rig, &maps, 1.0)).transpose()?;
+    let figures = painter.map(|painter| map::figures(painter, rig, &maps)).transpose()?;
     let about = html! { "on " b { (rig.name) } ", as " code { "rhytid coverage" } " planned it" };
     let main = html! {
         section {
@@ -53,7 +53,7 @@ pub fn write_plan(
                 Some((painter, figures)) => {
                     p { "Coloured are the regions that it is for; dots are the markers." }
                     (map::scale(painter, ["takes nothing there", "takes most there"]))
-                    (figures)
+                    div.maps { @for figure in &figures { (figure) } }
                 }
                 None => { (left_out()) ol.plain { @for map in &maps { li { (map.title) } } } }
             }

@@ -19,6 +19,7 @@ mod memory;
 mod oracles;
 mod output;
 mod outputs;
+mod pages;
 mod placing;
 mod prepare;
 mod processors;
