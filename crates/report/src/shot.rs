@@ -5,6 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 /// A picture to draw of a rig's face.
+#[cfg_attr(not(feature = "render"), expect(dead_code, reason = "nothing reads what nothing draws"))]
 pub(crate) struct Shot<'a> {
     /// Degrees by which the camera goes around the face, towards its left (the mesh's +x), from right before it.
     pub turn: f32,

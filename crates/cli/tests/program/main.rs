@@ -19,6 +19,7 @@ mod memory;
 mod oracles;
 mod output;
 mod outputs;
+#[cfg(feature = "wgpu")]
 mod pages;
 mod placing;
 mod prepare;
