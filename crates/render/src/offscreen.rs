@@ -1,8 +1,9 @@
 //! Pictures without a window.
 
 use crate::picture::{Picture, from_srgb};
+use crate::read_back::mapped;
 use crate::renderer::Target;
-use rhytid_core::{DeviceErrorKind, Error, Result};
+use rhytid_core::{Error, Result};
 
 /// A texture to draw into and read back.
 #[derive(Debug)]
@@ -79,6 +80,7 @@ impl Offscreen {
     ///
     /// # Errors
     /// As `draw`; [`Error::Device`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn draw(
         &self,
         background: [u8; 4],
@@ -93,7 +95,7 @@ impl Offscreen {
         &self.color
     }
 
-    /// As [`Offscreen::draw`], for who uses the [texture](Offscreen::texture) on the device: nothing is read, and nothing waited for.
+    /// What `draw` draws over a `background`, for who uses the [texture](Offscreen::texture) on the device: nothing is read, and nothing waited for.
     ///
     /// # Errors
     /// As `draw`; [`Error::Device`].
@@ -141,7 +143,20 @@ impl Picture {
     ///
     /// # Errors
     /// [`Error::Device`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn read(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Texture) -> Result<Self> {
+        pollster::block_on(Self::read_async(device, queue, texture))
+    }
+
+    /// [`Picture::read`] for browsers, where nobody can wait. Elsewhere it waits within the first poll.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub async fn read_async(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        texture: &wgpu::Texture,
+    ) -> Result<Self> {
         const DOING: &str = "reading a picture";
         let size = [texture.width(), texture.height()];
         let buffer = crate::checked(device, DOING, || {
@@ -157,16 +172,9 @@ impl Picture {
             let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
             encoder.copy_texture_to_buffer(texture.as_image_copy(), to, texture.size());
             queue.submit([encoder.finish()]);
-            buffer.map_async(wgpu::MapMode::Read, .., |_| ());
             buffer
         })?;
-        let failed = |what: String| Error::Device {
-            kind: DeviceErrorKind::Driver,
-            device: crate::name(device),
-            message: format!("{DOING} failed: {what}"),
-        };
-        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(e.to_string()))?;
-        let mapped = buffer.get_mapped_range(..).map_err(|e| failed(e.to_string()))?;
+        let mapped = mapped(device, &buffer, DOING).await?;
         let rows = mapped.chunks_exact(row_bytes(size[0]) as usize);
         let pixels = rows.flat_map(|row| &row[..4 * size[0] as usize]).copied().collect();
         Ok(Self::from_multiplied(size, pixels))

@@ -11,6 +11,7 @@ use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{DeviceInfo, Error, Result};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A window narrower than this has its panel over the face, and closed at first.
 const NARROW: f32 = 640.0;
@@ -36,6 +37,8 @@ pub struct ViewApp {
     pub(crate) devices: Vec<DeviceInfo>,
     pub(crate) device: Option<DeviceInfo>,
     opening: Option<Opening>,
+    /// What the driver says when the device is lost, until it was told.
+    lost: Arc<Mutex<Option<String>>>,
     /// When the play head was moved last, on the window's clock, in seconds.
     clock: Option<f64>,
     pub(crate) context: egui::Context,
@@ -56,7 +59,17 @@ impl ViewApp {
     pub fn new(context: &eframe::CreationContext<'_>) -> Result<Self> {
         let state = context.wgpu_render_state.clone();
         let state = state.ok_or_else(|| Error::Internal("the window has no device to draw with".into()))?;
+        let lost = Arc::new(Mutex::new(None));
+        let (to, egui) = (lost.clone(), context.egui_ctx.clone());
+        state.device.set_device_lost_callback(move |reason, message| {
+            // It is dropped with the window, which is no loss.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                *to.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
+                egui.request_repaint();
+            }
+        });
         Ok(Self {
+            lost,
             wgpu: Wgpu::from_device(state.device.clone(), state.queue.clone())?,
             state,
             scene: None,
@@ -145,6 +158,34 @@ impl ViewApp {
     /// What is said in the last line, and whether it is an error.
     pub fn note(&self) -> Option<(&str, bool)> {
         self.note.as_ref().map(|note| (&*note.words, note.is_error))
+    }
+
+    /// Where a handle is in the window, in points from its upper left corner; `None` before the first picture.
+    pub fn handle_in_window(&self, handle: usize) -> Option<[f32; 2]> {
+        let scene = self.scene.as_ref()?;
+        let place = scene.place.filter(|_| scene.drawn > 0)?;
+        let at = scene.document.handles(true).get(handle).copied()?;
+        let scale = self.context.pixels_per_point();
+        let [x, y, _] = scene.orbit.camera().project(scene.size(), at);
+        Some([place.left() + x / scale, place.top() + y / scale])
+    }
+
+    /// The picture of the face, without the window around it, once it is there; `None` before the first.
+    #[cfg(target_arch = "wasm32")]
+    pub fn read_picture(&self) -> Option<impl Future<Output = Result<rhytid_render::Picture>> + use<>> {
+        let texture = self.scene.as_ref()?.drawn_texture()?.clone();
+        let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
+        Some(async move { rhytid_render::Picture::read_async(&device, &queue, &texture).await })
+    }
+
+    /// V × 3 positions of the frame that is shown, from the device that evaluated it; `None` where there is none yet.
+    #[cfg(target_arch = "wasm32")]
+    pub fn read_positions(&self) -> Option<impl Future<Output = Result<Vec<f32>>> + use<>> {
+        let vertices = self.scene.as_ref().filter(|scene| scene.drawn > 0)?.vertices().ok()?;
+        let slice = vertices.positions;
+        let (buffer, bytes) = (slice.buffer().clone(), slice.offset()..slice.offset() + slice.size());
+        let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
+        Some(async move { rhytid_render::read_floats(&device, &queue, &buffer, bytes).await })
     }
 
     /// Whether files are being read.
@@ -256,8 +297,18 @@ impl ViewApp {
 }
 
 impl eframe::App for ViewApp {
+    #[cfg(target_arch = "wasm32")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(self)
+    }
+
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let context = ui.ctx().clone();
+        if let Some(reason) = self.lost.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            let device = self.wgpu.device().adapter_info().name;
+            let message = format!("the device that draws was lost ({reason}); open the viewer again");
+            self.note = Some(Note { words: format!("{device}: {message}"), is_error: true });
+        }
         self.take_opened();
         #[cfg(not(target_arch = "wasm32"))]
         self.take_live();

@@ -149,6 +149,12 @@ impl Canvas {
         self.page.as_ref().map(read).transpose()
     }
 
+    /// What the result was drawn into.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn drawn_texture(&self) -> Option<&wgpu::Texture> {
+        self.page.as_ref().map(Offscreen::texture)
+    }
+
     fn forget_sides(&mut self) {
         for side in self.sides.iter_mut().filter_map(Option::take) {
             self.state.renderer.write().free_texture(&side.id);

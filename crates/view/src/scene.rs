@@ -55,6 +55,8 @@ pub(crate) struct Scene {
     /// The vertex that was picked.
     pub vertex: Option<usize>,
     pub times: Times,
+    /// Where the picture is in the window, in points.
+    pub place: Option<eframe::egui::Rect>,
     /// Pictures that were drawn since it was opened.
     pub drawn: u64,
     canvas: Canvas,
@@ -85,6 +87,7 @@ impl Scene {
             under: None,
             vertex: None,
             times: Times::default(),
+            place: None,
             drawn: 0,
             shell: None,
             strains: None,
@@ -250,6 +253,21 @@ impl Scene {
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn picture(&self) -> Result<Option<rhytid_render::Picture>> {
         self.canvas.picture()
+    }
+
+    /// What the result was drawn into.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn drawn_texture(&self) -> Option<&wgpu::Texture> {
+        self.canvas.drawn_texture()
+    }
+
+    /// The frame that was evaluated last, where it is.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Internal`] if there is none.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn vertices(&self) -> Result<rhytid_render::Vertices<'_>> {
+        self.source.vertices()
     }
 
     /// Millimetres in one mesh unit.

@@ -40,8 +40,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         let Some(scene) = &mut app.scene else { return Ok(()) };
         let scale = ui.ctx().pixels_per_point();
         let size = [rect.width(), rect.height()].map(|n| (n * scale).round().max(1.0) as u32);
-        let first = scene.drawn == 0;
-        if first {
+        scene.place = Some(rect);
+        if scene.drawn == 0 {
             scene.orbit.all(rect.width() / rect.height());
         }
         pointer(scene, &mut app.settings, ui, &response)?;

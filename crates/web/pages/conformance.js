@@ -2,6 +2,7 @@
 // "unsupported" where there is no WebGPU, or "broken" with a `message`; behind the first two `report`, as in report.json, and of a face
 // `off`, `handlePositions` and `positions`. `?binding=BYTES` splits arrays as for a device that takes no more in one binding.
 import init, { conform } from "./rhytid_web.js";
+import { unpacked, whyNot } from "./webgpu.js";
 
 const result = (window.rhytid = { state: "running" });
 const element = (id) => document.getElementById(id);
@@ -24,29 +25,11 @@ function nameOf({ description, vendor, architecture, device }) {
     return description || [vendor, architecture, device].filter((word) => word).join(" ") || "a GPU without a name";
 }
 
-async function bytes(address) {
-    const answer = await fetch(address);
-    if (!answer.ok) throw new Error(`${address}: ${answer.status} ${answer.statusText}`);
-    return new Uint8Array(await answer.arrayBuffer());
-}
-
 function offer(name, type, text) {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([text], { type }));
     link.download = link.textContent = name;
     element("downloads").append(link, " ");
-}
-
-// One sentence where WebGPU is missing.
-async function whyNot() {
-    if (!window.isSecureContext) return "Browsers give WebGPU to pages that come by https or from this machine itself, and this one does not.";
-    if (!navigator.gpu) {
-        return "This browser has no WebGPU: Chrome and Edge have it from version 113 on, Safari from 26, and Firefox from 141 on Windows and 145 on Macs with Apple silicon.";
-    }
-    if (!(await navigator.gpu.requestAdapter())) {
-        return "This browser has WebGPU and no GPU for it: its drivers may be too old, or its settings may have switched hardware acceleration off.";
-    }
-    return null;
 }
 
 async function run() {
@@ -59,7 +42,7 @@ async function run() {
     }
     element("status").textContent = "Loading …";
     const adapter = await navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
-    const [rig] = await Promise.all([bytes("demo.safetensors"), init()]);
+    const [rig] = await Promise.all([unpacked("demo.safetensors.gz"), init()]);
     const progress = element("progress");
     progress.hidden = false;
     const found = await conform(nameOf(adapter.info), navigator.userAgent, binding, rig, (done, total) => {

@@ -1,7 +1,11 @@
 //! The folder with the pages.
 use crate::Result;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use rhytid_core::{NoProgress, rig_file};
+use rhytid_formats::take;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use wasm_bindgen_cli_support::Bindgen;
@@ -14,8 +18,11 @@ const PROFILE: &str = "web";
 /// What `crates/web` is called in the folder: `rhytid_web.js` and `rhytid_web_bg.wasm`.
 const NAME: &str = "rhytid_web";
 
-/// About how many vertices the rig has that is put beside the pages: a few hundred kilobytes.
-const DEMO_VERTICES: usize = 2_000;
+/// About how many vertices the rig has that is put beside the pages: as few as show folds.
+const DEMO_VERTICES: usize = 4_000;
+
+/// What is put beside the pages, as gzip.
+const DATA: [&str; 2] = ["demo.csv.gz", "demo.safetensors.gz"];
 
 /// How large a file of the folder is.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,14 +50,13 @@ pub fn build(folder: &Path) -> Result<Vec<Size>> {
         fs::copy(&from, folder.join(&name)).map_err(|e| at(&from, &e))?;
         names.push(name);
     }
-    let rig = "demo.safetensors";
-    demo(&folder.join(rig))?;
-    names.push(rig.to_owned());
+    demo(folder)?;
+    names.extend(DATA.map(str::to_owned));
     names.sort();
     let size = |name: String| {
         let path = folder.join(&name);
         let bytes = fs::metadata(&path).map_err(|e| at(&path, &e))?.len();
-        Ok(Size { is_data: name == rig, name, bytes })
+        Ok(Size { is_data: DATA.contains(&&*name), name, bytes })
     };
     names.into_iter().map(size).collect()
 }
@@ -61,8 +67,12 @@ fn compile() -> Result<PathBuf> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command.args(["build", "--package", "rhytid-web", "--lib", "--target", TARGET, "--profile", PROFILE]);
-    // Flags for this machine's processor are none for a browser's.
-    command.arg("--target-dir").arg(&target).current_dir(root()).env_remove("RUSTFLAGS");
+    // Flags for this machine's processor are none for a browser's. Every browser that has WebGPU has vectors of 128 bits.
+    command
+        .arg("--target-dir")
+        .arg(&target)
+        .current_dir(root())
+        .env("RUSTFLAGS", "-C target-feature=+simd128");
     let status = command.status().map_err(|e| format!("cargo could not be run: {e}"))?;
     if !status.success() {
         return Err(format!(
@@ -87,11 +97,24 @@ fn finish(program: &Path, folder: &Path) -> Result {
     finished.map_err(|e| format!("wasm-bindgen refuses {}: {e:#}", program.display()))
 }
 
-/// Solves the demo face, whose rig the pages evaluate.
-fn demo(path: &Path) -> Result {
-    let rig = rhytid_solve::solve(&rhytid_demo::face(DEMO_VERTICES), &NoProgress);
-    let written = rig.and_then(|rig| rig_file::write(path, &rig.cast()));
-    written.map_err(|e| format!("the demo's rig: {e}"))
+/// Solves the demo face, whose rig the pages evaluate, and has it perform.
+fn demo(folder: &Path) -> Result {
+    let face = rhytid_demo::face(DEMO_VERTICES);
+    let failed = |e: rhytid_core::Error| format!("the demo: {e}");
+    let rig = rhytid_solve::solve(&face, &NoProgress)
+        .and_then(|rig| rig_file::encode(&rig.cast()))
+        .map_err(failed)?;
+    let plain = folder.join("demo.csv");
+    take::write(&plain, &rhytid_demo::performance(&face)).map_err(failed)?;
+    let performance = fs::read(&plain).map_err(|e| at(&plain, &e))?;
+    fs::remove_file(&plain).map_err(|e| at(&plain, &e))?;
+    for (name, bytes) in DATA.iter().zip([performance, rig]) {
+        let path = folder.join(name);
+        let file = fs::File::create(&path).map_err(|e| at(&path, &e))?;
+        let mut packed = GzEncoder::new(file, Compression::best());
+        packed.write_all(&bytes).and_then(|()| packed.finish()).map_err(|e| at(&path, &e))?;
+    }
+    Ok(())
 }
 
 /// The repository's root.

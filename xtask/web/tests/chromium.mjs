@@ -3,7 +3,8 @@
 //     node chromium.mjs JOB
 //
 // JOB is a JSON file: `downloads`, a folder for what pages hand over, and `visits`, each with a `url`; a script to run `before` any of the page's, which may be empty; the expression `until`
-// which to wait; and expressions to `evaluate` then, by name: what they give, or what a promise of theirs does, is JSON. `picture` is a
+// which to wait; `steps`, each an input event or another command of the protocol's (`method`, `params`), an expression to wait for (`until`), or expressions to `evaluate` then and
+// there; and expressions to `evaluate` then, by name: what they give, or what a promise of theirs does, is JSON. `picture` is a
 // file for one of the page, as wide as `width` says. Printed is for each visit what the expressions gave (`found`), how many `seconds`
 // passed before, and what until then was asked for (`requests`) and went wrong in the page (`errors`).
 //
@@ -22,6 +23,10 @@ const flags = [
     // A driver on the processor is no adapter unless it is asked for by name, and what it may do is called unsafe.
     "--enable-unsafe-webgpu",
     "--use-webgpu-adapter=swiftshader",
+    // What a canvas shows is put on the page by Vulkan as well: by another API, the first picture takes the whole driver away.
+    "--enable-features=Vulkan",
+    "--use-vulkan=swiftshader",
+    "--use-angle=swiftshader",
     "--remote-debugging-pipe",
     // Its sandbox refuses to run as root, and what is loaded is our own.
     "--no-sandbox",
@@ -88,7 +93,7 @@ function command(method, params = {}, sessionId = undefined) {
     return new Promise((resolve, reject) => waiting.set(id, { resolve, reject }));
 }
 
-async function visit({ url, before, until, evaluate, picture, width }) {
+async function visit({ url, before, until, steps, evaluate, picture, width, touch }) {
     const { targetId } = await command("Target.createTarget", { url: "about:blank" });
     const { sessionId } = await command("Target.attachToTarget", { targetId, flatten: true });
     const ask = (method, params) => command(method, params, sessionId);
@@ -106,7 +111,8 @@ async function visit({ url, before, until, evaluate, picture, width }) {
         if (method === "Log.entryAdded" && params.entry.level === "error") errors.push(params.entry.text);
     });
     for (const domain of ["Network", "Runtime", "Log", "Page"]) await ask(`${domain}.enable`);
-    if (width) await ask("Emulation.setDeviceMetricsOverride", { width, height: 800, deviceScaleFactor: 1, mobile: false });
+    if (width) await ask("Emulation.setDeviceMetricsOverride", { width, height: 800, deviceScaleFactor: 1, mobile: Boolean(touch) });
+    if (touch) await ask("Emulation.setTouchEmulationEnabled", { enabled: true });
     const value = async (expression) => {
         const parameters = { expression, awaitPromise: true, returnByValue: true };
         const { result, exceptionDetails } = await ask("Runtime.evaluate", parameters);
@@ -117,19 +123,39 @@ async function visit({ url, before, until, evaluate, picture, width }) {
     const start = Date.now();
     const { errorText } = await ask("Page.navigate", { url });
     if (errorText) throw new Error(`${url}: ${errorText}`);
-    // While the page is being replaced there is nothing to ask.
-    while (!(await value(until).catch(() => false))) {
-        if (Date.now() - start > VISIT_LIMIT_S * 1000) {
-            const page = await value("document.body?.innerText").catch((error) => error.message);
-            throw new Error(`${url}: not ${until} after ${VISIT_LIMIT_S} s; the page says: ${page}; errors: ${errors.join("; ")}`);
+    const wait = async (until) => {
+        const begin = Date.now();
+        // While the page is being replaced there is nothing to ask.
+        while (!(await value(until).catch(() => false))) {
+            if (Date.now() - begin > VISIT_LIMIT_S * 1000) {
+                const page = await value("document.body?.innerText").catch((error) => error.message);
+                throw new Error(`${url}: not ${until} after ${VISIT_LIMIT_S} s; the page says: ${page}; errors: ${errors.join("; ")}`);
+            }
+            await new Promise((resolve) => setTimeout(resolve, 50));
         }
-        await new Promise((resolve) => setTimeout(resolve, 50));
-    }
+    };
+    await wait(until);
     const seconds = (Date.now() - start) / 1000;
     // What is evaluated may well be refused by the page; that is for who asks.
     const sofar = { requests: [...requests], errors: [...errors] };
     const found = {};
-    for (const [name, expression] of Object.entries(evaluate)) found[name] = await value(expression);
+    const evaluated = async (expressions) => {
+        for (const [name, expression] of Object.entries(expressions)) found[name] = await value(expression);
+    };
+    for (const step of steps ?? []) {
+        if (step.until) await wait(step.until);
+        if (step.evaluate) await evaluated(step.evaluate);
+        if (!step.method) continue;
+        // What is not known before is an expression: a place, or a node of the page's.
+        const params = { ...step.params };
+        for (const [name, expression] of Object.entries(step.computed ?? {})) params[name] = await value(expression);
+        if (step.node) {
+            const { root } = await ask("DOM.getDocument");
+            params.nodeId = (await ask("DOM.querySelector", { nodeId: root.nodeId, selector: step.node })).nodeId;
+        }
+        await ask(step.method, params);
+    }
+    await evaluated(evaluate);
     if (picture) {
         const { data } = await ask("Page.captureScreenshot", { captureBeyondViewport: true });
         writeFileSync(picture, Buffer.from(data, "base64"));

@@ -1,71 +1,10 @@
-//! The pages in a browser: Chromium, whose WebGPU runs on SwiftShader, opens what `cargo xtask web` builds from a server on this machine.
+//! The conformance suite as a page.
+
+use super::*;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{Suite, run_device};
-use rhytid_core::{Backend, Device, Rig, Stage, UploadOptions, rig_file};
-use rhytid_test_support::root;
-use serde_json::{Value, json};
+use rhytid_core::{Backend, Device, Stage, UploadOptions};
 use std::collections::BTreeSet;
-use std::net::{Ipv4Addr, SocketAddr, TcpListener};
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
-use xtask_web::{Server, Size, build};
-
-/// The folder, what is in it, and where it is served.
-struct Pages {
-    folder: PathBuf,
-    files: Vec<Size>,
-    address: SocketAddr,
-}
-
-/// Builds and serves the pages, once.
-fn pages() -> &'static Pages {
-    static PAGES: OnceLock<Pages> = OnceLock::new();
-    PAGES.get_or_init(|| {
-        let folder = root().join("target/pages");
-        let files = build(&folder).unwrap();
-        let server = Server::new((Ipv4Addr::LOCALHOST, 0).into(), &folder).unwrap();
-        let address = server.address().unwrap();
-        std::thread::spawn(move || server.run());
-        Pages { folder, files, address }
-    })
-}
-
-/// Until the page has said how it ended.
-const ENDED: &str = "window.rhytid && window.rhytid.state !== 'running'";
-
-/// A page, what is done to the browser before it, and what is asked of it.
-fn visit(page: &str, before: &str, until: &str, evaluate: &[(&str, &str)]) -> Value {
-    let evaluate: serde_json::Map<String, Value> =
-        evaluate.iter().map(|(name, expression)| ((*name).to_owned(), json!(expression))).collect();
-    let url = format!("http://{}/{page}", pages().address);
-    json!({ "url": url, "before": before, "until": until, "evaluate": evaluate })
-}
-
-/// Opens a page in a Chromium of its own.
-fn visited(visit: Value) -> Value {
-    visited_with_downloads(visit, tempfile::tempdir().unwrap().path())
-}
-
-/// As [`visited`]; what the page hands over lands in `downloads`.
-fn visited_with_downloads(visit: Value, downloads: &Path) -> Value {
-    let folder = tempfile::tempdir().unwrap();
-    let job = folder.path().join("job.json");
-    std::fs::write(&job, json!({ "visits": [visit], "downloads": downloads }).to_string()).unwrap();
-    let driver = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/chromium.mjs");
-    let output = Command::new("node").arg(driver).arg(&job).output();
-    let output = output.unwrap_or_else(|e| panic!("node does not start ({e}); run `cargo xtask setup`"));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice::<Value>(&output.stdout).unwrap()[0].take()
-}
-
-/// Everything that the page tells programs, but of the face no more than how far it is off.
-const RESULT: [(&str, &str); 4] = [
-    ("state", "rhytid.state"),
-    ("message", "rhytid.message"),
-    ("report", "rhytid.report"),
-    ("off", "rhytid.off"),
-];
 
 const FACE: [(&str, &str); 2] =
     [("handles", "Array.from(rhytid.handlePositions)"), ("positions", "Array.from(rhytid.positions)")];
@@ -98,10 +37,6 @@ fn usual() -> &'static Value {
         }
         visited
     })
-}
-
-fn floats(numbers: &Value) -> Vec<f32> {
-    numbers.as_array().unwrap().iter().map(|x| x.as_f64().unwrap() as f32).collect()
 }
 
 /// Verdicts by name, in the order of the report.
@@ -151,7 +86,7 @@ fn the_report_can_be_downloaded_in_its_three_forms() {
 #[test]
 fn a_face_is_where_the_processor_has_it() {
     let found = &usual()["found"];
-    let rig = rig_file::read(&pages().folder.join("demo.safetensors")).unwrap();
+    let rig = demo().0.clone();
     let (handles, positions) = (floats(&found["handles"]), floats(&found["positions"]));
     let frames = handles.len() / (3 * rig.handles.len());
     assert!(frames > 10, "{frames}");
@@ -182,7 +117,7 @@ fn arrays_that_are_split_give_the_same_bits() {
     assert_eq!(split["state"], "passed", "{split}");
     assert_eq!(split["report"]["devices"][0]["device"]["max_binding_bytes"], 65536);
     // The basis alone is larger, and so are the positions of all poses.
-    let rig = rig_file::read(&pages().folder.join("demo.safetensors")).unwrap();
+    let rig = demo().0.clone();
     assert!(rig.basis.len() * 4 > 65536 && floats(&split["positions"]).len() * 4 > 65536);
     assert_eq!(split["positions"], whole["positions"]);
 
@@ -207,70 +142,4 @@ fn a_driver_that_gets_one_kernel_wrong_is_found_out() {
     let failed = verdicts(&found["report"]).into_iter().filter(|(_, verdict)| *verdict != "Pass");
     let stages: BTreeSet<&str> = failed.map(|(name, _)| name.split('/').next().unwrap()).collect();
     assert_eq!(stages, BTreeSet::from(["strain"]));
-}
-
-#[test]
-fn the_page_asks_for_nothing_elsewhere_and_may_not() {
-    let elsewhere = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-    elsewhere.set_nonblocking(true).unwrap();
-    let foreign = format!("http://{}/", elsewhere.local_addr().unwrap());
-    // What the policy says of something that is tried, or that it was let through.
-    let tried = |what: &str| {
-        format!(
-            "new Promise((resolve) => {{
-                const policy = (event) => resolve(event.effectiveDirective + ' ' + event.blockedURI);
-                document.addEventListener('securitypolicyviolation', policy, {{ once: true }});
-                {what}
-                setTimeout(() => resolve('let through'), 2000);
-            }})"
-        )
-    };
-    let fetch = tried(&format!("fetch('{foreign}').catch(() => {{}});"));
-    let image = tried(&format!("new Image().src = '{foreign}';"));
-    let inline =
-        tried("document.head.append(Object.assign(document.createElement('script'), { textContent: '1' }));");
-    let evaluate = [("fetch", fetch.as_str()), ("image", &image), ("inline", &inline)];
-    for page in ["conformance.html", "index.html"] {
-        let until = if page == "index.html" { "document.querySelector('li a')" } else { ENDED };
-        let visited = visited(visit(page, "", until, &evaluate));
-        let here = format!("http://{}/", pages().address);
-        let requests = visited["requests"].as_array().unwrap();
-        assert!(requests.len() >= 2, "{visited}");
-        for request in requests {
-            let request = request.as_str().unwrap();
-            assert!(request.starts_with(&here) || request.starts_with("data:"), "{page} asks for {request}");
-        }
-        assert_eq!(visited["errors"], json!([]), "{page}");
-        assert_eq!(visited["found"]["fetch"], format!("connect-src {foreign}"), "{page}");
-        assert_eq!(visited["found"]["image"], format!("img-src {foreign}"), "{page}");
-        assert_eq!(visited["found"]["inline"], "script-src-elem inline", "{page}");
-    }
-    assert_eq!(elsewhere.accept().unwrap_err().kind(), std::io::ErrorKind::WouldBlock, "somebody came");
-}
-
-#[test]
-fn without_webgpu_one_sentence_says_who_has_it() {
-    let none = "Object.defineProperty(Navigator.prototype, 'gpu', { value: undefined });";
-    let no_adapter = "GPU.prototype.requestAdapter = async () => null;";
-    for (before, words) in
-        [(none, ["Chrome and Edge", "113", "Safari", "26", "Firefox", "141"]), (no_adapter, ["no GPU"; 6])]
-    {
-        let evaluate = [&RESULT[..], &[("shown", "document.getElementById('status').innerText")]].concat();
-        let found = visited(visit("conformance.html", before, ENDED, &evaluate))["found"].take();
-        assert_eq!(found["state"], "unsupported", "{found}");
-        assert_eq!(found["shown"], found["message"]);
-        for word in words {
-            assert!(found["message"].as_str().unwrap().contains(word), "{word} is missing: {found}");
-        }
-    }
-}
-
-#[test]
-fn all_of_it_without_data_is_under_five_megabytes() {
-    let files = &pages().files;
-    let bytes: u64 = files.iter().filter(|file| !file.is_data).map(|file| file.bytes).sum();
-    println!("{bytes} bytes without data: {files:?}");
-    assert!(bytes < 5_000_000, "{files:?}");
-    let data: Vec<&str> = files.iter().filter(|file| file.is_data).map(|file| file.name.as_str()).collect();
-    assert_eq!(data, ["demo.safetensors"]);
 }

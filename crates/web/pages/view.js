@@ -1,0 +1,41 @@
+// Shows the viewer, with the demo's face open. For programs `window.rhytid` has `state`: "running", then "open", "unsupported" where there
+// is no WebGPU, or "broken" with a `message`; and `viewer`, whose functions are those of crates/web/src/viewer.rs. `?empty` opens nothing.
+import init, { view } from "./rhytid_web.js";
+import { unpacked, whyNot } from "./webgpu.js";
+
+const result = (window.rhytid = { state: "running" });
+const element = (id) => document.getElementById(id);
+
+function end(state, message) {
+    Object.assign(result, { state, message });
+    element("status").textContent = message ?? "";
+    element("status").hidden = !message;
+}
+
+addEventListener("error", (event) => end("broken", `The viewer broke off: ${event.message}`));
+addEventListener("unhandledrejection", (event) => end("broken", `The viewer broke off: ${event.reason?.message ?? event.reason}`));
+
+async function run() {
+    const reason = await whyNot();
+    if (reason) return end("unsupported", reason);
+    end("running", "Loading …");
+    const isEmpty = new URLSearchParams(location.search).has("empty");
+    const demo = isEmpty ? [] : ["demo.safetensors", "demo.csv"];
+    const [files] = await Promise.all([Promise.all(demo.map((name) => unpacked(`${name}.gz`))), init()]);
+    const viewer = (result.viewer = await view(element("canvas")));
+    viewer.open(demo, files);
+    element("files").addEventListener("change", async ({ target }) => {
+        const chosen = [...target.files];
+        const read = await Promise.all(chosen.map(async (file) => new Uint8Array(await file.arrayBuffer())));
+        viewer.open(chosen.map(({ name }) => name), read);
+        // The same file may be chosen again.
+        target.value = "";
+        element("canvas").focus();
+    });
+    // As soon as there is a picture.
+    while (!isEmpty && !(JSON.parse(viewer.status || "{}").pictures > 0)) await new Promise((resolve) => setTimeout(resolve, 20));
+    end("open");
+    element("canvas").focus();
+}
+
+run().catch((error) => end("broken", `The viewer broke off: ${error.message ?? error}`));

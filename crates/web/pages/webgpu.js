@@ -1,0 +1,21 @@
+// What both pages need: whether there is WebGPU, and files from beside them.
+
+// One sentence where WebGPU is missing; null where it is there.
+export async function whyNot() {
+    if (!window.isSecureContext) return "Browsers give WebGPU to pages that come by https or from this machine itself, and this one does not.";
+    if (!navigator.gpu) {
+        return "This browser has no WebGPU: Chrome and Edge have it from version 113 on, Safari from 26, and Firefox from 141 on Windows and 145 on Macs with Apple silicon.";
+    }
+    if (!(await navigator.gpu.requestAdapter())) {
+        return "This browser has WebGPU and no GPU for it: its drivers may be too old, or its settings may have switched hardware acceleration off.";
+    }
+    return null;
+}
+
+// The bytes of a file that is kept as gzip.
+export async function unpacked(address) {
+    const answer = await fetch(address);
+    if (!answer.ok) throw new Error(`${address}: ${answer.status} ${answer.statusText}`);
+    const stream = answer.body.pipeThrough(new DecompressionStream("gzip"));
+    return new Uint8Array(await new Response(stream).arrayBuffer());
+}
