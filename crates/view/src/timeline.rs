@@ -7,7 +7,11 @@ use eframe::egui::{self, Color32, Rect, Sense, pos2, vec2};
 
 pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     let mut wanted = Vec::new();
+    let width = ui.ctx().content_rect().width();
     ui.horizontal_wrapped(|ui| {
+        if ui.selectable_label(app.is_panel_shown(width), "Panel").clicked() {
+            wanted.push(Command::Panels);
+        }
         let Some(document) = app.scene.as_mut().map(|scene| &mut scene.document) else {
             ui.weak("no take");
             return;
