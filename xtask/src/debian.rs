@@ -3,7 +3,7 @@ use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
 /// What the tests run and are checked with, beside Python and Node.js.
-const PACKAGES: [&str; 21] = [
+const PACKAGES: [&str; 26] = [
     // fincore, which tells how much of a file is in memory.
     "util-linux-extra",
     // Vulkan: the loader, the lavapipe driver, the validation layers, `spirv-val`.
@@ -26,6 +26,13 @@ const PACKAGES: [&str; 21] = [
     // What else opens films and moving pictures: `ffmpeg` and `ffprobe`; `webpinfo`, `webpmux` and `dwebp`.
     "ffmpeg",
     "webp",
+    // A display for the window, in memory, and what moves its pointer and presses its keys.
+    "xvfb",
+    "xdotool",
+    // What a window loads, beside what Blender needs below.
+    "libx11-xcb1",
+    "libxcursor1",
+    "libxkbcommon-x11-0",
     // What Blender's Python module is linked with, beside the OpenGL above; each brings those that it needs itself.
     "libgl1",
     "libxfixes3",

@@ -1,9 +1,11 @@
-//! Ctrl-C: while something is recorded, it ends the recording. Else the first asks the work to stop, and after a second ends it; the second one ends it at once.
+//! Ctrl-C: while something is recorded, it ends the recording; while there is a window, it closes it. Else the first asks the work to stop, and after a second ends it; the second one ends it at once.
 
 use crate::exit;
 use crate::progress::Ui;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(feature = "view")]
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -35,6 +37,16 @@ pub(crate) fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }
 
+/// What the next Ctrl-C does in place of stopping.
+#[cfg(feature = "view")]
+static INSTEAD: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
+
+/// From now on the first Ctrl-C does `this` alone, and those after it stop.
+#[cfg(feature = "view")]
+pub(crate) fn first_does(this: impl FnOnce() + Send + 'static) {
+    *INSTEAD.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(this));
+}
+
 /// From now on Ctrl-C (and a request to terminate) first asks the work to stop.
 pub(crate) fn install(ui: &Arc<Ui>) {
     let ui = Arc::clone(ui);
@@ -42,6 +54,10 @@ pub(crate) fn install(ui: &Arc<Ui>) {
         if RECORDING.load(Ordering::Relaxed) && !ENDED.swap(true, Ordering::Relaxed) {
             ui.line("the recording ends… (Ctrl-C again stops)");
             return;
+        }
+        #[cfg(feature = "view")]
+        if let Some(this) = INSTEAD.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            return this();
         }
         if REQUESTED.swap(true, Ordering::Relaxed) {
             leave(&ui);

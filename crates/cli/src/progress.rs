@@ -177,7 +177,7 @@ pub(crate) fn install_logger(ui: &Arc<Ui>, quiet: bool, verbose: u8) {
     // While it looks for devices, wgpu reports every API that is not there; our own backend says what matters of it.
     let of_wgpu = if verbose < 2 { log::LevelFilter::Off } else { level };
     let mut builder = env_logger::Builder::new();
-    for module in ["wgpu", "wgpu_core", "wgpu_hal", "naga"] {
+    for module in ["egui_wgpu", "wgpu", "wgpu_core", "wgpu_hal", "naga"] {
         builder.filter_module(module, of_wgpu);
     }
     builder

@@ -98,6 +98,13 @@ impl ViewApp {
         self
     }
 
+    /// Evaluates the rigs that are opened from now on there; `None` for the device that draws.
+    #[must_use]
+    pub fn with_device(mut self, device: Option<DeviceInfo>) -> Self {
+        self.device = device;
+        self
+    }
+
     /// Begins to read files: a rig, and takes for it or for the one that is open.
     pub(crate) fn open(&mut self, sources: Vec<Source>) {
         if sources.is_empty() {
@@ -143,6 +150,11 @@ impl ViewApp {
     /// What the last picture took, and how many there were since the rig was opened.
     pub fn times(&self) -> Option<(Times, u64)> {
         self.scene.as_ref().map(|scene| (scene.times, scene.drawn))
+    }
+
+    /// The size of the face's picture in pixels; `None` while no rig is open.
+    pub fn picture_size(&self) -> Option<[u32; 2]> {
+        self.scene.as_ref().map(Scene::size)
     }
 
     /// The markers that are taken, as handles of the rig.
@@ -279,6 +291,7 @@ impl ViewApp {
     pub(crate) fn run(&mut self, command: Command, ui: &egui::Ui) {
         let width = ui.ctx().content_rect().width();
         match command {
+            Command::Close => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
             Command::Keys => self.keys_shown = !self.keys_shown,
             Command::Panels => self.panel_shown = Some(!self.is_panel_shown(width)),
             Command::Mirror => self.settings.mirrored = !self.settings.mirrored,
@@ -325,7 +338,8 @@ impl eframe::App for ViewApp {
         if self.is_panel_shown(width) {
             let most = (0.85 * width).min(360.0);
             egui::Panel::right("panel").default_size(most.min(300.0)).max_size(most).show(ui, |ui| {
-                egui::ScrollArea::vertical().show(ui, |ui| panel::show(self, ui));
+                // As wide whatever is in it, so that the face stays where it is.
+                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| panel::show(self, ui));
             });
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));

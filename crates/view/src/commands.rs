@@ -34,6 +34,7 @@ pub(crate) enum Command {
     Screenshot,
     SaveFrame,
     SaveExample,
+    Close,
     /// Of what is shown, counted from 0.
     Look(u8),
 }
@@ -99,6 +100,9 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Screenshot, NONE, Key::S, "save the picture"),
     on(Command::Panels, NONE, Key::T, "the panel at the side, or not"),
     on(Command::Keys, NONE, Key::H, "this sheet"),
+    // A browser's tab is the browser's.
+    #[cfg(not(target_arch = "wasm32"))]
+    on(Command::Close, COMMAND, Key::Q, "close the window"),
 ];
 
 /// The commands whose keys were pressed, in the order of [`BINDINGS`]. None while somebody types into a field.

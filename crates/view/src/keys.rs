@@ -19,8 +19,13 @@ const POINTER: [(&str, &str); 9] = [
 
 pub(crate) fn show(app: &mut ViewApp, context: &egui::Context) {
     let mut open = app.keys_shown;
-    egui::Window::new("Keys").open(&mut open).vscroll(true).default_width(320.0).show(context, |ui| {
-        egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+    let room = context.content_rect();
+    let width = (room.width() - 40.0).min(480.0);
+    let sheet = egui::Window::new("Keys").open(&mut open).vscroll(true).default_height(room.height() - 60.0);
+    sheet.default_width(width).max_width(width).show(context, |ui| {
+        // Half for each, so that long lines go on below in a narrow window.
+        let half = 0.5 * (width - ui.spacing().item_spacing.x);
+        egui::Grid::new("keys").num_columns(2).max_col_width(half).striped(true).show(ui, |ui| {
             for (what, words) in POINTER {
                 ui.strong(what);
                 ui.label(words);

@@ -25,32 +25,36 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             wanted.push(Command::Keys);
         }
     });
-    section(ui, "Look", |ui| look(&mut app.settings, ui));
+    section(ui, "Look", true, |ui| look(&mut app.settings, ui));
     if let Some(scene) = &mut app.scene {
-        section(ui, "Markers", |ui| markers(scene, &mut app.settings, ui, &mut wanted));
-        section(ui, "Vertex", |ui| vertex(scene, ui));
+        section(ui, "Markers", true, |ui| markers(scene, &mut app.settings, ui, &mut wanted));
     }
+    section(ui, "Device", true, |ui| device(app, ui));
     #[cfg(not(target_arch = "wasm32"))]
-    section(ui, "Save", |ui| {
-        for (words, command) in [
-            ("The frame as a take", Command::SaveFrame),
-            ("The frame as a mesh, for an example", Command::SaveExample),
-            ("The picture", Command::Screenshot),
-        ] {
-            if ui.add_enabled(app.scene.is_some(), egui::Button::new(words)).clicked() {
-                wanted.push(command);
+    {
+        section(ui, "Live", true, |ui| live(app, ui));
+        section(ui, "Save", false, |ui| {
+            for (words, command) in [
+                ("The frame as a take", Command::SaveFrame),
+                ("The frame as a mesh, for an example", Command::SaveExample),
+                ("The picture", Command::Screenshot),
+            ] {
+                if ui.add_enabled(app.scene.is_some(), egui::Button::new(words)).clicked() {
+                    wanted.push(command);
+                }
             }
-        }
-    });
-    section(ui, "Device", |ui| device(app, ui));
-    section(ui, "Window", theme);
-    #[cfg(not(target_arch = "wasm32"))]
-    section(ui, "Live", |ui| live(app, ui));
+        });
+    }
+    section(ui, "Window", false, theme);
+    // Last, as it is the longest.
+    if let Some(scene) = &mut app.scene {
+        section(ui, "Vertex", true, |ui| vertex(scene, ui));
+    }
     wanted.into_iter().for_each(|command| app.run(command, ui));
 }
 
-fn section(ui: &mut egui::Ui, words: &str, show: impl FnOnce(&mut egui::Ui)) {
-    egui::CollapsingHeader::new(words).default_open(true).show(ui, show);
+fn section(ui: &mut egui::Ui, words: &str, is_open: bool, show: impl FnOnce(&mut egui::Ui)) {
+    egui::CollapsingHeader::new(words).default_open(is_open).show(ui, show);
 }
 
 /// A slider with its name before it, by which it is known too.

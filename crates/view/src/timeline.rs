@@ -41,7 +41,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         if ui.add(field).labelled_by(label.id).changed() {
             document.transport.seek(frame);
         }
-        ui.label(format!("of {last}   {:.2} s", document.transport.time()));
+        // In one piece, whatever the window's width.
+        ui.add(egui::Label::new(format!("of {last}   {:.2} s", document.transport.time())).extend());
         ui.add(
             egui::DragValue::new(&mut document.transport.speed)
                 .range(0.05..=8.0)

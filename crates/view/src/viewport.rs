@@ -109,6 +109,8 @@ fn pointer(
         match holds {
             Holds::Wipe => settings.wipe = (settings.wipe + moved.x / rect.width()).clamp(0.0, 1.0),
             Holds::Markers { from, at: point } => {
+                // Where it was let go, though the pointer may have gone on before this frame.
+                let at = ui.input(released).filter(|_| response.drag_stopped()).or(at);
                 if let Some(at) = at.filter(|_| scene.document.is_dragging()) {
                     let by = scene.orbit.moved(point, [at.x - from.x, at.y - from.y], rect.height());
                     scene.drag(by, settings);
@@ -146,6 +148,14 @@ fn pointer(
     Ok(())
 }
 
+/// Where a button was let go since the frame before.
+fn released(input: &egui::InputState) -> Option<Pos2> {
+    input.events.iter().find_map(|event| match event {
+        egui::Event::PointerButton { pos, pressed: false, .. } => Some(*pos),
+        _ => None,
+    })
+}
+
 /// Takes a marker: alone, or with `more` besides those that are taken, or no longer.
 fn take(scene: &mut Scene, marker: usize, more: bool) {
     match (more, scene.taken.iter().position(|&taken| taken == marker)) {
@@ -177,13 +187,14 @@ fn paint(scene: &Scene, settings: &Settings, ui: &egui::Ui, rect: Rect) {
     }
     if settings.before != Before::Off {
         let x = rect.left() + wipe * rect.width();
-        let (line, text) = (ui.visuals().strong_text_color(), egui::TextStyle::Small.resolve(ui.style()));
-        ui.painter().vline(x, rect.y_range(), egui::Stroke::new(1.5, line));
-        let write = |at: f32, align: egui::Align2, words: &str| {
-            ui.painter().text(pos2(at, rect.top() + 6.0), align, words, text.clone(), line);
-        };
-        write(x - 6.0, egui::Align2::RIGHT_TOP, settings.before.name());
-        write(x + 6.0, egui::Align2::LEFT_TOP, "result");
+        // With a rim, as what is behind it may be of any colour.
+        for (width, colour) in [(4.0, ui.visuals().extreme_bg_color), (1.5, ui.visuals().strong_text_color())]
+        {
+            ui.painter().vline(x, rect.y_range(), egui::Stroke::new(width, colour));
+        }
+        let y = rect.top() + 6.0;
+        write(ui, pos2(x - 8.0, y), egui::Align2::RIGHT_TOP, settings.before.name());
+        write(ui, pos2(x + 8.0, y), egui::Align2::LEFT_TOP, "result");
     }
     if let Some((heat, words)) = settings.heat() {
         legend(ui, rect, heat, words);
@@ -195,7 +206,7 @@ fn legend(ui: &egui::Ui, rect: Rect, heat: Heat, words: &str) {
     const STEPS: usize = 48;
     let [low, high] = heat.range();
     let size = vec2((0.4 * rect.width()).min(200.0), 12.0);
-    let bar = Rect::from_min_size(rect.left_bottom() + vec2(12.0, -38.0), size);
+    let bar = Rect::from_min_size(rect.left_bottom() + vec2(12.0, -40.0), size);
     let painter = ui.painter();
     for i in 0..STEPS {
         let at = |i: usize| bar.left() + bar.width() * i as f32 / STEPS as f32;
@@ -205,11 +216,16 @@ fn legend(ui: &egui::Ui, rect: Rect, heat: Heat, words: &str) {
         let step = Rect::from_min_max(pos2(at(i), bar.top()), pos2(at(i + 1) + 0.5, bar.bottom()));
         painter.rect_filled(step, 0.0, colour);
     }
+    write(ui, bar.left_bottom() + vec2(0.0, 5.0), egui::Align2::LEFT_TOP, &low.to_string());
+    write(ui, bar.right_bottom() + vec2(0.0, 5.0), egui::Align2::RIGHT_TOP, &high.to_string());
+    write(ui, bar.center_top() - vec2(0.0, 5.0), egui::Align2::CENTER_BOTTOM, words);
+}
+
+/// Small words over the picture, on a ground of their own: what is behind them may be of any colour.
+fn write(ui: &egui::Ui, at: Pos2, align: egui::Align2, words: &str) {
     let (font, colour) = (egui::TextStyle::Small.resolve(ui.style()), ui.visuals().strong_text_color());
-    let write = |at: Pos2, align, words: String| {
-        painter.text(at, align, words, font.clone(), colour);
-    };
-    write(bar.left_bottom() + vec2(0.0, 3.0), egui::Align2::LEFT_TOP, low.to_string());
-    write(bar.right_bottom() + vec2(0.0, 3.0), egui::Align2::RIGHT_TOP, high.to_string());
-    write(bar.center_top() - vec2(0.0, 3.0), egui::Align2::CENTER_BOTTOM, words.to_owned());
+    let galley = ui.painter().layout_no_wrap(words.to_owned(), font, colour);
+    let place = align.anchor_size(at, galley.size());
+    ui.painter().rect_filled(place.expand(2.0), 2.0, ui.visuals().extreme_bg_color.gamma_multiply(0.7));
+    ui.painter().galley(place.min, galley, colour);
 }

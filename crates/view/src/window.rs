@@ -8,9 +8,10 @@ use rhytid_core::{DeviceErrorKind, DeviceInfo, Error, Result};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 
 /// What a window begins with.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct WindowOptions {
     /// A rig, and a take for it: read when the window is there.
     pub files: Vec<PathBuf>,
@@ -22,6 +23,8 @@ pub struct WindowOptions {
     pub devices: Vec<DeviceInfo>,
     /// That of them which it is evaluated on at first; `None` for the one that draws.
     pub device: Option<DeviceInfo>,
+    /// What is sent here closes the window.
+    pub close: Option<Receiver<()>>,
 }
 
 /// Shows a window until it is closed.
@@ -58,17 +61,49 @@ pub fn run(options: WindowOptions) -> Result<()> {
         ..eframe::NativeOptions::default()
     };
     let create: eframe::AppCreator<'_> = Box::new(move |context| {
-        let mut app = ViewApp::new(context)?.with_devices(options.devices);
-        app.device = options.device;
+        let mut app = ViewApp::new(context)?.with_devices(options.devices).with_device(options.device);
         app.open_paths(&options.files);
         if let Some(address) = options.listen {
             app.listen(address);
+        }
+        if let Some(close) = options.close {
+            close_when(close, context.egui_ctx.clone());
         }
         Ok(Box::new(app))
     });
     eframe::run_native("rhytid", native, create).map_err(|error| Error::Device {
         kind: DeviceErrorKind::Unsupported,
         device: "window".to_owned(),
-        message: format!("it did not open: {error}; `rhytid render` draws without one, and needs no display"),
+        message: format!(
+            "it did not open: {}; `rhytid render` draws without one, and needs no display",
+            reason(&error)
+        ),
     })
+}
+
+/// Closes the window once something is sent. The thread ends with it, or when nobody can send any more.
+fn close_when(sent: Receiver<()>, context: egui::Context) {
+    std::thread::spawn(move || {
+        if sent.recv().is_ok() {
+            context.send_viewport_cmd_to(egui::ViewportId::ROOT, egui::ViewportCommand::Close);
+            // The window may have been woken before the command was there.
+            context.request_repaint_of(egui::ViewportId::ROOT);
+        }
+    });
+}
+
+/// Why there is no window. What winit says of a display is lines of its own source.
+fn reason(error: &eframe::Error) -> String {
+    if !matches!(error, eframe::Error::WinitEventLoop(_)) {
+        return error.to_string();
+    }
+    let named = ["WAYLAND_DISPLAY", "DISPLAY"]
+        .iter()
+        .filter_map(|name| Some(format!("{name}={}", std::env::var(name).ok().filter(|at| !at.is_empty())?)))
+        .collect::<Vec<_>>();
+    match (&named[..], cfg!(target_os = "linux")) {
+        ([], true) => "there is no display, as neither WAYLAND_DISPLAY nor DISPLAY names one".to_owned(),
+        (named, true) => format!("the display does not answer ({})", named.join(", ")),
+        _ => "the system has no display for this process".to_owned(),
+    }
 }

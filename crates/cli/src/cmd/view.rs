@@ -1,7 +1,7 @@
 //! `rhytid view`
 
 use crate::guard::guard;
-use crate::{args, drawing, inputs, limits};
+use crate::{args, drawing, inputs, interrupt, limits};
 use rhytid::backends::wgpu::Wgpu;
 use rhytid::formats::FileKind;
 use rhytid::playback;
@@ -11,13 +11,16 @@ use rhytid::{Backend, Error, Result};
 /// Shows a window until it is closed.
 ///
 /// # Errors
-/// As [`rhytid::view::run`]; what is wrong with the files is said in the window, what is no file of the kind here.
+/// As [`rhytid::view::run`]. That a file is not there, or of another kind, is said here; what is wrong in it, in the window.
 pub(super) fn run(args: &args::View) -> Result<()> {
     if let Some(rig) = &args.rig {
         inputs::expect(rig, &[FileKind::Rig], "rhytid view RIG [TAKE]")?;
     }
     if let (Some(rig), Some(take)) = (&args.rig, &args.take) {
         inputs::rig_and_take(rig, take, "rhytid view RIG TAKE")?;
+    }
+    for file in args.rig.iter().chain(&args.take) {
+        std::fs::metadata(file).map_err(Error::io(file))?;
     }
     let named = args.device.as_deref().map(inputs::named_device).transpose()?.flatten();
     let evaluates = named.as_ref().filter(|device| device.backend == Wgpu::NAME);
@@ -30,7 +33,13 @@ pub(super) fn run(args: &args::View) -> Result<()> {
     let mut devices = playback::devices(guard()).devices;
     devices.retain(|device| *device != draws);
     let files = args.rig.iter().chain(&args.take).cloned().collect();
-    let options = WindowOptions { files, listen: args.listen, draws: Some(draws), devices, device };
+    let (sender, close) = std::sync::mpsc::channel();
+    interrupt::first_does(move || {
+        // It may be closed already.
+        let _ = sender.send(());
+    });
+    let options =
+        WindowOptions { files, listen: args.listen, draws: Some(draws), devices, device, close: Some(close) };
     let closed = limits::on_main_thread(|| rhytid::view::run(options));
     closed.unwrap_or_else(|| Err(Error::Internal("the window ended without a result".into())))
 }

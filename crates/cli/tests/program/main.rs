@@ -33,4 +33,6 @@ mod space;
 mod stitch;
 mod tampered;
 mod usd;
+#[cfg(all(target_os = "linux", feature = "view"))]
+mod window;
 mod words;

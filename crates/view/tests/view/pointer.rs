@@ -54,6 +54,30 @@ fn what_is_dragged_is_drawn_in_the_same_frame() {
 }
 
 #[test]
+fn a_marker_stays_where_it_was_let_go_though_the_pointer_goes_on() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    let handle = handle_in_front(&view);
+    let from = at(&view, handle);
+    let to = from + egui::vec2(20.0, 12.0);
+    button(&mut view, from, PointerButton::Primary, true, NONE);
+    view.step();
+    view.hover_at(from + egui::vec2(8.0, 0.0));
+    view.step();
+    // All of it between two frames, as when one takes long.
+    let let_go = egui::Event::PointerButton {
+        pos: to,
+        button: PointerButton::Primary,
+        pressed: false,
+        modifiers: NONE,
+    };
+    let beyond = egui::Event::PointerMoved(to + egui::vec2(90.0, 60.0));
+    view.input_mut().events.extend([egui::Event::PointerMoved(to), let_go, beyond]);
+    view.run();
+    assert!(at(&view, handle).distance(to) < 1.0, "{:?} instead of {to:?}", at(&view, handle));
+}
+
+#[test]
 fn at_rest_nothing_is_drawn_and_nothing_asked_for() {
     let folder = Folder::new();
     let mut view = opened(&folder, [900.0, 700.0]);
