@@ -54,8 +54,8 @@ pub struct Document {
     positions: Vec<f32>,
     /// The least confidence of the handles in each frame; empty where all is measured.
     confidence: Vec<f32>,
-    /// Where live positions are: H × 3; they take the take's place.
-    live: Option<Vec<f32>>,
+    /// Where live positions are: H × 3, and the confidence of each handle; they take the take's place.
+    live: Option<(Vec<f32>, Vec<f32>)>,
     /// The play head.
     pub transport: Transport,
     pull: Pull,
@@ -123,9 +123,15 @@ impl Document {
         &self.confidence
     }
 
-    /// Shows H × 3 positions that come live, in place of the take's; `None` for the take again.
-    pub fn set_live(&mut self, positions: Option<Vec<f32>>) {
-        self.live = positions;
+    /// Shows H × 3 positions that come live, each of the H handles with its confidence from 0 to 1, in place of the take's; `None` for the
+    /// take again.
+    pub fn set_live(&mut self, frame: Option<(Vec<f32>, Vec<f32>)>) {
+        self.live = frame;
+    }
+
+    /// H: how far each handle of a live frame is to be trusted, from 0 to 1; empty where none is shown.
+    pub fn live_confidence(&self) -> &[f32] {
+        self.live.as_ref().map_or(&[], |(_, confidence)| confidence)
     }
 
     /// Whether live positions are shown.
@@ -138,7 +144,7 @@ impl Document {
         let per_frame = 3 * self.rest.len();
         let frame = self.transport.frame();
         let base = match (&self.live, self.positions.get(frame * per_frame..(frame + 1) * per_frame)) {
-            (Some(live), _) => live.as_chunks::<3>().0,
+            (Some((live, _)), _) => live.as_chunks::<3>().0,
             (None, Some(frame)) => frame.as_chunks::<3>().0,
             (None, None) => &self.rest,
         };

@@ -21,8 +21,8 @@ struct Newest {
     positions: Option<Vec<f32>>,
     /// In seconds behind the fastest.
     latency: f64,
-    /// Handles that are not seen now.
-    unseen: usize,
+    /// H: 1 where a marker is seen, falling to 0 where it is not.
+    confidence: Vec<f32>,
     counts: Counts,
     /// What ended it.
     fault: Option<String>,
@@ -51,18 +51,20 @@ impl Live {
             while !end.load(Ordering::Relaxed) {
                 let frame = receiver.next(WAIT).map(|frame| {
                     frame.map(|frame| {
-                        let unseen = frame.confidence.iter().filter(|c| **c < 1.0).count();
-                        (frame.positions.as_flattened().to_vec(), frame.latency, unseen)
+                        let positions = frame.positions.as_flattened().to_vec();
+                        (positions, frame.latency, frame.confidence.to_vec())
                     })
                 });
                 let mut newest = to.lock().unwrap_or_else(PoisonError::into_inner);
-                newest.counts = receiver.counts();
+                let before = std::mem::replace(&mut newest.counts, receiver.counts());
                 match frame {
-                    Ok(Some((positions, latency, unseen))) => {
-                        (newest.positions, newest.latency, newest.unseen) =
-                            (Some(positions), latency, unseen);
+                    Ok(Some((positions, latency, confidence))) => {
+                        (newest.positions, newest.latency, newest.confidence) =
+                            (Some(positions), latency, confidence);
                     }
-                    Ok(None) => continue,
+                    // Junk is counted in the panel, too.
+                    Ok(None) if newest.counts == before => continue,
+                    Ok(None) => {}
                     Err(error) => {
                         newest.fault = Some(error.to_string());
                         return;
@@ -85,7 +87,8 @@ impl Live {
 
     /// What is said of it.
     pub(crate) fn status(&self) -> String {
-        let Newest { positions, latency, unseen, counts, fault } = self.newest();
+        let Newest { positions, latency, confidence, counts, fault } = self.newest();
+        let unseen = confidence.iter().filter(|c| **c < 1.0).count();
         let mut words = format!(
             "listening at {}: {} frames, {} lost, {} late, {} bad",
             self.address, counts.frames, counts.lost, counts.late, counts.bad
@@ -93,8 +96,8 @@ impl Live {
         if positions.is_some() {
             words += &format!("; latency {:.1} ms", 1e3 * latency);
         }
-        if unseen > 0 && positions.is_some() {
-            words += &format!("; {unseen} markers are not seen");
+        if unseen > 0 {
+            words += &format!("; {unseen} of {} markers are not seen", confidence.len());
         }
         words + &fault.map(|fault| format!("; ended: {fault}")).unwrap_or_default()
     }
@@ -116,6 +119,11 @@ impl ViewApp {
         self.live = None;
         self.listen_at = Some(address);
         self.listen_again();
+    }
+
+    /// Where it listens: of port 0, the one that the system chose. `None` while it does not, or no rig is open.
+    pub fn listens_at(&self) -> Option<SocketAddr> {
+        self.live.as_ref().map(Live::address)
     }
 
     /// Listens for the handles of the rig that is open.
@@ -147,9 +155,9 @@ impl ViewApp {
     /// Shows what has come.
     pub(crate) fn take_live(&mut self) {
         if let (Some(live), Some(scene)) = (&self.live, &mut self.scene)
-            && let Some(positions) = live.newest().positions
+            && let Newest { positions: Some(positions), confidence, .. } = live.newest()
         {
-            scene.document.set_live(Some(positions));
+            scene.document.set_live(Some((positions, confidence)));
         }
     }
 }

@@ -40,6 +40,8 @@ struct Seen {
     background: [u8; 4],
     taken: Vec<usize>,
     pinned: Vec<bool>,
+    /// Of a live frame's markers.
+    confidence: Vec<f32>,
     under: Option<usize>,
     vertex: Option<usize>,
 }
@@ -120,6 +122,7 @@ impl Scene {
             background,
             taken: self.taken.clone(),
             pinned: self.document.pose().pinned.clone(),
+            confidence: self.document.live_confidence().to_vec(),
             under: self.under,
             vertex: self.vertex,
         };
@@ -276,7 +279,8 @@ impl Scene {
     }
 }
 
-/// The markers: those that are taken and the one under the pointer are larger, pinned ones are blue.
+/// The markers: those that are taken and the one under the pointer are larger, pinned ones are blue, and live ones that are not seen fade
+/// into their rims.
 fn dots(seen: &Seen, handles: &[[f32; 3]]) -> Vec<Mark> {
     let mut marks = Vec::with_capacity(2 * handles.len());
     for (handle, &at) in handles.iter().enumerate() {
@@ -288,6 +292,8 @@ fn dots(seen: &Seen, handles: &[[f32; 3]]) -> Vec<Mark> {
             (false, false) => MARKER,
         };
         marks.push(Mark::dot(at, RIM, width + 3.0));
+        let faded = 1.0 - seen.confidence.get(handle).copied().unwrap_or(1.0);
+        let colour = std::array::from_fn(|c| colour[c] + faded * (RIM[c] - colour[c]));
         marks.push(Mark::dot(at, colour, width));
     }
     marks

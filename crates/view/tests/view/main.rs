@@ -1,6 +1,7 @@
 //! The viewer without a window: what the pointer and the keys do, and what is drawn, on a software driver.
 
 mod files;
+mod live;
 mod pictures;
 mod pointer;
 mod time;
