@@ -32,7 +32,7 @@ pub struct Entry {
     /// Whether an invocation computes several frames: then each language has a constant `FRAMES`, which is 1 or
     /// [`FRAMES_AT_ONCE`] (Vulkan: specialisation constant 0; WebGPU: `override`; OpenCL: a macro).
     pub batched: bool,
-    /// GLSL, for Vulkan; `spirv` is made from it. Its entry point is renamed from `main`.
+    /// GLSL, for Vulkan; `spirv` is made from it. Its entry point is renamed from `main`. As SPIR-V and OpenCL C, it is empty in browsers.
     pub glsl: &'static str,
     /// SPIR-V 1.3 words in little-endian bytes, as `cargo xtask kernels` made them.
     pub spirv: &'static [u8],
@@ -124,6 +124,9 @@ macro_rules! buffers {
 }
 
 /// Makes [`Kernel`]: each variant with the folder of its sources and what the sources do not say themselves.
+/// A program for browsers does without the texts for other APIs.
+const BROWSER: bool = cfg!(target_arch = "wasm32");
+
 macro_rules! kernels {
     ($(
         $(#[$doc:meta])*
@@ -152,9 +155,9 @@ macro_rules! kernels {
                             each: $each,
                             at_once: $at_once,
                             batched: $batched,
-                            glsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".comp")),
-                            spirv: include_bytes!(concat!(stringify!($name), "/", stringify!($name), ".spv")),
-                            opencl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".cl")),
+                            glsl: if BROWSER { "" } else { include_str!(concat!(stringify!($name), "/", stringify!($name), ".comp")) },
+                            spirv: if BROWSER { &[] } else { include_bytes!(concat!(stringify!($name), "/", stringify!($name), ".spv")) },
+                            opencl: if BROWSER { "" } else { include_str!(concat!(stringify!($name), "/", stringify!($name), ".cl")) },
                             wgsl: include_str!(concat!(stringify!($name), "/", stringify!($name), ".wgsl")),
                         };
                         &ENTRY

@@ -59,6 +59,7 @@ impl ViewApp {
     pub fn new(context: &eframe::CreationContext<'_>) -> Result<Self> {
         let state = context.wgpu_render_state.clone();
         let state = state.ok_or_else(|| Error::Internal("the window has no device to draw with".into()))?;
+        context.egui_ctx.set_fonts(fonts());
         let lost = Arc::new(Mutex::new(None));
         let (to, egui) = (lost.clone(), context.egui_ctx.clone());
         state.device.set_device_lost_callback(move |reason, message| {
@@ -396,4 +397,14 @@ impl ViewApp {
             ui.label(if note.is_error { words.color(error) } else { words });
         });
     }
+}
+
+/// One font for all words: what a page loads is smaller by the others.
+fn fonts() -> egui::FontDefinitions {
+    const NAME: &str = "Ubuntu-Light";
+    let mut fonts = egui::FontDefinitions::empty();
+    let data = egui::FontData::from_static(epaint_default_fonts::UBUNTU_LIGHT);
+    fonts.font_data.insert(NAME.to_owned(), Arc::new(data));
+    fonts.families.values_mut().for_each(|family| family.push(NAME.to_owned()));
+    fonts
 }
