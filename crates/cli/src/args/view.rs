@@ -24,7 +24,7 @@ pub(crate) struct View {
     )]
     pub listen: Option<SocketAddr>,
 
-    /// The device to evaluate on, as `rhytid devices` names it [default: the one that draws].
+    /// The device to evaluate on, as `rhytid devices` names it [default: the one that draws; where that is a software driver, cpu:0].
     #[arg(long)]
     pub device: Option<String>,
 

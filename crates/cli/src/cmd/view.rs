@@ -28,8 +28,11 @@ pub(super) fn run(args: &args::View) -> Result<()> {
         (None, Some(device)) => device.clone(),
         (wanted, _) => drawing::device(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
     };
-    // The one that draws is evaluated on where frames are.
-    let device = named.filter(|named| *named != draws);
+    // The one that draws is evaluated on where frames are, but for a software driver, which the processor itself outdoes.
+    let device = match named {
+        None if draws.is_software_driver() => Some(inputs::processor()?),
+        named => named.filter(|named| *named != draws),
+    };
     let mut devices = playback::devices(guard()).devices;
     devices.retain(|device| *device != draws);
     let files = args.rig.iter().chain(&args.take).cloned().collect();
