@@ -56,8 +56,9 @@ impl Scene {
             | Command::Look(_)
             | Command::Screenshot
             | Command::SaveFrame
-            | Command::SaveExample
-            | Command::Close => {}
+            | Command::SaveExample => {}
+            #[cfg(not(target_arch = "wasm32"))]
+            Command::Close => {}
         }
     }
 

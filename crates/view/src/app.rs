@@ -292,6 +292,7 @@ impl ViewApp {
     pub(crate) fn run(&mut self, command: Command, ui: &egui::Ui) {
         let width = ui.ctx().content_rect().width();
         match command {
+            #[cfg(not(target_arch = "wasm32"))]
             Command::Close => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
             Command::Keys => self.keys_shown = !self.keys_shown,
             Command::Panels => self.panel_shown = Some(!self.is_panel_shown(width)),

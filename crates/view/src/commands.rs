@@ -34,6 +34,7 @@ pub(crate) enum Command {
     Screenshot,
     SaveFrame,
     SaveExample,
+    #[cfg(not(target_arch = "wasm32"))]
     Close,
     /// Of what is shown, counted from 0.
     Look(u8),

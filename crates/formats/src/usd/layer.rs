@@ -44,7 +44,10 @@ pub struct Prim {
 
 /// A property of a prim.
 #[derive(Debug, Clone, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "nearly all properties are attributes")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "nearly all properties are attributes; where pointers are short it is not so large"
+)]
 pub enum Property {
     /// Has a value.
     Attribute(Attribute),
