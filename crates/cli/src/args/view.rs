@@ -28,7 +28,7 @@ pub(crate) struct View {
     #[arg(long)]
     pub device: Option<String>,
 
-    /// The device to draw with, one of the backend wgpu [default: that of --device where it is one, else the first].
+    /// The device to draw with, one of the backend wgpu [default: that of --device where it is one, else the first that draws into the window].
     #[arg(long)]
     pub draw_on: Option<String>,
 }

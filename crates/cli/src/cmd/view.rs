@@ -25,24 +25,25 @@ pub(super) fn run(args: &args::View) -> Result<()> {
     let named = args.device.as_deref().map(inputs::named_device).transpose()?.flatten();
     let evaluates = named.as_ref().filter(|device| device.backend == Wgpu::NAME);
     let draws = match (&args.draw_on, evaluates) {
-        (None, Some(device)) => device.clone(),
-        (wanted, _) => drawing::device(wanted.as_deref().unwrap_or(Wgpu::NAME))?,
+        (Some(wanted), _) => Some(drawing::device(wanted)?),
+        (None, evaluates) => evaluates.cloned(),
     };
-    // The one that draws is evaluated on where frames are, but for a software driver, which the processor itself outdoes.
+    // The one that draws is evaluated on where frames are, but for a software driver, which the processor itself outdoes. Of those that are not
+    // named the window takes the first that draws into it; GPUs come first.
+    let likely = draws.clone().map_or_else(|| drawing::device(Wgpu::NAME), Ok)?;
     let device = match named {
-        None if draws.is_software_driver() => Some(inputs::processor()?),
-        named => named.filter(|named| *named != draws),
+        None if likely.is_software_driver() => Some(inputs::processor()?),
+        named => named.filter(|named| draws.as_ref() != Some(named)),
     };
     let mut devices = playback::devices(guard()).devices;
-    devices.retain(|device| *device != draws);
+    devices.retain(|device| draws.as_ref() != Some(device));
     let files = args.rig.iter().chain(&args.take).cloned().collect();
     let (sender, close) = std::sync::mpsc::channel();
     interrupt::first_does(move || {
         // It may be closed already.
         let _ = sender.send(());
     });
-    let options =
-        WindowOptions { files, listen: args.listen, draws: Some(draws), devices, device, close: Some(close) };
+    let options = WindowOptions { files, listen: args.listen, draws, devices, device, close: Some(close) };
     let closed = limits::on_main_thread(|| rhytid::view::run(options));
     closed.unwrap_or_else(|| Err(Error::Internal("the window ended without a result".into())))
 }

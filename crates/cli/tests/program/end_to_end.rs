@@ -324,6 +324,8 @@ fn every_command_has_help_with_an_example() {
         "send",
         #[cfg(feature = "wgpu")]
         "render",
+        #[cfg(feature = "view")]
+        "view",
         "stitch",
         "export-shapes",
         "verify",
@@ -358,7 +360,11 @@ fn man_pages_and_completions() {
     let dir = TempDir::new().unwrap();
     rhytid("man pages").current_dir(dir.path()).assert().success();
     let pages = list(&dir.path().join("pages"));
-    assert_eq!(pages.len(), 20 + usize::from(cfg!(feature = "wgpu")), "{pages:?}");
+    assert_eq!(
+        pages.len(),
+        20 + usize::from(cfg!(feature = "wgpu")) + usize::from(cfg!(feature = "view")),
+        "{pages:?}"
+    );
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));
     let page = std::fs::read_to_string(dir.path().join("pages/rhytid-animate.1")).unwrap();
     assert!(page.contains(".TH") && page.contains("missing") && page.contains("rhytid animate"), "{page}");
