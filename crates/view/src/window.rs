@@ -36,12 +36,13 @@ pub fn run(options: WindowOptions) -> Result<()> {
     let mut setup = WgpuSetupCreateNew::without_display_handle();
     setup.device_descriptor = Arc::new(Wgpu::device_descriptor);
     setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| {
+        let is_wanted = |adapter: &&wgpu::Adapter| draws.as_ref().is_none_or(|info| Wgpu::is(adapter, info));
+        let mut adapters: Vec<&wgpu::Adapter> = adapters.iter().filter(is_wanted).collect();
+        adapters.sort_by_key(|adapter| Wgpu::rank(adapter));
+        // One after the other, since there are drivers that end a program which asks them.
         let fits =
             |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
-        let is_wanted = |adapter: &&wgpu::Adapter| draws.as_ref().is_none_or(|info| Wgpu::is(adapter, info));
-        let mut adapters: Vec<&wgpu::Adapter> = adapters.iter().filter(fits).filter(is_wanted).collect();
-        adapters.sort_by_key(|adapter| Wgpu::rank(adapter));
-        let first = adapters.first().map(|adapter| (*adapter).clone());
+        let first = adapters.into_iter().find(fits).cloned();
         first.ok_or_else(|| match &draws {
             Some(info) => format!("{} ({}) cannot draw into this window", info.id(), info.name),
             None => "no device can draw into this window".to_owned(),

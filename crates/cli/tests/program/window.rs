@@ -68,6 +68,8 @@ impl Display {
         let mut view = Command::new(env!("CARGO_BIN_EXE_rhytid"));
         view.arg("view").args(arguments).env("DISPLAY", &self.name).env_remove("RUST_LOG");
         view.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        // Chromium's SwiftShader knows no windows, and ends a program that asks whether it does.
+        view.env_remove("VK_ADD_DRIVER_FILES");
         view.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
         view.env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
         let child = view.stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
