@@ -1,6 +1,7 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from these files.
 
 mod animate;
+mod explain;
 mod judge;
 mod live;
 mod placing;
@@ -16,6 +17,7 @@ mod view;
 pub(crate) use animate::Animate;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
+pub(crate) use explain::Explain;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use live::{FramesChoice, Listen, Send};
 pub(crate) use placing::{Handles, New, TakeSpace};
@@ -215,6 +217,16 @@ Examples:
   rhytid coverage FACE.safetensors TAKE.csv --plan 6 --report plan
   rhytid coverage FACE.safetensors TAKE.csv --plan 6 --take-examples dense.usd -o scans")]
     Coverage(Coverage),
+
+    /// Say why vertices are where they are in a frame: the handles, strain edges and examples that drive them.
+    ///
+    /// The nearest example is the one that the frame looks most like where the vertex is, and all examples' folds together are what is added to the large
+    /// scale there. `view` shows the same of the vertex that is clicked.
+    #[command(after_help = "\
+Examples:
+  rhytid explain FACE.safetensors TAKE.csv --frame 120 --vertex 4711
+  rhytid explain FACE.safetensors TAKE.csv --frame 120 --vertex 4711,4712 --json")]
+    Explain(Explain),
 
     /// Say what is in a file: mesh, animation, rig, take, table, project, setup or report.
     #[command(after_help = "\

@@ -9,6 +9,7 @@ mod demo;
 mod devices;
 mod doctor;
 mod evaluate;
+mod explain;
 mod export_shapes;
 mod handles;
 mod info;
@@ -51,6 +52,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Prepare(args) => prepare::run(args, ui)?,
         Command::Evaluate(args) => evaluate::run(args, ui)?,
         Command::Coverage(args) => coverage::run(args, ui)?,
+        Command::Explain(args) => explain::run(args, ui)?,
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,
         Command::Conform(args) => return conform::run(args, ui),

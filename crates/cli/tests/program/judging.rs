@@ -218,3 +218,50 @@ fn their_json_has_the_documented_keys() {
     assert_documented(&coverage["expressions"][0]["edges"][0], "an edge of an expression");
     assert_documented(&coverage["edges"][0], "an edge beyond the examples");
 }
+
+/// What is said of a vertex's folds is what `animate` adds to the large scale there.
+#[test]
+fn explain_accounts_for_the_folds() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    for stage in ["full", "large-scale"] {
+        f.done(&format!("animate face.safetensors take.csv -o {stage}.usd --stage {stage} --device cpu:0"));
+    }
+    let [full, smooth] = ["full.usd", "large-scale.usd"].map(|file| {
+        let mut positions = Vec::new();
+        rhytid::formats::animation::open(&f.path(file)).unwrap().positions(7, &mut positions).unwrap();
+        positions
+    });
+    let found = json(&f, "explain face.safetensors take.csv --frame 7 --vertex 3,40,11 --json");
+    assert_documented(&found, "explain");
+    assert_eq!((&found["frame"], &found["folds_along"]), (&7.into(), &"mesh axes".into()));
+    let millimetres = 1e3 * json(&f, "info face.safetensors --json")["metres_per_unit"].as_f64().unwrap();
+    let vertices = found["vertices"].as_array().unwrap();
+    let mut largest = 0_f64;
+    for (vertex, found) in [3, 40, 11].into_iter().zip(vertices) {
+        assert_documented(found, "explained vertex");
+        assert_eq!(found["vertex"], vertex);
+        for axis in 0..3 {
+            let at = 3 * vertex + axis;
+            let expected = f64::from(full[at] - smooth[at]) * millimetres;
+            let of = |of: &Value| of["folds_mm"][axis].as_f64().unwrap();
+            let parts: f64 = found["examples"].as_array().unwrap().iter().map(of).sum();
+            assert!((of(found) - expected).abs() < 1e-4, "vertex {vertex}: {} for {expected}", of(found));
+            assert!((parts - expected).abs() < 1e-4, "vertex {vertex}: {parts} for {expected}");
+            largest = largest.max(expected.abs());
+        }
+    }
+    assert!(largest > 1e-3, "no folds there");
+    let text = f.done("explain face.safetensors take.csv --frame 7 --vertex 3");
+    for words in ["vertex 3 in frame 7", "strain edge", "of the folds", "from rest"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    f.refused(
+        "explain face.safetensors take.csv --frame 20 --vertex 3",
+        &["--frame 20: take.csv has 20 frames, counted from 0"],
+    );
+    f.refused(
+        "explain face.safetensors take.csv --frame 2 --vertex 3000000",
+        &["vertex 3000000: the rig's vertices are 0 to"],
+    );
+}

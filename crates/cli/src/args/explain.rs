@@ -1,0 +1,41 @@
+//! `rhytid explain`
+
+use super::placing::TakeSpace;
+use super::values::{Elsewhere, MissingChoice};
+use std::path::PathBuf;
+
+/// `rhytid explain`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Explain {
+    /// The rig file that `solve` wrote.
+    pub rig: PathBuf,
+
+    /// The take, as for `animate`.
+    pub take: PathBuf,
+
+    /// The frame of the take, counted from 0.
+    #[arg(long, value_name = "N")]
+    pub frame: usize,
+
+    /// The vertices, counted from 0: as many as are named.
+    #[arg(long, value_name = "V", value_delimiter = ',', required = true)]
+    pub vertex: Vec<usize>,
+
+    /// Write JSON instead of tables, with all handles, edges and examples.
+    #[arg(long)]
+    pub json: bool,
+
+    /// What to do where a marker is missing from a frame.
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    pub missing: MissingChoice,
+
+    /// For a raw take: what is known of the actor and the session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
+    #[command(flatten)]
+    pub space: TakeSpace,
+}

@@ -1,0 +1,161 @@
+//! `rhytid explain`
+
+use crate::progress::Ui;
+use crate::{args, inputs, output};
+use rhytid::human;
+use rhytid::{Error, Explanation, Result, Rig, rig_file};
+use serde::Serialize;
+
+/// Rows of each table.
+const ROWS: usize = 8;
+
+/// Says what drives vertices in a frame.
+///
+/// # Errors
+/// As reading; [`Error::Input`] for a frame or a vertex that is not there.
+pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
+    inputs::rig_and_take(&args.rig, &args.take, "rhytid explain RIG TAKE --frame N --vertex V")?;
+    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let setup = (args.setup.as_deref(), args.elsewhere.reach());
+    let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
+    let Some(time) = take.times.get(args.frame) else {
+        return Err(Error::input(format!(
+            "--frame {}: {} has {}, counted from 0",
+            args.frame,
+            args.take.display(),
+            human::counted(take.frames(), "frame")
+        )));
+    };
+    let handles = take.slice(args.frame..args.frame + 1).handle_positions(&rig.labels)?;
+    let (handles, _) = handles.as_chunks();
+    let explain = |&vertex: &usize| Ok(Explained::of(vertex, &rig.explain(vertex, handles)?, &rig));
+    let vertices: Vec<Explained> = args.vertex.iter().map(explain).collect::<Result<_>>()?;
+    ui.clear();
+    let folds_along = if rig.vector_folds() { "mesh axes" } else { "tangent, bitangent, normal" };
+    if args.json {
+        return output::json(&Report { frame: args.frame, time: *time, folds_along, vertices });
+    }
+    let texts = vertices.iter().map(|vertex| vertex.text(args.frame, *time));
+    output::say(&texts.collect::<Vec<_>>().join("\n\n"))
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Report {
+    frame: usize,
+    /// In seconds.
+    time: f64,
+    /// What the three numbers of folds are along.
+    folds_along: &'static str,
+    vertices: Vec<Explained>,
+}
+
+/// What drives a vertex, all of it, the most first.
+#[derive(Serialize)]
+struct Explained {
+    vertex: usize,
+    /// The handle that it is, if it is one.
+    handle: Option<String>,
+    follows: Vec<Weight>,
+    strain_edges: Vec<Edge>,
+    anchors: Vec<Weight>,
+    from_rest: f64,
+    /// The nearest first.
+    examples: Vec<Example>,
+    /// Of all examples together.
+    folds_mm: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Weight {
+    handle: String,
+    weight: f64,
+}
+
+#[derive(Serialize)]
+struct Edge {
+    handles: [String; 2],
+    weight: f64,
+    strain: f64,
+}
+
+#[derive(Serialize)]
+struct Example {
+    name: String,
+    distance: f64,
+    folds_mm: [f64; 3],
+}
+
+impl Explained {
+    fn of(vertex: usize, explanation: &Explanation, rig: &Rig) -> Self {
+        let millimetres = |fold: [f64; 3]| fold.map(|x| x * 1e3 * rig.metres_per_unit);
+        let label = |handle: usize| rig.labels[handle].clone();
+        let weights = |weights: &[(usize, f64)]| {
+            let weight = |&(handle, weight): &(usize, f64)| Weight { handle: label(handle), weight };
+            weights.iter().map(weight).collect()
+        };
+        let edges = explanation.edges.iter().map(|edge| Edge {
+            handles: rig.strain_edges[edge.edge].map(|handle| label(handle as usize)),
+            weight: edge.weight,
+            strain: edge.strain,
+        });
+        let examples = explanation.examples.iter().zip(&rig.example_names).map(|(share, name)| Example {
+            name: name.clone(),
+            distance: share.distance,
+            folds_mm: millimetres(share.fold),
+        });
+        let mut examples: Vec<Example> = examples.collect();
+        examples.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        let is_handle = |v: &u32| *v as usize == vertex;
+        Self {
+            vertex,
+            handle: rig.handles.iter().position(is_handle).map(label),
+            follows: weights(&explanation.handles),
+            strain_edges: edges.collect(),
+            anchors: weights(&explanation.anchors),
+            from_rest: explanation.from_rest,
+            examples,
+            folds_mm: millimetres(explanation.fold()),
+        }
+    }
+
+    fn text(&self, frame: usize, time: f64) -> String {
+        let is_handle = self.handle.iter().map(|label| format!(", the handle {label},")).collect::<String>();
+        let mut text = format!("vertex {}{is_handle} in frame {frame} ({time:.3} s)", self.vertex);
+        let mut part = |titles: [&str; 3], rows: Vec<[String; 3]>| {
+            if rows.is_empty() {
+                return;
+            }
+            let more = rows.len().saturating_sub(ROWS);
+            let titles = std::iter::once(titles.map(str::to_owned));
+            let rows: Vec<[String; 3]> = titles.chain(rows.into_iter().take(ROWS)).collect();
+            text += "\n\n";
+            text += &output::table(&rows);
+            if more > 0 {
+                text += &format!("\nand {more} more");
+            }
+        };
+        let weights = |weights: &[Weight]| {
+            let row = |w: &Weight| [w.handle.clone(), format!("{:.3}", w.weight), String::new()];
+            weights.iter().map(row).collect::<Vec<_>>()
+        };
+        part(["follows", "by", ""], weights(&self.follows));
+        let edge = |edge: &Edge| {
+            let strain = format!("{:+.1} %", 100.0 * edge.strain);
+            [edge.handles.join(" – "), format!("{:.3}", edge.weight), strain]
+        };
+        part(["strain edge", "weight", "strain"], self.strain_edges.iter().map(edge).collect());
+        part(["anchor", "weight", ""], weights(&self.anchors));
+        let length = |fold: &[f64; 3]| fold.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let example = |e: &Example| {
+            [e.name.clone(), format!("{:.3}", e.distance), format!("{:.3} mm", length(&e.folds_mm))]
+        };
+        part(["example", "how far", "of the folds"], self.examples.iter().map(example).collect());
+        text += &format!(
+            "\n\n{:.3} from rest; the folds are {:.3} mm together",
+            self.from_rest,
+            length(&self.folds_mm)
+        );
+        text
+    }
+}
