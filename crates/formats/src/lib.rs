@@ -55,6 +55,8 @@
 pub mod animation;
 pub mod animation_reader;
 mod companion;
+mod document;
+pub mod edits;
 pub mod export;
 mod file_kind;
 mod gltf;

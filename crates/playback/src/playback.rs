@@ -2,7 +2,7 @@
 
 use crate::bake::Bake;
 use crate::evaluator::Evaluator;
-use crate::fade::Fade;
+use crate::fade::{Fade, VertexGain};
 use crate::selection::Selection;
 use crate::uncertainty::Uncertainty;
 use crate::untangle::Untangle;
@@ -11,6 +11,7 @@ use crate::{batch, pipeline};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions};
 use rhytid_formats::export::{Frame, HeadMotion, OutputStage};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A rig on a device, and the devices to go on with if that one fails.
 pub struct Playback<'a> {
@@ -18,8 +19,8 @@ pub struct Playback<'a> {
     evaluator: Evaluator<'a>,
     /// Frames in a batch.
     batch: usize,
-    /// By how much folds are multiplied at each handle; empty where nowhere by another than 1.
-    gains: Vec<f32>,
+    /// By how much folds are multiplied, one on the other.
+    gains: Arc<[VertexGain]>,
     /// Where something was learned.
     untangle: Option<Untangle<'a>>,
 }
@@ -88,14 +89,27 @@ impl<'a> Playback<'a> {
         let batch = batch::batch_frames(rig).min(frames.max(1));
         let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_backends::open)?;
         let untangle = Untangle::new(rig);
-        Ok(Self { rig, evaluator, batch, gains: Vec::new(), untangle })
+        Ok(Self { rig, evaluator, batch, gains: Arc::default(), untangle })
     }
 
     /// With folds that are stronger or weaker by region: `gains` for each of the H handles, as [`crate::handle_gains`] gives them. A vertex has the
     /// mean of those of the handles that drive its folds.
     #[must_use]
-    pub fn with_gains(self, gains: Vec<f32>) -> Self {
-        Self { gains, ..self }
+    pub fn with_gains(self, gains: &[f32]) -> Self {
+        match gains.iter().all(|gain| *gain == 1.0) {
+            true => self,
+            false => {
+                let gain = VertexGain::of_handles(self.rig, gains);
+                self.with_vertex_gains(vec![gain])
+            }
+        }
+    }
+
+    /// With folds that are stronger or weaker besides, as [`crate::Layers::vertex_gains`] gives it. Gains multiply.
+    #[must_use]
+    pub fn with_vertex_gains(mut self, gains: Vec<VertexGain>) -> Self {
+        self.gains = self.gains.iter().cloned().chain(gains).collect();
+        self
     }
 
     /// The rig.
@@ -211,9 +225,12 @@ impl<'a> Playback<'a> {
         mut each: impl FnMut(Frame<'_>) -> Result<()>,
     ) -> Result<()> {
         let handles = selection.take.handle_positions(&self.rig.labels)?;
-        let of_the_take = options.fade_detail.then_some((&selection.take, &handles[..]));
+        let of_the_take = (&selection.take, &handles[..]);
+        let gains = self.gains.clone();
         let mut fade = match options.stage {
-            OutputStage::Full => Fade::new(self.rig, options.detail, &self.gains, of_the_take)?,
+            OutputStage::Full => {
+                Fade::new(self.rig, options.detail, &gains, of_the_take, options.fade_detail)?
+            }
             _ => None,
         };
         let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
@@ -283,7 +300,7 @@ mod tests {
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
         let mut playback =
-            Playback { rig: &rig, evaluator, batch, gains: Vec::new(), untangle: Untangle::new(&rig) };
+            Playback { rig: &rig, evaluator, batch, gains: Arc::default(), untangle: Untangle::new(&rig) };
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
         let options = PlaybackOptions {
             stage: OutputStage::Full,

@@ -13,6 +13,7 @@ mod ply;
 mod read;
 mod textures;
 mod uvs;
+mod weights;
 mod write_obj;
 
 pub use check::check;
@@ -20,4 +21,5 @@ pub use groups::read_groups;
 pub use like::read_like;
 pub use read::{Format, decode, read};
 pub use textures::read_textures;
+pub use weights::read_weights;
 pub use write_obj::write_obj;

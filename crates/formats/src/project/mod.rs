@@ -1,6 +1,5 @@
 //! The project file, FACE.toml: which files make up a face, and the choices of its solve. See
 //! `docs/project-file.md`.
-mod document;
 mod load;
 mod parse;
 mod sections;

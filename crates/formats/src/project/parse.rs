@@ -1,13 +1,13 @@
 //! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
-use super::document::{File, Section, found, number_of};
 use super::sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
     Method, PinsSection, Project, StrainSection, Units,
 };
+use crate::document::{File, Section, found, tables, vector_of};
 use crate::tables::text::quoted;
 use rhytid_core::{Bind, FoldStrains, Result, UpAxis};
 use std::collections::HashMap;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeValue;
 
 /// Checks the text of a project file; `name` names the file in errors.
 ///
@@ -15,20 +15,8 @@ use toml::de::{DeTable, DeValue};
 /// [`Error::Input`](rhytid_core::Error::Input): no TOML, a missing section or key, an unknown key, a value of the wrong type or out of
 /// its range, two examples of one name.
 pub fn parse(text: &str, name: &str) -> Result<Project> {
+    let document = tables(text, name)?;
     let file = File { text, name };
-    let document = DeTable::parse(text).map_err(|e| {
-        let reason = e.message().replace('\n', ", ");
-        let at = e.span().map_or(0, |span| span.start);
-        let line = text.lines().nth(file.line(at).saturating_sub(1)).unwrap_or_default();
-        let remedy = match line.trim() {
-            "[example]" => "; each example begins with [[example]] in double brackets",
-            line if line.contains('\\') => {
-                "; in double quotes a backslash begins an escape: write paths with / or in 'single quotes'"
-            }
-            _ => "",
-        };
-        file.error(at, &format!("not TOML: {reason}{remedy}"))
-    })?;
     let root = Section { file, title: String::new(), offset: 0, table: document.get_ref() };
     root.allow(&[
         "method",
@@ -198,17 +186,7 @@ fn pins(section: &Section<'_>) -> Result<PinsSection> {
         }
     };
     let names = "a list of names of the neutral's groups";
-    let groups = match section.get("groups") {
-        None => Vec::new(),
-        Some(DeValue::Array(items)) => {
-            let name = |item: &toml::Spanned<DeValue<'_>>| match item.get_ref() {
-                DeValue::String(name) => Ok(name.to_string()),
-                other => Err(section.wrong("groups", &format!("a list with {}", found(other)), names)),
-            };
-            items.iter().map(name).collect::<Result<_>>()?
-        }
-        Some(other) => return Err(section.wrong("groups", &found(other), names)),
-    };
+    let groups = section.texts("groups", names)?;
     let vertices = match section.get("vertices") {
         None => None,
         Some(_) => Some(section.path("vertices", "a CSV file with the header vertex")?),
@@ -218,20 +196,9 @@ fn pins(section: &Section<'_>) -> Result<PinsSection> {
 
 /// Two corners of a box, if that is what the value is.
 fn corners_of(value: &DeValue<'_>) -> Option<[[f64; 3]; 2]> {
-    let list = |value: &DeValue<'_>, read: &dyn Fn(&DeValue<'_>) -> Option<Vec<f64>>| match value {
-        DeValue::Array(items) => items
-            .iter()
-            .map(|item| read(item.get_ref()))
-            .collect::<Option<Vec<_>>>()
-            .map(|lists| lists.concat()),
-        _ => None,
-    };
-    let numbers = list(value, &|corner| {
-        list(corner, &|number| number_of(number).map(|number| vec![number]))
-            .filter(|corner| corner.len() == 3)
-    })?;
-    let [a, b, c, d, e, f] = numbers.try_into().ok()?;
-    Some([[a, b, c], [d, e, f]])
+    let DeValue::Array(items) = value else { return None };
+    let corners: Option<Vec<[f64; 3]>> = items.iter().map(|corner| vector_of(corner.get_ref())).collect();
+    corners?.try_into().ok()
 }
 
 fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {

@@ -5,7 +5,7 @@ mod header;
 mod values;
 
 use super::uvs::{uvs_from_corners, warn_partial_uvs};
-use header::{Element, Header};
+use header::{Element, Header, Scalar};
 use rhytid_core::{Error, Mesh, Result};
 use values::Values;
 
@@ -172,4 +172,41 @@ fn skip(values: &mut Values<'_>, element: &Element) -> Result<()> {
         values.end()?;
     }
     Ok(())
+}
+
+/// The numbers of one property of all vertices, a 255th of them where it is of unsigned bytes.
+pub(super) fn property(bytes: &[u8], wanted: &str, name: &str) -> Result<Vec<f64>> {
+    let header = Header::parse(bytes, name)?;
+    let mut values = Values::new(bytes, &header, name);
+    for element in &header.elements {
+        if element.name != "vertex" {
+            skip(&mut values, element)?;
+            continue;
+        }
+        let scalars = || element.properties.iter().filter(|p| p.list.is_none());
+        let Some(found) = scalars().find(|p| p.name == wanted) else {
+            let known: Vec<&str> = scalars().map(|p| p.name.as_str()).collect();
+            let known = known.join(", ");
+            return values.fail(format!("has no property “{wanted}”, expected one of {known}"));
+        };
+        let scale = if found.scalar == Scalar::U8 { 255.0 } else { 1.0 };
+        let mut numbers = Vec::new();
+        for i in 0..element.count {
+            values.begin(element, i)?;
+            for property in &element.properties {
+                match property.list {
+                    Some(count) => values.skip_list(count, property.scalar)?,
+                    None => {
+                        let number = values.number(property.scalar)?;
+                        if std::ptr::eq(property, found) {
+                            numbers.push(number / scale);
+                        }
+                    }
+                }
+            }
+            values.end()?;
+        }
+        return Ok(numbers);
+    }
+    values.fail("has no element vertex, expected vertices".into())
 }

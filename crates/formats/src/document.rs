@@ -1,38 +1,63 @@
-//! The document of a project file: its tables, values by their keys, and complaints that name the line.
+//! A TOML document: its tables, values by their keys, and complaints that name the line.
 use crate::tables::text::{did_you_mean, line_of, quoted};
 use rhytid_core::{Error, Result};
 use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// The tables of `text`; `name` names the file in errors.
+pub(crate) fn tables<'a>(text: &'a str, name: &'a str) -> Result<Spanned<DeTable<'a>>> {
+    let file = File { text, name };
+    DeTable::parse(text).map_err(|e| {
+        let reason = e.message().replace('\n', ", ");
+        let at = e.span().map_or(0, |span| span.start);
+        let line = text.lines().nth(file.line(at).saturating_sub(1)).unwrap_or_default();
+        let title = |line: &str| Some(line.strip_prefix('[')?.strip_suffix(']')?.to_owned());
+        let remedy = match (line.trim(), title(line.trim())) {
+            (line, _) if line.contains('\\') => {
+                "; in double quotes a backslash begins an escape: write paths with / or in 'single quotes'"
+                    .to_owned()
+            }
+            (_, Some(title)) if MANY.contains(&&*title) => {
+                format!("; each {title} begins with [[{title}]] in double brackets")
+            }
+            _ => String::new(),
+        };
+        file.error(at, &format!("not TOML: {reason}{remedy}"))
+    })
+}
+
+/// Sections that there can be many of.
+const MANY: [&str; 6] = ["example", "gain", "offset", "add", "hold", "detail"];
+
 #[derive(Clone, Copy)]
-pub(super) struct File<'a> {
-    pub(super) text: &'a str,
-    pub(super) name: &'a str,
+pub(crate) struct File<'a> {
+    pub(crate) text: &'a str,
+    pub(crate) name: &'a str,
 }
 
 impl File<'_> {
-    pub(super) fn line(&self, offset: usize) -> usize {
+    pub(crate) fn line(&self, offset: usize) -> usize {
         line_of(self.text.as_bytes(), offset)
     }
 
-    pub(super) fn error(&self, offset: usize, message: &str) -> Error {
+    pub(crate) fn error(&self, offset: usize, message: &str) -> Error {
         Error::input(format!("{}, line {}: {message}", self.name, self.line(offset)))
     }
 }
 
 /// One table of the document.
-pub(super) struct Section<'a> {
-    pub(super) file: File<'a>,
+pub(crate) struct Section<'a> {
+    pub(crate) file: File<'a>,
     /// As users write it, `[mesh]`; empty for the document itself.
-    pub(super) title: String,
-    pub(super) offset: usize,
-    pub(super) table: &'a DeTable<'a>,
+    pub(crate) title: String,
+    pub(crate) offset: usize,
+    pub(crate) table: &'a DeTable<'a>,
 }
 
 impl<'a> Section<'a> {
     /// Fails at the first key that is not among `known`.
-    pub(super) fn allow(&self, known: &[&str]) -> Result<()> {
+    pub(crate) fn allow(&self, known: &[&str]) -> Result<()> {
         let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
         let Some(key) = unknown.min_by_key(|key| key.span().start) else { return Ok(()) };
         let place = if self.title.is_empty() { "" } else { " in " };
@@ -48,19 +73,19 @@ impl<'a> Section<'a> {
         ))
     }
 
-    pub(super) fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+    pub(crate) fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
         self.table.get(key)
     }
 
-    pub(super) fn get(&self, key: &str) -> Option<&'a DeValue<'a>> {
+    pub(crate) fn get(&self, key: &str) -> Option<&'a DeValue<'a>> {
         self.entry(key).map(Spanned::get_ref)
     }
 
-    pub(super) fn required(&self, key: &str, expected: &str) -> Result<&'a DeValue<'a>> {
+    pub(crate) fn required(&self, key: &str, expected: &str) -> Result<&'a DeValue<'a>> {
         self.get(key).ok_or_else(|| self.lacks(key, expected))
     }
 
-    pub(super) fn text(&self, key: &str, expected: &str) -> Result<Option<&'a str>> {
+    pub(crate) fn text(&self, key: &str, expected: &str) -> Result<Option<&'a str>> {
         match self.get(key) {
             None => Ok(None),
             Some(DeValue::String(text)) => Ok(Some(text)),
@@ -68,7 +93,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub(super) fn path(&self, key: &str, expected: &str) -> Result<PathBuf> {
+    pub(crate) fn path(&self, key: &str, expected: &str) -> Result<PathBuf> {
         match self.text(key, expected)? {
             None => Err(self.lacks(key, expected)),
             Some("") => Err(self.wrong(key, "empty", expected)),
@@ -76,7 +101,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub(super) fn positive(&self, key: &str, expected: &str) -> Result<f64> {
+    pub(crate) fn positive(&self, key: &str, expected: &str) -> Result<f64> {
         let value = self.required(key, expected)?;
         self.number(key)
             .filter(|number| *number > 0.0)
@@ -84,12 +109,31 @@ impl<'a> Section<'a> {
     }
 
     /// A finite number, if that is what the key has.
-    pub(super) fn number(&self, key: &str) -> Option<f64> {
+    pub(crate) fn number(&self, key: &str) -> Option<f64> {
         number_of(self.get(key)?)
     }
 
+    /// Three numbers, if that is what the key has.
+    pub(crate) fn vector(&self, key: &str, expected: &str) -> Result<Option<[f64; 3]>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        vector_of(value).map(Some).ok_or_else(|| self.wrong(key, &found(value), expected))
+    }
+
+    /// A list of texts that are not empty; none where the key is not there.
+    pub(crate) fn texts(&self, key: &str, expected: &str) -> Result<Vec<String>> {
+        let text = |item: &Spanned<DeValue<'_>>| match item.get_ref() {
+            DeValue::String(text) if !text.trim().is_empty() => Ok(text.to_string()),
+            other => Err(self.wrong(key, &format!("a list with {}", found(other)), expected)),
+        };
+        match self.get(key) {
+            None => Ok(Vec::new()),
+            Some(DeValue::Array(items)) => items.iter().map(text).collect(),
+            Some(other) => Err(self.wrong(key, &found(other), expected)),
+        }
+    }
+
     /// True or false, if the key is there.
-    pub(super) fn truth(&self, key: &str) -> Result<Option<bool>> {
+    pub(crate) fn truth(&self, key: &str) -> Result<Option<bool>> {
         match self.get(key) {
             None => Ok(None),
             Some(DeValue::Boolean(truth)) => Ok(Some(*truth)),
@@ -97,7 +141,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub(super) fn section(&self, key: &str) -> Result<Option<Section<'a>>> {
+    pub(crate) fn section(&self, key: &str) -> Result<Option<Section<'a>>> {
         let Some(entry) = self.entry(key) else { return Ok(None) };
         match entry.get_ref() {
             DeValue::Table(table) => Ok(Some(self.inner(format!("[{key}]"), entry, table))),
@@ -105,13 +149,13 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub(super) fn required_section(&self, key: &str, keys: &str) -> Result<Section<'a>> {
+    pub(crate) fn required_section(&self, key: &str, keys: &str) -> Result<Section<'a>> {
         self.section(key)?.ok_or_else(|| {
             Error::input(format!("{}: has no section [{key}], expected one with {keys}", self.file.name))
         })
     }
 
-    pub(super) fn sections(&self, key: &str) -> Result<Vec<Section<'a>>> {
+    pub(crate) fn sections(&self, key: &str) -> Result<Vec<Section<'a>>> {
         let wrong = |entry: &Spanned<DeValue<'a>>| {
             let expected = format!("[[{key}]] in double brackets, once for each");
             self.file.error(
@@ -128,7 +172,7 @@ impl<'a> Section<'a> {
         items.iter().map(section).collect()
     }
 
-    pub(super) fn inner(
+    pub(crate) fn inner(
         &self,
         title: String,
         entry: &Spanned<DeValue<'_>>,
@@ -138,15 +182,20 @@ impl<'a> Section<'a> {
     }
 
     /// The line of a key's value, or of the section where it lacks the key.
-    pub(super) fn line(&self, key: &str) -> usize {
+    pub(crate) fn line(&self, key: &str) -> usize {
         self.file.line(self.entry(key).map_or(self.offset, |entry| entry.span().start))
     }
 
-    pub(super) fn lacks(&self, key: &str, expected: &str) -> Error {
-        self.file.error(self.offset, &format!("{} lacks the key {key}, expected {expected}", self.title))
+    /// What is wrong with the whole section.
+    pub(crate) fn error(&self, what: &str) -> Error {
+        self.file.error(self.offset, &format!("{} {what}", self.title))
     }
 
-    pub(super) fn wrong(&self, key: &str, found: &str, expected: &str) -> Error {
+    pub(crate) fn lacks(&self, key: &str, expected: &str) -> Error {
+        self.error(&format!("lacks the key {key}, expected {expected}"))
+    }
+
+    pub(crate) fn wrong(&self, key: &str, found: &str, expected: &str) -> Error {
         let place = if self.title.is_empty() { String::new() } else { format!("{} ", self.title) };
         let offset = self.entry(key).map_or(self.offset, |entry| entry.span().start);
         self.file.error(offset, &format!("{place}{key} is {found}, expected {expected}"))
@@ -154,7 +203,7 @@ impl<'a> Section<'a> {
 }
 
 /// A finite number, if the value is one.
-pub(super) fn number_of(value: &DeValue<'_>) -> Option<f64> {
+pub(crate) fn number_of(value: &DeValue<'_>) -> Option<f64> {
     match value {
         DeValue::Float(number) => number.as_str().parse().ok(),
         DeValue::Integer(n) => i64::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
@@ -163,7 +212,14 @@ pub(super) fn number_of(value: &DeValue<'_>) -> Option<f64> {
     .filter(|number: &f64| number.is_finite())
 }
 
-pub(super) fn found(value: &DeValue<'_>) -> String {
+/// Three finite numbers, if the value is that.
+pub(crate) fn vector_of(value: &DeValue<'_>) -> Option<[f64; 3]> {
+    let DeValue::Array(items) = value else { return None };
+    let numbers: Option<Vec<f64>> = items.iter().map(|item| number_of(item.get_ref())).collect();
+    numbers?.try_into().ok()
+}
+
+pub(crate) fn found(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => quoted(text),
         DeValue::Integer(number) => number.to_string(),

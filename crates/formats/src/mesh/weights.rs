@@ -1,0 +1,68 @@
+//! Weights of vertices, as they are painted: a property of a PLY's vertices.
+
+use super::ply;
+use rhytid_core::{Error, Result, input_file};
+use std::path::Path;
+
+/// The weights of a PLY's vertices, from 0 to 1: the numbers of `property`, or a 255th of them where they are whole ones of a byte, as colours are.
+/// `vertices` is how many there have to be.
+///
+/// # Errors
+/// [`Error::Input`] if the file is no PLY, has another number of vertices or no such property, or where a weight is not from 0 to 1; [`Error::Io`].
+pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<f32>> {
+    let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
+        return Err(fault("weights are read from .ply; export the painted mesh in this format".into()));
+    }
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
+    let weights = ply::property(&bytes, property, &path.display().to_string())?;
+    if weights.len() != vertices {
+        return Err(fault(format!("has {} vertices, expected the rig's {vertices}", weights.len())));
+    }
+    match weights.iter().position(|weight| !(0.0..=1.0).contains(weight)) {
+        Some(vertex) => Err(fault(format!(
+            "vertex {vertex} has {} as its {property}, expected a weight from 0 to 1",
+            weights[vertex]
+        ))),
+        None => Ok(weights.into_iter().map(|weight| weight as f32).collect()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_are_numbers_or_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, kind: &str, values: [&str; 3]| {
+            let path = folder.path().join(name);
+            let rows: String = values.iter().map(|value| format!("0 {value} 0 0\n")).collect();
+            let text = format!(
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty {kind} brow\nproperty float y\nproperty float z\nelement \
+                 face 1\nproperty list uchar int vertex_indices\nend_header\n{rows}3 0 1 2\n"
+            );
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        let read = |path: &Path, property: &str, vertices| {
+            read_weights(path, property, vertices).map_err(|error| error.to_string())
+        };
+        let floats = write("a.ply", "float", ["0", "0.25", "1"]);
+        assert_eq!(read(&floats, "brow", 3).unwrap(), [0.0, 0.25, 1.0]);
+        assert_eq!(
+            read(&write("b.ply", "uchar", ["0", "51", "255"]), "brow", 3).unwrap(),
+            [0.0, 51.0 / 255.0, 1.0]
+        );
+        for (path, property, vertices, words) in [
+            (floats.clone(), "nose", 3, "has no property “nose”, expected one of x, brow, y, z"),
+            (floats, "brow", 4, "has 3 vertices, expected the rig's 4"),
+            (write("c.ply", "float", ["0", "1.5", "1"]), "brow", 3, "vertex 1 has 1.5 as its brow"),
+            (write("d.ply", "float", ["0", "nan", "1"]), "brow", 3, "vertex 1 has NaN as its brow"),
+            ("e.obj".into(), "brow", 3, "weights are read from .ply"),
+        ] {
+            let error = read(&path, property, vertices).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! What edits do to the handles.
+
+use super::{Layers, time_of};
+use rhytid_core::{Error, Result, Rig, Take};
+use rhytid_formats::edits::{Added, Curve, Ease, Hold};
+
+/// Another take's displacements, which are added.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct AddedTake {
+    take: Take,
+    /// For each of the rig's H handles the other take's column, where it has one.
+    columns: Vec<Option<usize>>,
+    /// H, from 0 to 1.
+    weights: Vec<f64>,
+    frame: f64,
+    amount: Curve,
+}
+
+/// Handles that are held.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Held {
+    /// H, from 0 to 1.
+    pub weights: Vec<f64>,
+    pub hold: Hold,
+}
+
+impl AddedTake {
+    /// # Errors
+    /// [`Error::Input`] if the take has none of the handles.
+    pub(super) fn new(take: Take, rig: &Rig, weights: Vec<f64>, added: &Added) -> Result<Self> {
+        let column = |label: &String| take.labels.iter().position(|other| other == label);
+        let columns: Vec<Option<usize>> = rig.labels.iter().map(column).collect();
+        if columns.iter().all(Option::is_none) || take.frames() == 0 {
+            return Err(Error::input(
+                "has no frame of any of the rig's handles, so that there is nothing to add",
+            ));
+        }
+        Ok(Self { columns, weights, frame: added.frame, amount: added.amount.clone(), take })
+    }
+
+    /// Between which two of its frames a time since its first one is, and how far.
+    fn place(&self, since: f64) -> (usize, usize, f64) {
+        let time = self.take.times[0] + since;
+        let next = self.take.times.partition_point(|at| *at <= time);
+        let (Some(before), Some(&to)) = (next.checked_sub(1), self.take.times.get(next)) else {
+            let end = next.saturating_sub(1);
+            return (end, end, 0.0);
+        };
+        let from = self.take.times[before];
+        (before, next, (time - from) / (to - from))
+    }
+
+    fn position(&self, column: usize, (before, next, s): (usize, usize, f64)) -> [f64; 3] {
+        let at = |frame: usize| self.take.positions[frame * self.take.labels.len() + column];
+        let (a, b) = (at(before), at(next));
+        std::array::from_fn(|c| a[c] + s * (b[c] - a[c]))
+    }
+}
+
+/// [`Layers::edit`].
+pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
+    // So that what is missing is said once.
+    take.handle_positions(&rig.labels)?;
+    let column = |label: &String| take.labels.iter().position(|other| other == label).unwrap_or_default();
+    let columns: Vec<usize> = rig.labels.iter().map(column).collect();
+    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
+    let markers = take.labels.len();
+    for frame in 0..take.frames() {
+        let at = frame as f64;
+        let gains = factors(layers.gains.iter().map(|(weights, by)| (weights, by.at(at))));
+        let moved = layers.offsets.iter().map(|(by, amount)| (by, amount.at(at)));
+        let moved: Vec<(&Vec<[f64; 3]>, f64)> = moved.filter(|(_, amount)| *amount != 0.0).collect();
+        let added = layers.added.iter().map(|added| {
+            let since = take.times[frame] - time_of(&take, added.frame);
+            (added, added.place(since), added.amount.at(at))
+        });
+        let added: Vec<_> = added.filter(|(_, _, amount)| *amount != 0.0).collect();
+        for (handle, &column) in columns.iter().enumerate() {
+            let x = &mut take.positions[frame * markers + column];
+            if let Some(gain) = gains.as_ref().map(|gains| gains[handle]).filter(|gain| *gain != 1.0) {
+                *x = std::array::from_fn(|c| rest[handle][c] + gain * (x[c] - rest[handle][c]));
+            }
+            for (by, amount) in &moved {
+                *x = std::array::from_fn(|c| x[c] + amount * by[handle][c]);
+            }
+            for (added, place, amount) in &added {
+                if let Some(column) = added.columns[handle] {
+                    let (other, amount) = (added.position(column, *place), amount * added.weights[handle]);
+                    *x = std::array::from_fn(|c| x[c] + amount * (other[c] - rest[handle][c]));
+                }
+            }
+        }
+    }
+    for held in &layers.holds {
+        hold(held, &mut take, &columns)?;
+    }
+    Ok(take)
+}
+
+/// `Π (1 + w (g − 1))` of each handle; `None` where all gains are 1.
+fn factors<'a>(gains: impl Iterator<Item = (&'a Vec<f64>, f64)>) -> Option<Vec<f64>> {
+    let mut factors: Option<Vec<f64>> = None;
+    for (weights, gain) in gains.filter(|(_, gain)| *gain != 1.0) {
+        let factors = factors.get_or_insert_with(|| vec![1.0; weights.len()]);
+        factors.iter_mut().zip(weights).for_each(|(factor, weight)| *factor *= 1.0 + weight * (gain - 1.0));
+    }
+    factors
+}
+
+/// Keeps handles where they are in one frame, and goes over before and behind.
+fn hold(held: &Held, take: &mut Take, columns: &[usize]) -> Result<()> {
+    let Hold { frames: (first, end), at, ease, .. } = held.hold;
+    let at = at.unwrap_or(first);
+    let markers = take.labels.len();
+    let frames = take.frames();
+    if end > frames || at >= frames {
+        return Err(Error::input(format!(
+            "[[hold]] of the frames {first}..{end} at {at}: the take has {frames}, counted from 0"
+        )));
+    }
+    let still: Vec<[f64; 3]> = columns.iter().map(|column| take.positions[at * markers + column]).collect();
+    for frame in first.saturating_sub(ease)..(end + ease).min(frames) {
+        // How many frames it is outside, of the ease and one more, where it would be 0.
+        let outside = first.saturating_sub(frame).max((frame + 1).saturating_sub(end));
+        let amount = Ease::Smooth.of(1.0 - outside as f64 / (ease + 1) as f64);
+        for ((&column, still), weight) in columns.iter().zip(&still).zip(&held.weights) {
+            let x = &mut take.positions[frame * markers + column];
+            match amount * weight {
+                0.0 => {}
+                1.0 => *x = *still,
+                amount => *x = std::array::from_fn(|c| x[c] + amount * (still[c] - x[c])),
+            }
+        }
+    }
+    Ok(())
+}

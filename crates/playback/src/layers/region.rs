@@ -1,0 +1,180 @@
+//! Regions of edits on a rig: how much of each handle and of each vertex they are.
+
+use crate::fade::of_vertices;
+use crate::regions::region_of;
+use rhytid_core::{Error, Mesh, Result, Rig};
+use rhytid_formats::edits::{Edits, Region};
+use rhytid_formats::{Reach, mesh, named_file};
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+
+/// Regions that are read once.
+pub(super) struct Regions<'a> {
+    path: &'a Path,
+    edits: &'a Edits,
+    rig: &'a Rig,
+    reach: Reach,
+    known: HashMap<String, Parts>,
+}
+
+/// How much of the face a region is.
+#[derive(Clone)]
+enum Parts {
+    /// H, from 0 to 1.
+    Handles(Vec<f64>),
+    /// V, from 0 to 1.
+    Vertices(Vec<f32>),
+}
+
+impl<'a> Regions<'a> {
+    pub(super) fn new(path: &'a Path, edits: &'a Edits, rig: &'a Rig, reach: Reach) -> Self {
+        Self { path, edits, rig, reach, known: HashMap::new() }
+    }
+
+    /// H weights; all of them 1 where no region is named. Of a region of vertices a handle has its vertex's.
+    pub(super) fn handles(&mut self, name: Option<&str>) -> Result<Vec<f64>> {
+        let rig = self.rig;
+        Ok(match name.map(|name| self.parts(name)).transpose()? {
+            None => vec![1.0; rig.handles.len()],
+            Some(Parts::Handles(weights)) => weights.clone(),
+            Some(Parts::Vertices(weights)) => {
+                rig.handles.iter().map(|&v| weights[v as usize].into()).collect()
+            }
+        })
+    }
+
+    /// V weights; all of them 1 where no region is named. Of a region of handles a vertex has the mean of those of the handles that drive
+    /// its folds.
+    pub(super) fn vertices(&mut self, name: Option<&str>) -> Result<Vec<f32>> {
+        let rig = self.rig;
+        Ok(match name.map(|name| self.parts(name)).transpose()? {
+            None => vec![1.0; rig.vertices()],
+            Some(Parts::Vertices(weights)) => weights.clone(),
+            Some(Parts::Handles(weights)) => of_vertices(rig, weights),
+        })
+    }
+
+    /// H vectors of handles that are named one by one, 0 for the others.
+    pub(super) fn each(&self, vectors: &BTreeMap<String, [f64; 3]>) -> Result<Vec<[f64; 3]>> {
+        if let Some(label) = vectors.keys().find(|label| !self.rig.labels.contains(label)) {
+            return Err(
+                self.fault(format!("[[offset]] markers has “{label}”, which is no handle of the rig"))
+            );
+        }
+        let of = |label: &String| vectors.get(label).copied().unwrap_or_default();
+        Ok(self.rig.labels.iter().map(of).collect())
+    }
+
+    fn parts(&mut self, name: &str) -> Result<&Parts> {
+        if !self.known.contains_key(name) {
+            let parts = match self.edits.regions.get(name) {
+                Some(region) => self.read(name, region)?,
+                None => Parts::Handles(self.labelled(&[name.to_owned()], "a region")?),
+            };
+            self.known.insert(name.to_owned(), parts);
+        }
+        Ok(&self.known[name])
+    }
+
+    fn read(&self, name: &str, region: &Region) -> Result<Parts> {
+        let file = |file: &Path, key: &str| {
+            named_file(self.path, file, &format!("[region.{name}] {key}"), self.reach)
+        };
+        if let (Some(weights), Some(property)) = (&region.weights, &region.property) {
+            let weights = file(weights, "weights")?;
+            return Ok(Parts::Vertices(mesh::read_weights(&weights, property, self.rig.vertices())?));
+        }
+        let Some(of) = &region.of else {
+            return self.labelled(&region.markers, &format!("[region.{name}] markers")).map(Parts::Handles);
+        };
+        let of = file(of, "of")?;
+        let widen = |x: &[f32; 3]| x.map(f64::from);
+        let rest = Mesh {
+            positions: self.rig.rest.iter().map(widen).collect(),
+            faces: self.rig.faces.clone(),
+            ..Mesh::default()
+        };
+        let groups = mesh::read_groups(&rest, self.path, &of)?;
+        let mut weights = vec![0.0; self.rig.vertices()];
+        for wanted in &region.groups {
+            let Some((_, vertices)) = groups.iter().find(|(name, _)| name == wanted) else {
+                let known: Vec<&str> = groups.iter().map(|(name, _)| name.as_str()).collect();
+                return Err(self.fault(format!(
+                    "[region.{name}] groups has “{wanted}”, expected some of those in {}: {}",
+                    of.display(),
+                    known.join(", ")
+                )));
+            };
+            vertices.iter().for_each(|&v| weights[v as usize] = 1.0);
+        }
+        Ok(Parts::Vertices(weights))
+    }
+
+    /// 1 for handles of these labels, in which `*` stands for any letters, or of the regions that their labels say.
+    fn labelled(&self, patterns: &[String], what: &str) -> Result<Vec<f64>> {
+        let labels = &self.rig.labels;
+        let mut weights = vec![0.0; labels.len()];
+        for pattern in patterns {
+            let is_meant = |label: &String| is_like(label, pattern) || region_of(label) == Some(pattern);
+            let mut found = false;
+            for (label, weight) in labels.iter().zip(&mut weights).filter(|(label, _)| is_meant(label)) {
+                found = true;
+                *weight = 1.0;
+                log::debug!("{what}: “{pattern}” is {label}");
+            }
+            if !found {
+                let mut known: Vec<&str> = self.edits.regions.keys().map(String::as_str).collect();
+                known.extend(labels.iter().filter_map(|label| region_of(label)));
+                known.sort_unstable();
+                known.dedup();
+                return Err(self.fault(format!(
+                    "{what} is “{pattern}”, which is no handle of the rig and no region; the regions that this file and the handles' names say are {}",
+                    if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+                )));
+            }
+        }
+        Ok(weights)
+    }
+
+    fn fault(&self, what: String) -> Error {
+        Error::Input(format!("{}: {what}", self.path.display()))
+    }
+}
+
+/// Whether a label is like a pattern in which `*` stands for any letters, or none.
+fn is_like(label: &str, pattern: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut left) = label.strip_prefix(first) else { return false };
+    let rest: Vec<&str> = parts.collect();
+    let Some((last, between)) = rest.split_last() else { return left.is_empty() };
+    for part in between {
+        match left.find(part) {
+            Some(at) => left = &left[at + part.len()..],
+            None => return false,
+        }
+    }
+    left.ends_with(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_like;
+
+    #[test]
+    fn stars_stand_for_letters() {
+        for (label, pattern, expected) in [
+            ("chin", "chin", true),
+            ("chin2", "chin", false),
+            ("chin2", "chin*", true),
+            ("lip_l_3", "lip_*_3", true),
+            ("lip_l_33", "lip_*_3", false),
+            ("lip_3_3", "*_3", true),
+            ("aba", "*b*a", true),
+            ("ab", "ab*b", false),
+            ("x", "*", true),
+        ] {
+            assert_eq!(is_like(label, pattern), expected, "{label} {pattern}");
+        }
+    }
+}

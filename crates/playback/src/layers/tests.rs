@@ -1,0 +1,253 @@
+use super::*;
+use crate::{Playback, PlaybackOptions, Selection, choose_devices};
+use rhytid_core::NoProgress;
+use std::fs;
+use std::path::PathBuf;
+
+struct Fixture {
+    folder: tempfile::TempDir,
+    rig: Rig,
+    take: Take,
+}
+
+impl Fixture {
+    fn new() -> Self {
+        let face = rhytid_demo::face(2_000);
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let take = rhytid_demo::performance(&face).slice(0..60);
+        Self { folder: tempfile::tempdir().unwrap(), rig, take }
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path
+    }
+
+    fn layers(&self, text: &str) -> Result<Layers> {
+        Layers::read(&self.write("EDIT.toml", text), &self.rig, Reach::Below)
+    }
+
+    fn edited(&self, text: &str) -> Take {
+        self.layers(text).unwrap().edit(self.take.clone(), &self.rig).unwrap()
+    }
+
+    fn refused(&self, text: &str) -> String {
+        let edited = self.layers(text).and_then(|layers| layers.edit(self.take.clone(), &self.rig));
+        edited.unwrap_err().to_string()
+    }
+
+    fn handle(&self, i: usize) -> (&str, [f64; 3]) {
+        (&self.rig.labels[i], self.rig.rest[self.rig.handles[i] as usize].map(f64::from))
+    }
+
+    /// Where a handle is in a frame.
+    fn at(&self, take: &Take, frame: usize, handle: usize) -> [f64; 3] {
+        let column = take.labels.iter().position(|label| *label == self.rig.labels[handle]).unwrap();
+        take.positions[frame * take.labels.len() + column]
+    }
+
+    /// Positions and normals of each frame.
+    fn play(&self, text: &str) -> Vec<[Vec<f32>; 2]> {
+        let layers = self.layers(text).unwrap();
+        let gains = layers.vertex_gains(&self.take);
+        let selection = Selection::all(layers.edit(self.take.clone(), &self.rig).unwrap()).unwrap();
+        let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
+        let mut playback = Playback::new(&self.rig, &devices, 60).unwrap().with_vertex_gains(gains);
+        let mut frames = Vec::new();
+        let each = |frame: rhytid_formats::export::Frame<'_>| {
+            frames.push([frame.positions.to_vec(), frame.normals.unwrap_or_default().to_vec()]);
+            Ok(())
+        };
+        playback.play(&selection, PlaybackOptions::default(), &NoProgress, each).unwrap();
+        frames
+    }
+}
+
+fn close(a: [f64; 3], b: [f64; 3]) -> bool {
+    (0..3).all(|c| (a[c] - b[c]).abs() < 1e-9)
+}
+
+/// Whatever the order in the file: gains of the displacement from rest, then what is added to it.
+#[test]
+fn edits_of_one_marker_combine_as_the_formula_says() {
+    let f = Fixture::new();
+    let (label, rest) = f.handle(3);
+    let parts = [
+        format!("[[gain]]\nregion = \"{label}\"\nby = [[10, 1.0], [20, 3.0]]\nease = \"linear\"\n"),
+        "[[gain]]\nby = 0.5\n".to_owned(),
+        format!(
+            "[[offset]]\nregion = \"{label}\"\nmillimetres = [1, -2, 0.5]\namount = [[0, 0], [30, 1]]\nease = \"linear\"\n"
+        ),
+        format!("[[offset]]\nmarkers = {{ \"{label}\" = [0, 0, 4] }}\n"),
+    ];
+    let forwards = f.edited(&parts.concat());
+    let backwards = f.edited(&parts.iter().rev().cloned().collect::<String>());
+    let unit = 1e-3 / f.rig.metres_per_unit;
+    for frame in 0..60 {
+        let taken = f.at(&f.take, frame, 3);
+        let gain = 0.5 * (1.0 + 2.0 * ((frame as f64 - 10.0) / 10.0).clamp(0.0, 1.0));
+        let amount = (frame as f64 / 30.0).min(1.0);
+        let offset = [amount, -2.0 * amount, 0.5 * amount + 4.0].map(|x| x * unit);
+        let expected = std::array::from_fn(|c| rest[c] + gain * (taken[c] - rest[c]) + offset[c]);
+        assert!(close(f.at(&forwards, frame, 3), expected), "frame {frame}");
+        assert!(close(f.at(&backwards, frame, 3), expected), "frame {frame}");
+        let (other, rest) = (f.at(&f.take, frame, 4), f.handle(4).1);
+        assert!(close(
+            f.at(&forwards, frame, 4),
+            std::array::from_fn(|c| rest[c] + 0.5 * (other[c] - rest[c]))
+        ));
+    }
+}
+
+/// The other take at its own times; what it lacks stays, its ends hold.
+#[test]
+fn another_take_is_added_at_its_own_times() {
+    let f = Fixture::new();
+    let (label, rest) = f.handle(5);
+    let row = |time: f64, x: f64| format!("{time},{},{},{}\n", rest[0] + x, rest[1], rest[2]);
+    f.write("more.csv", &format!("time,{label}_x,{label}_y,{label}_z\n{}{}", row(7.0, 0.2), row(7.4, 0.6)));
+    let edited = f.edited("[[add]]\ntake = \"more.csv\"\nframe = 12\namount = 2\n");
+    for frame in 0..60 {
+        let since = f.take.times[frame] - f.take.times[12];
+        let expected = 2.0 * (0.2 + 0.4 * (since / 0.4).clamp(0.0, 1.0));
+        let moved = f.at(&edited, frame, 5)[0] - f.at(&f.take, frame, 5)[0];
+        assert!((moved - expected).abs() < 1e-6, "frame {frame}: {moved}, not {expected}");
+        assert_eq!(f.at(&edited, frame, 6), f.at(&f.take, frame, 6));
+    }
+}
+
+#[test]
+fn held_markers_do_not_move_and_go_over_smoothly() {
+    let f = Fixture::new();
+    let label = f.handle(2).0;
+    let edited = f.edited(&format!("[[hold]]\nregion = \"{label}\"\nframes = \"20..30\"\nease = 4\n"));
+    let still = f.at(&f.take, 20, 2);
+    for frame in 0..60 {
+        let [found, taken] = [&edited, &f.take].map(|take| f.at(take, frame, 2));
+        match frame {
+            20..30 => assert_eq!(found, still, "frame {frame}"),
+            16..34 => {
+                let outside = if frame < 20 { 20 - frame } else { frame - 29 };
+                let s = 1.0 - outside as f64 / 5.0;
+                let amount = s * s * (3.0 - 2.0 * s);
+                assert!(close(found, std::array::from_fn(|c| taken[c] + amount * (still[c] - taken[c]))));
+            }
+            _ => assert_eq!(found, taken, "frame {frame}"),
+        }
+        assert_eq!(f.at(&edited, frame, 7), f.at(&f.take, frame, 7));
+    }
+}
+
+/// Folds times so much where the region is and while it is; elsewhere every bit is as without.
+#[test]
+fn detail_changes_where_and_when_it_says_and_nothing_else() {
+    let f = Fixture::new();
+    let mut face = String::new();
+    for x in &f.rig.rest {
+        let weight = if x[0] > 0.0 { 1.0 } else { 0.0 };
+        face += &format!("{} {} {} {weight}\n", x[0], x[1], x[2]);
+    }
+    let header = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float left\nelement face \
+         0\nproperty list uchar int vertex_indices\nend_header\n",
+        f.rig.vertices()
+    );
+    f.write("left.ply", &(header + &face));
+    let region = "[region.left]\nweights = \"left.ply\"\nproperty = \"left\"\n";
+    let plain = f.play("");
+    let edited =
+        f.play(&format!("{region}[[detail]]\nregion = \"left\"\nby = [[20, 1], [30, 0], [40, 1]]\n"));
+    let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
+    let smooth = {
+        let mut playback = Playback::new(&f.rig, &devices, 60).unwrap();
+        let options =
+            PlaybackOptions { stage: rhytid_formats::export::OutputStage::LargeScale, ..<_>::default() };
+        let mut frames = Vec::new();
+        let selection = Selection::all(f.take.clone()).unwrap();
+        playback
+            .play(&selection, options, &NoProgress, |frame| {
+                frames.push(frame.positions.to_vec());
+                Ok(())
+            })
+            .unwrap();
+        frames
+    };
+    let beside: Vec<bool> = {
+        let is_left = |v: u32| f.rig.rest[v as usize][0] > 0.0;
+        let mut beside = vec![false; f.rig.vertices()];
+        let near = f.rig.triangles.iter().filter(|corners| corners.iter().any(|&v| is_left(v)));
+        near.flatten().for_each(|&v| beside[v as usize] = true);
+        beside
+    };
+    let mut moved = 0.0_f32;
+    for frame in 0..60 {
+        let [positions, normals] = &edited[frame];
+        if !(21..40).contains(&frame) {
+            assert!(*positions == plain[frame][0] && *normals == plain[frame][1], "frame {frame}");
+            continue;
+        }
+        let s = 1.0 - (frame as f32 - 30.0).abs() / 10.0;
+        let gain = 1.0 - s * s * (3.0 - 2.0 * s);
+        for v in 0..f.rig.vertices() {
+            for i in 3 * v..3 * v + 3 {
+                let (full, large) = (plain[frame][0][i], smooth[frame][i]);
+                if f.rig.rest[v][0] > 0.0 {
+                    moved = moved.max((full - positions[i]).abs());
+                    assert!(
+                        (positions[i] - (large + gain * (full - large))).abs() < 1e-5,
+                        "frame {frame}, {v}"
+                    );
+                } else {
+                    assert_eq!(positions[i].to_bits(), full.to_bits(), "frame {frame}, {v}");
+                }
+                if !beside[v] {
+                    assert_eq!(normals[i].to_bits(), plain[frame][1][i].to_bits(), "frame {frame}, {v}");
+                }
+            }
+        }
+    }
+    assert!(moved > 1e-3, "no folds there");
+}
+
+#[test]
+fn what_the_rig_does_not_have_is_said() {
+    let f = Fixture::new();
+    f.write("none.csv", "time,elsewhere_x,elsewhere_y,elsewhere_z\n0,1,2,3\n");
+    for (text, words) in [
+        (
+            "[[gain]]\nregion = \"tail\"\nby = 2\n",
+            "EDIT.toml: a region is “tail”, which is no handle of the rig and no region",
+        ),
+        (
+            "[region.a]\nmarkers = [\"tail*\"]\n[[gain]]\nregion = \"a\"\nby = 2\n",
+            "[region.a] markers is “tail*”",
+        ),
+        ("[[offset]]\nmarkers = { tail = [1, 2, 3] }\n", "[[offset]] markers has “tail”, which is no handle"),
+        ("[[add]]\ntake = \"none.csv\"\n", "none.csv: has no frame of any of the rig's handles"),
+        ("[[add]]\ntake = \"../none.csv\"\n", "which is not in"),
+        ("[[add]]\ntake = \"not-there.csv\"\n", "not-there.csv"),
+        ("[[hold]]\nframes = \"50..61\"\n", "[[hold]] of the frames 50..61 at 50: the take has 60"),
+        (
+            "[region.a]\nweights = \"left.obj\"\nproperty = \"x\"\n[[detail]]\nregion = \"a\"\nby = 0\n",
+            "left.obj",
+        ),
+    ] {
+        let error = f.refused(text);
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn the_hash_is_of_what_is_named_too() {
+    let f = Fixture::new();
+    let label = f.handle(0).0;
+    let text = "[[add]]\ntake = \"more.csv\"\n";
+    let hash = |x: f64| {
+        f.write("more.csv", &format!("time,{label}_x,{label}_y,{label}_z\n0,{x},0,0\n"));
+        f.layers(text).unwrap().hash().to_owned()
+    };
+    assert_eq!(hash(1.0), hash(1.0));
+    assert_ne!(hash(1.0), hash(2.0));
+    assert_eq!(f.layers(text).unwrap().text(), text);
+}
