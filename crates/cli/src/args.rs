@@ -1,6 +1,7 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from these files.
 
 mod animate;
+mod correct;
 mod explain;
 mod judge;
 mod live;
@@ -17,6 +18,7 @@ mod view;
 pub(crate) use animate::Animate;
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
+pub(crate) use correct::Correct;
 pub(crate) use explain::Explain;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use live::{FramesChoice, Listen, Send};
@@ -98,6 +100,7 @@ Examples:
   rhytid animate FACE.safetensors session.c3d -o FACE.usd --setup anna.toml --fps 24
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usdz --fps 24 --missing hold
   rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --fade-detail --head bake
+  rhytid animate FACE.safetensors TAKE.csv -o FACE.usd --edit EDIT.toml
   rhytid animate FACE.safetensors TAKE.csv -o FACE.glb --compressed --quantize --meshopt
   rhytid animate FACE.safetensors TAKE.csv -o coarse.usd --stage large-scale --device cpu:0
   rhytid animate FACE.safetensors --listen --frames 2400 -o FACE.usd --record TAKE.csv
@@ -217,6 +220,16 @@ Examples:
   rhytid coverage FACE.safetensors TAKE.csv --plan 6 --report plan
   rhytid coverage FACE.safetensors TAKE.csv --plan 6 --take-examples dense.usd -o scans")]
     Coverage(Coverage),
+
+    /// Write a frame as a mesh, to be sculpted.
+    ///
+    /// What was sculpted comes back as a correction of frames that are like it (EDIT.toml), or as an example of the rig (FACE.toml).
+    /// docs/edits.md says how.
+    #[command(after_help = "\
+Examples:
+  rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj
+  rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj --edit EDIT.toml")]
+    Correct(Correct),
 
     /// Say why vertices are where they are in a frame: the handles, strain edges and examples that drive them.
     ///
@@ -383,6 +396,10 @@ pub(crate) struct Verify {
     /// The take that it was made from.
     #[arg(long)]
     pub take: PathBuf,
+
+    /// The edits that `animate` was given.
+    #[arg(long, value_name = "EDIT.toml")]
+    pub edit: Option<PathBuf>,
 
     /// For a raw take: the setup that `animate` was given.
     #[arg(long, value_name = "TAKE.toml")]

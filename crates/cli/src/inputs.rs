@@ -6,7 +6,7 @@ use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
-use rhytid::playback::{self, CleanUp, choose_devices, find_device};
+use rhytid::playback::{self, CleanUp, Layers, choose_devices, find_device};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take};
 use std::path::Path;
 
@@ -149,6 +149,24 @@ pub(crate) fn take(
         ui.line(&format!("warning: {}: {misfit}; {remedy}", path.display()));
     }
     Ok(take)
+}
+
+/// A take with the edits of a file, if there is one, and what they do to folds.
+///
+/// # Errors
+/// As [`Layers::read`] and [`Layers::edit`].
+pub(crate) fn edited(
+    take: Take,
+    rig: &Rig,
+    (edit, reach): (Option<&Path>, Reach),
+) -> Result<(Take, Option<Layers>)> {
+    let Some(path) = edit else { return Ok((take, None)) };
+    let layers = Layers::read(path, rig, reach)?;
+    let take = layers.edit(take, rig).map_err(|error| match error {
+        Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
+        other => other,
+    })?;
+    Ok((take, Some(layers)))
 }
 
 /// A clean take that lacks some of the rig's handles, with those filled as the clean-up fills markers that are never seen, which it warns of; `None`

@@ -28,7 +28,7 @@ pub(crate) fn tables<'a>(text: &'a str, name: &'a str) -> Result<Spanned<DeTable
 }
 
 /// Sections that there can be many of.
-const MANY: [&str; 6] = ["example", "gain", "offset", "add", "hold", "detail"];
+const MANY: [&str; 7] = ["example", "gain", "offset", "add", "hold", "detail", "correction"];
 
 #[derive(Clone, Copy)]
 pub(crate) struct File<'a> {

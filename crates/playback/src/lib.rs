@@ -30,6 +30,7 @@
 mod bake;
 mod batch;
 mod comes_back;
+mod correction;
 mod devices;
 mod evaluator;
 mod export;
@@ -37,6 +38,7 @@ mod fade;
 mod guard;
 mod layers;
 mod listing;
+mod local_normals;
 mod manifests;
 mod pipeline;
 mod playback;
@@ -52,6 +54,7 @@ mod watch;
 
 pub use batch::{batch_frames, frame_bytes, rig_bytes};
 pub use comes_back::{ComesBack, comes_back};
+pub use correction::Correction;
 pub use devices::{Choice, choose_devices, devices, find_device};
 pub use evaluator::{Evaluator, Open};
 pub use fade::VertexGain;

@@ -1,15 +1,18 @@
 //! Playback: a take on a rig, frame by frame. It is what is exported, and what an exported file is compared with.
 
 use crate::bake::Bake;
+use crate::correction::{Correction, Sculpted};
 use crate::evaluator::Evaluator;
 use crate::fade::{Fade, VertexGain};
 use crate::selection::Selection;
 use crate::uncertainty::Uncertainty;
 use crate::untangle::Untangle;
 use crate::velocities::Velocities;
-use crate::{batch, pipeline};
-use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions};
+use crate::{Layers, batch, layers, pipeline};
+use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, Take, UploadOptions, human};
 use rhytid_formats::export::{Frame, HeadMotion, OutputStage};
+use rhytid_kernels::normals::VertexTriangles;
+use std::cell::OnceCell;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,8 +24,22 @@ pub struct Playback<'a> {
     batch: usize,
     /// By how much folds are multiplied, one on the other.
     gains: Arc<[VertexGain]>,
+    /// What was sculpted, in order.
+    corrections: Arc<[Correction]>,
+    /// The farthest that each correction moved a vertex, in mesh units, in each frame that was played last, inner ones or not.
+    corrected: Vec<Vec<f64>>,
+    vertex_triangles: OnceCell<VertexTriangles>,
     /// Where something was learned.
     untangle: Option<Untangle<'a>>,
+}
+
+/// What is done to frames of the full stage.
+#[derive(Default)]
+struct OnTop<'f, 'r> {
+    fade: Option<&'f mut Fade<'r>>,
+    corrections: &'f [Correction],
+    /// Of each frame, in seconds; empty without corrections.
+    times: &'f [f64],
 }
 
 /// What the device gave of some frames.
@@ -89,7 +106,20 @@ impl<'a> Playback<'a> {
         let batch = batch::batch_frames(rig).min(frames.max(1));
         let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_backends::open)?;
         let untangle = Untangle::new(rig);
-        Ok(Self { rig, evaluator, batch, gains: Arc::default(), untangle })
+        Ok(Self::with(rig, evaluator, batch, untangle))
+    }
+
+    fn with(rig: &'a Rig, evaluator: Evaluator<'a>, batch: usize, untangle: Option<Untangle<'a>>) -> Self {
+        Self {
+            rig,
+            evaluator,
+            batch,
+            gains: Arc::default(),
+            corrections: Arc::default(),
+            corrected: Vec::new(),
+            vertex_triangles: OnceCell::new(),
+            untangle,
+        }
     }
 
     /// With folds that are stronger or weaker by region: `gains` for each of the H handles, as [`crate::handle_gains`] gives them. A vertex has the
@@ -110,6 +140,49 @@ impl<'a> Playback<'a> {
     pub fn with_vertex_gains(mut self, gains: Vec<VertexGain>) -> Self {
         self.gains = self.gains.iter().cloned().chain(gains).collect();
         self
+    }
+
+    /// With all that `layers` do beside editing the take: folds by vertex, and what was sculpted, for which frames of the `edited` take are evaluated.
+    ///
+    /// # Errors
+    /// As [`Playback::play`]; [`Error::Input`] if the take has no frame that was sculpted.
+    pub fn with_layers(mut self, layers: &Layers, edited: &Take, progress: &dyn Progress) -> Result<Self> {
+        self = self.with_vertex_gains(layers.vertex_gains(edited));
+        let triangles = VertexTriangles::new(self.rig.vertices(), &self.rig.triangles);
+        for sculpt in layers.sculpted() {
+            let frame = sculpt.correction.frame;
+            if frame >= edited.frames() {
+                return Err(Error::input(format!(
+                    "[[correction]] of frame {frame}: the take has {}, counted from 0",
+                    human::counted(edited.frames(), "frame")
+                )));
+            }
+            let selection = Selection::all(edited.slice(frame..frame + 1))?;
+            let handles = selection.take.handle_positions(&self.rig.labels)?;
+            let options = PlaybackOptions { normals: false, ..PlaybackOptions::default() };
+            let mut before = Vec::new();
+            self.play(&selection, options, progress, |frame| {
+                before = frame.positions.to_vec();
+                Ok(())
+            })?;
+            let sculpted = Sculpted {
+                frame,
+                positions: &sculpt.positions,
+                before: before.as_chunks().0,
+                handles: handles.as_chunks().0,
+                weights: &sculpt.weights,
+                reach: sculpt.correction.reach,
+                amount: layers::timed(edited, &sculpt.correction.amount),
+            };
+            let correction = Correction::new(self.rig, &triangles, sculpted);
+            self.corrections = self.corrections.iter().cloned().chain([correction]).collect();
+        }
+        Ok(self)
+    }
+
+    /// What was sculpted, each with the farthest that it moved a vertex in each of the frames that were played last, in mesh units.
+    pub fn corrections(&self) -> impl Iterator<Item = (&Correction, &[f64])> {
+        self.corrections.iter().zip(self.corrected.iter().map(Vec::as_slice))
     }
 
     /// The rig.
@@ -148,16 +221,15 @@ impl<'a> Playback<'a> {
         progress: &dyn Progress,
         each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
-        self.evaluate_fading(handles, stage, normals, None, progress, each)
+        self.evaluate_edited(handles, (stage, normals), OnTop::default(), progress, each)
     }
 
-    /// As [`Playback::evaluate`], faded where that is given, which is only of use to the full stage.
-    fn evaluate_fading(
+    /// As [`Playback::evaluate`], with what is done to the full stage.
+    fn evaluate_edited(
         &mut self,
         handles: &[f32],
-        stage: OutputStage,
-        normals: bool,
-        mut fade: Option<&mut Fade<'_>>,
+        (stage, normals): (OutputStage, bool),
+        OnTop { mut fade, corrections, times }: OnTop<'_, '_>,
         progress: &dyn Progress,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
@@ -183,6 +255,8 @@ impl<'a> Playback<'a> {
             let handles = &handles[frames.start * per_frame..frames.end * per_frame];
             self.evaluator.evaluate(handles, &stages, &mut batch.results)
         };
+        let mut corrected: [Vec<[f32; 3]>; 2] = [Vec::new(), Vec::new()];
+        self.corrected = vec![Vec::new(); corrections.len()];
         pipeline::run(
             pipeline::BUFFERS,
             batches.into_iter(),
@@ -205,7 +279,24 @@ impl<'a> Playback<'a> {
                         }
                         None => [positions, normals],
                     };
-                    each(positions, normals)?;
+                    if corrections.is_empty() {
+                        each(positions, normals)?;
+                        continue;
+                    }
+                    let [x, n] = &mut corrected;
+                    x.clear();
+                    n.clear();
+                    x.extend_from_slice(positions.as_chunks().0);
+                    n.extend_from_slice(normals.as_chunks().0);
+                    let triangles = self
+                        .vertex_triangles
+                        .get_or_init(|| VertexTriangles::new(self.rig.vertices(), &self.rig.triangles));
+                    let pose =
+                        (times[*first + i], handles[(*first + i) * per_frame..][..per_frame].as_chunks().0);
+                    for (correction, moved) in corrections.iter().zip(&mut self.corrected) {
+                        moved.push(correction.apply(self.rig, triangles, pose, x, n));
+                    }
+                    each(x.as_flattened(), n.as_flattened())?;
                 }
                 Ok(())
             },
@@ -261,7 +352,13 @@ impl<'a> Playback<'a> {
             each(Frame { positions, normals, velocities, sigma })
         };
         let (stage, normals) = (options.stage, options.normals);
-        self.evaluate_fading(&handles, stage, normals, fade.as_mut(), progress, |positions, normals| {
+        let corrections = self.corrections.clone();
+        let on_top = OnTop {
+            fade: fade.as_mut(),
+            corrections: if stage == OutputStage::Full { &corrections } else { &[] },
+            times: &selection.take.times,
+        };
+        self.evaluate_edited(&handles, (stage, normals), on_top, progress, |positions, normals| {
             let shown = [positions, normals];
             let [positions, normals] = match head {
                 Some(head) => bake.frame(&head[evaluated], shown),
@@ -299,8 +396,7 @@ mod tests {
         let rig = solve(&face, &NoProgress)?.cast::<f32>();
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
-        let mut playback =
-            Playback { rig: &rig, evaluator, batch, gains: Arc::default(), untangle: Untangle::new(&rig) };
+        let mut playback = Playback::with(&rig, evaluator, batch, Untangle::new(&rig));
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
         let options = PlaybackOptions {
             stage: OutputStage::Full,

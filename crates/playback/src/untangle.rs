@@ -1,8 +1,9 @@
 //! Triangles that what was learned turns over where the shell does not, turned back (`docs/method.md`, what is turned over).
 
+use crate::local_normals;
 use rayon::prelude::*;
 use rhytid_core::{Learned, Rig};
-use rhytid_kernels::normals::{self, VertexTriangles};
+use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{Real, vec3};
 use std::collections::HashMap;
 
@@ -107,12 +108,9 @@ impl<'a> Untangle<'a> {
         if !normals.is_empty() {
             self.normals.clear();
             self.normals.extend_from_slice(normals.as_chunks().0);
-            let around = moved.keys().flat_map(|&v| self.vertex_triangles.at(v as usize));
-            for v in around.flat_map(|&t| self.rig.triangles[t as usize]) {
-                let incident = self.vertex_triangles.at(v as usize);
-                self.normals[v as usize] =
-                    normals::vertex_normal(&self.positions, &self.rig.triangles, incident);
-            }
+            let moved = moved.keys().copied();
+            let triangles = &self.vertex_triangles;
+            local_normals::update(self.rig, triangles, moved, &self.positions, &mut self.normals);
         }
         [self.positions.as_flattened(), self.normals.as_flattened()]
     }
@@ -280,6 +278,7 @@ mod tests {
     use super::*;
     use rhytid_conformance::evaluate;
     use rhytid_core::{LearnedSettings, Method, NoProgress};
+    use rhytid_kernels::normals;
     use std::collections::BTreeSet;
 
     fn rig(share: Option<f64>) -> Rig {

@@ -12,9 +12,9 @@ use std::sync::Arc;
 /// More than this is growth.
 const MOST: u64 = 16 << 20;
 
-/// How many loads; an hour's worth is asked for by `RHYTID_LOADS=1000`.
-fn loads() -> usize {
-    std::env::var("RHYTID_LOADS").ok().and_then(|loads| loads.parse().ok()).unwrap_or(60)
+/// How many times; more is asked for by `RHYTID_LOADS=1000`, and an hour of playing by `RHYTID_PICTURES=216000`.
+fn times(variable: &str, otherwise: usize) -> usize {
+    std::env::var(variable).ok().and_then(|times| times.parse().ok()).unwrap_or(otherwise)
 }
 
 #[test]
@@ -46,15 +46,16 @@ fn rigs_are_opened_and_takes_played_again_and_again_without_growth() {
         view.step();
         resident()
     };
-    let before = load(loads() / 3, 3);
-    let after = load(loads(), 3);
+    let loads = times("RHYTID_LOADS", 60);
+    let pictures = times("RHYTID_PICTURES", 60 * loads);
+    let before = load(loads / 3, 3);
+    let after = load(loads, 3);
     assert!(after < before + MOST, "loads: {} MB became {} MB", before >> 20, after >> 20);
-    let played = load(1, 60 * loads());
+    let played = load(1, pictures);
     assert!(played < after + MOST, "playing: {} MB became {} MB", after >> 20, played >> 20);
     println!(
-        "{} MB, after {} loads {} MB, after playing {} MB",
+        "{} MB, after {loads} loads {} MB, after {pictures} pictures of playing {} MB",
         before >> 20,
-        loads(),
         after >> 20,
         played >> 20
     );

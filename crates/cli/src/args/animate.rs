@@ -67,6 +67,10 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region)]
     pub detail_of: Vec<(String, f64)>,
 
+    /// Edits of the take: EDIT.toml, which docs/edits.md describes.
+    #[arg(long, value_name = "EDIT.toml", conflicts_with = "listen")]
+    pub edit: Option<PathBuf>,
+
     /// What becomes of the head's motion, where the take has it.
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]
     pub head: HeadChoice,

@@ -110,6 +110,10 @@ pub(crate) struct Render {
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range)]
     pub error_range: f32,
 
+    /// Edits of the take: EDIT.toml, which docs/edits.md describes.
+    #[arg(long, value_name = "EDIT.toml")]
+    pub edit: Option<PathBuf>,
+
     /// Fade the folds out where they are not to be trusted, as for `animate`.
     #[arg(long)]
     pub fade_detail: bool,

@@ -10,7 +10,7 @@ use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
 use rhytid::formats::take::Missing;
 use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::human;
-use rhytid::playback::{Playback, PlaybackOptions, Selection, handle_gains};
+use rhytid::playback::{Correction, Playback, PlaybackOptions, Selection, handle_gains};
 use rhytid::{AtomicFile, DeviceInfo, Error, Result, Rig, Take, rig_file};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
             inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
         }
     }
-    let inputs = [Some(&args.rig), args.take.as_ref(), args.setup.as_ref()]
+    let inputs = [Some(&args.rig), args.take.as_ref(), args.setup.as_ref(), args.edit.as_ref()]
         .into_iter()
         .flatten()
         .map(PathBuf::as_path);
@@ -111,13 +111,14 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         (Some(path), None) => inputs::take(path, &rig, args.missing, setup, &args.space, ui)?,
         _ => listen::take(args, &rig, count.unwrap_or_default(), ui)?,
     };
+    let (take, layers) = inputs::edited(take, &rig, (args.edit.as_deref(), args.elsewhere.reach()))?;
     let range = match args.frames {
         FramesChoice::Range(range) => range.within(take.frames())?,
         FramesChoice::Count(_) => 0..take.frames(),
     };
     let is_far = warn_far(&rig, &take, &range, ui)?;
     say_what_changes_nothing(args, &take, is_far);
-    let selection = Selection::new(take, range.clone(), args.fps, args.velocities)?;
+    let selection = Selection::new(take.clone(), range.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
 
     let provenance = export::Provenance {
@@ -131,6 +132,8 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         fade_detail: args.fade_detail,
         detail: Some(args.detail).filter(|gain| *gain != 1.0),
         detail_of: detail_of(&gains),
+        edit: layers.as_ref().map(|layers| layers.text().to_owned()),
+        edit_hash: layers.as_ref().map(|layers| layers.hash().to_owned()),
         normals: args.no_normals.then_some(false),
         velocities: args.velocities.then_some(true),
         head: HeadMotion::from(args.head).into(),
@@ -152,11 +155,44 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     };
 
     let devices = inputs::devices(device, ui)?;
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?.with_gains(handle_gains);
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?.with_gains(&handle_gains);
+    if let Some(layers) = &layers {
+        playback = playback.with_layers(layers, &take, ui)?;
+    }
     let start = Instant::now();
     let written = playback.export(&selection, wanted, &args.output, &options, &provenance, ui)?;
+    if !ui.is_quiet() {
+        let of_frame = |(correction, moved)| corrected(correction, moved, &selection, rig.metres_per_unit);
+        playback.corrections().map(of_frame).for_each(|words| ui.line(&words));
+    }
     let (device, metres_per_unit) = (playback.device().clone(), rig.metres_per_unit);
     Ok(Animated { frames, rate: selection.rate, metres_per_unit, device, time: start.elapsed(), written })
+}
+
+/// What is too little to be seen, in millimetres.
+const SEEN_MM: f64 = 0.1;
+
+/// What a correction did in the frames of a selection.
+fn corrected(correction: &Correction, moved: &[f64], selection: &Selection, metres_per_unit: f64) -> String {
+    let millimetres = |x: f64| human::number((x * metres_per_unit * 1e5).round() / 1e2);
+    let moved = moved.get(selection.inner.clone()).unwrap_or_default();
+    let seen: Vec<usize> = (0..moved.len()).filter(|&i| moved[i] * metres_per_unit * 1e3 > SEEN_MM).collect();
+    let touched = moved.iter().filter(|by| **by > 0.0).count();
+    let between = match (seen.first(), seen.last()) {
+        (Some(first), Some(last)) => {
+            format!(" between {} and {}", first + selection.first, last + selection.first)
+        }
+        _ => String::new(),
+    };
+    format!(
+        "correction of frame {}: {} by up to {} mm; more than {SEEN_MM} mm in {}{between}, nothing in {}: its reach is {}, as a ratio of strains",
+        correction.frame(),
+        human::counted(correction.vertices(), "vertex"),
+        millimetres(correction.largest()),
+        human::counted(seen.len(), "frame"),
+        human::count(moved.len() - touched),
+        human::number((correction.reach() * 1e4).round() / 1e4)
+    )
 }
 
 /// Warns once of all frames of `range` that are far outside what the examples show; says whether there are any.

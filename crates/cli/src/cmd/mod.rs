@@ -4,6 +4,7 @@ mod animate;
 mod bench;
 mod completions;
 mod conform;
+mod correct;
 mod coverage;
 mod demo;
 mod devices;
@@ -52,6 +53,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Prepare(args) => prepare::run(args, ui)?,
         Command::Evaluate(args) => evaluate::run(args, ui)?,
         Command::Coverage(args) => coverage::run(args, ui)?,
+        Command::Correct(args) => correct::run(args, ui)?,
         Command::Explain(args) => explain::run(args, ui)?,
         Command::Info(args) => info::run(args)?,
         Command::Devices(args) => devices::run(args)?,

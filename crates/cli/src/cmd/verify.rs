@@ -49,9 +49,22 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         &args.space,
         ui,
     )?;
+    let (take, layers) = inputs::edited(take, &rig, (args.edit.as_deref(), args.elsewhere.reach()))?;
+    match (&provenance.edit_hash, &layers) {
+        (None, None) => {}
+        (Some(made), Some(layers)) if made == layers.hash() => {}
+        (Some(_), None) => return fail("was made with edits; give the same with --edit EDIT.toml".into()),
+        (None, Some(_)) => return fail("was made without edits; leave --edit out".into()),
+        (Some(_), Some(_)) => {
+            return fail(
+                "was made with other edits, or with other files that they name; `rhytid info` shows which"
+                    .into(),
+            );
+        }
+    }
     let summary = reader.summary().clone();
     let range = request.frames.within(take.frames())?;
-    let selection = Selection::new(take, range, request.fps, summary.velocities)?;
+    let selection = Selection::new(take.clone(), range, request.fps, summary.velocities)?;
     for (what, found, expected) in [
         ("frames", summary.frames as f64, selection.inner.len() as f64),
         ("as the first time code", summary.first_time_code, selection.first as f64),
@@ -71,7 +84,10 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let devices = inputs::devices(device, ui)?;
     let gains = regions(provenance.detail_of.as_deref().unwrap_or_default());
     let mut playback = Playback::new(&rig, &devices, selection.take.frames())?
-        .with_gains(handle_gains(&rig.labels, &gains)?);
+        .with_gains(&handle_gains(&rig.labels, &gains)?);
+    if let Some(layers) = &layers {
+        playback = playback.with_layers(layers, &take, ui)?;
+    }
     let options = PlaybackOptions {
         stage: request.stage,
         normals: summary.normals,

@@ -333,6 +333,7 @@ fn every_command_has_help_with_an_example() {
         "prepare",
         "evaluate",
         "coverage",
+        "correct",
         "explain",
         "info",
         "devices",

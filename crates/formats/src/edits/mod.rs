@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 /// What a file of edits says. Paths are relative to the file.
 ///
 /// What is done to a marker in a frame: from rest it is `Π gains · (p − rest) + Σ offsets + Σ added`, whatever the order in the file; then the holds,
-/// one after the other, keep it where it is. The folds are multiplied by all gains of the detail.
+/// one after the other, keep it where it is. The folds are multiplied by all gains of the detail. Corrections come last, each on what those before it
+/// make of its frame.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Edits {
     /// `[region.NAME]`, by their names.
@@ -33,6 +34,9 @@ pub struct Edits {
     /// Each `[[hold]]`.
     #[serde(rename = "hold", skip_serializing_if = "Vec::is_empty")]
     pub holds: Vec<Hold>,
+    /// Each `[[correction]]`.
+    #[serde(rename = "correction", skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<Correction>,
     /// Each `[[detail]]`.
     #[serde(rename = "detail", skip_serializing_if = "Vec::is_empty")]
     pub details: Vec<Gain>,
@@ -124,6 +128,27 @@ pub struct Hold {
     pub at: Option<usize>,
     /// So many frames before and behind it goes over, smoothly.
     pub ease: usize,
+}
+
+/// `[[correction]]`: a frame that was sculpted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Correction {
+    /// The sculpted mesh, with the rig's vertices and polygons.
+    pub mesh: PathBuf,
+    /// The frame of the take that was sculpted.
+    pub frame: usize,
+    /// As of [`Gain`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// Times this.
+    #[serde(skip_serializing_if = "is_one")]
+    pub amount: Curve,
+    /// The easing of `amount`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ease: Ease,
+    /// How far a frame's strains may be from those of the sculpted frame, a ratio; `None` for as far as the rest pose's are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reach: Option<f64>,
 }
 
 fn is_default(ease: &Ease) -> bool {

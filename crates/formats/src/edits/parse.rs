@@ -1,6 +1,6 @@
 //! The text of a file of edits to [`Edits`]: keys, types and values are checked, files are not touched.
 
-use super::{Added, Curve, Ease, Edits, Gain, Hold, Offset, Region};
+use super::{Added, Correction, Curve, Ease, Edits, Gain, Hold, Offset, Region};
 use crate::document::{File, Section, found, number_of, tables, vector_of};
 use crate::tables::text::quoted;
 use rhytid_core::Result;
@@ -25,7 +25,7 @@ pub fn parse(text: &str, name: &str) -> Result<Edits> {
     let document = tables(text, name)?;
     let file = File { text, name };
     let root = Section { file, title: String::new(), offset: 0, table: document.get_ref() };
-    root.allow(&["region", "gain", "offset", "add", "hold", "detail"])?;
+    root.allow(&["region", "gain", "offset", "add", "hold", "detail", "correction"])?;
     let gains = |key: &str, range: &RangeInclusive<f64>| -> Result<Vec<Gain>> {
         root.sections(key)?.iter().map(|section| gain(section, range)).collect()
     };
@@ -35,6 +35,7 @@ pub fn parse(text: &str, name: &str) -> Result<Edits> {
         offsets: root.sections("offset")?.iter().map(offset).collect::<Result<_>>()?,
         added: root.sections("add")?.iter().map(added).collect::<Result<_>>()?,
         holds: root.sections("hold")?.iter().map(hold).collect::<Result<_>>()?,
+        corrections: root.sections("correction")?.iter().map(correction).collect::<Result<_>>()?,
         details: gains("detail", &DETAIL_GAINS)?,
     })
 }
@@ -151,15 +152,37 @@ fn hold(section: &Section<'_>) -> Result<Hold> {
     let number = |text: &str| text.trim().parse::<usize>().ok();
     let frames = text.split_once("..").and_then(|(a, b)| number(a).zip(number(b))).filter(|(a, b)| a < b);
     let frames = frames.ok_or_else(|| section.wrong("frames", &quoted(text), expected))?;
-    let whole = |key: &str| match section.get(key) {
-        None => Ok(None),
-        Some(value) => section
-            .number(key)
-            .filter(|x| *x >= 0.0 && x.fract() == 0.0 && *x < 1e9)
-            .map(|x| Some(x as usize))
-            .ok_or_else(|| section.wrong(key, &found(value), "a whole number of frames")),
-    };
-    Ok(Hold { region: name_of(section)?, frames, at: whole("at")?, ease: whole("ease")?.unwrap_or_default() })
+    Ok(Hold {
+        region: name_of(section)?,
+        frames,
+        at: whole(section, "at")?,
+        ease: whole(section, "ease")?.unwrap_or_default(),
+    })
+}
+
+fn correction(section: &Section<'_>) -> Result<Correction> {
+    section.allow(&["mesh", "frame", "region", "amount", "ease", "reach"])?;
+    let ease = ease(section)?;
+    let expected = "a number above 0: strains farther away change nothing";
+    Ok(Correction {
+        mesh: section.path("mesh", "the file of the sculpted mesh")?,
+        frame: whole(section, "frame")?.ok_or_else(|| section.lacks("frame", "the one that was sculpted"))?,
+        region: name_of(section)?,
+        amount: curve(section, "amount", &AMOUNTS, ease)?,
+        ease,
+        reach: match section.get("reach") {
+            None => None,
+            Some(_) => Some(section.positive("reach", expected)?),
+        },
+    })
+}
+
+/// A number of frames, or a frame.
+fn whole(section: &Section<'_>, key: &str) -> Result<Option<usize>> {
+    let Some(value) = section.get(key) else { return Ok(None) };
+    let number = section.number(key).filter(|x| *x >= 0.0 && x.fract() == 0.0 && *x < 1e9);
+    let number = number.ok_or_else(|| section.wrong(key, &found(value), "a whole number of frames"))?;
+    Ok(Some(number as usize))
 }
 
 fn name_of(section: &Section<'_>) -> Result<Option<String>> {

@@ -35,6 +35,12 @@ pub struct Provenance {
     /// By how much it is multiplied by region besides, such as `brows=0.5;chin=1.2`; `None` where it is not, which files do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail_of: Option<String>,
+    /// The text of the edits that were applied to the take ([`crate::edits`]); `None` where there were none, which files do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edit: Option<String>,
+    /// What tells them from others, also those whose text is the same and that name other files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edit_hash: Option<String>,
     /// Whether there are normals; `None` for yes, which files do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normals: Option<bool>,

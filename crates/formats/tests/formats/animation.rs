@@ -162,6 +162,8 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
             fade_detail: true,
             detail: Some(0.5),
             detail_of: Some("brows=0.5;chin=2".into()),
+            edit: Some("[[gain]]\nregion = \"brüw\" # \"\"\"\nby = 1.5\n".into()),
+            edit_hash: Some("0123".into()),
             normals: Some(false),
             velocities: Some(true),
             head: HeadMotion::Drop.into(),

@@ -6,10 +6,10 @@ mod region;
 use crate::fade::VertexGain;
 use handles::{AddedTake, Held};
 use region::Regions;
-use rhytid_core::{Error, Result, Rig, Take, rig_file};
+use rhytid_core::{Error, Mesh, Result, Rig, Take, rig_file};
 use rhytid_formats::edits::{self, Curve, Edits};
 use rhytid_formats::take::{self, Missing};
-use rhytid_formats::{Reach, named_file};
+use rhytid_formats::{Reach, mesh, named_file};
 use std::path::{Path, PathBuf};
 
 /// What a file of edits does to takes of a rig ([`Edits`] has the formula).
@@ -25,6 +25,7 @@ pub struct Layers {
     offsets: Vec<(Vec<[f64; 3]>, Curve)>,
     added: Vec<AddedTake>,
     holds: Vec<Held>,
+    corrections: Vec<Sculpt>,
     /// Folds are multiplied: V weights, from 0 to 1, and the gain.
     details: Vec<(Vec<f32>, Curve)>,
 }
@@ -46,7 +47,12 @@ impl Layers {
             let file = named_file(path, file, "an edit", reach)?;
             hash.update(rig_file::hash(&file)?.as_bytes());
         }
-        let mut regions = Regions::new(path, &edits, rig, reach);
+        let rest = Mesh {
+            positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
+            faces: rig.faces.clone(),
+            ..Mesh::default()
+        };
+        let mut regions = Regions::new((path, &edits), (rig, &rest), reach);
         let mut layers = Self {
             text,
             hash: hash.finalize().to_hex().to_string(),
@@ -61,6 +67,12 @@ impl Layers {
                 other => other,
             })?;
             layers.added.push(other);
+        }
+        for correction in &edits.corrections {
+            let file = named_file(path, &correction.mesh, "[[correction]] mesh", reach)?;
+            let positions = mesh::read_like(&rest, Path::new("the rig"), &file)?;
+            let weights = regions.vertices(correction.region.as_deref()).map_err(in_file)?;
+            layers.corrections.push(Sculpt { positions, weights, correction: correction.clone() });
         }
         Ok(layers)
     }
@@ -112,20 +124,45 @@ impl Layers {
         handles::edit(self, take, rig)
     }
 
+    /// Whether they do anything to frames, beside editing the take.
+    pub fn are_on_frames(&self) -> bool {
+        !self.details.is_empty() || !self.corrections.is_empty()
+    }
+
+    /// What was sculpted.
+    pub(crate) fn sculpted(&self) -> &[Sculpt] {
+        &self.corrections
+    }
+
     /// By how much folds are multiplied, for [`crate::Playback::with_vertex_gains`], of the take that is edited.
     pub fn vertex_gains(&self, take: &Take) -> Vec<VertexGain> {
-        let timed = |(weights, by): &(Vec<f32>, Curve)| {
-            let keys = by.keys.iter().map(|&(frame, value)| (time_of(take, frame), value)).collect();
-            VertexGain { weights: weights.clone(), by: Curve { keys, ease: by.ease } }
-        };
+        let timed =
+            |(weights, by): &(Vec<f32>, Curve)| VertexGain { weights: weights.clone(), by: timed(take, by) };
         self.details.iter().map(timed).collect()
     }
+}
+
+/// A frame that was sculpted.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sculpt {
+    /// V, in mesh units.
+    pub positions: Vec<[f64; 3]>,
+    /// V, from 0 to 1.
+    pub weights: Vec<f32>,
+    pub correction: edits::Correction,
 }
 
 /// The files that edits name.
 fn files(edits: &Edits) -> impl Iterator<Item = &PathBuf> {
     let regions = edits.regions.values().flat_map(|region| region.of.iter().chain(&region.weights));
-    edits.added.iter().map(|added| &added.take).chain(regions)
+    let sculpted = edits.corrections.iter().map(|correction| &correction.mesh);
+    edits.added.iter().map(|added| &added.take).chain(regions).chain(sculpted)
+}
+
+/// A curve over a take's frames as one over its time.
+pub(crate) fn timed(take: &Take, curve: &Curve) -> Curve {
+    let keys = curve.keys.iter().map(|&(frame, value)| (time_of(take, frame), value)).collect();
+    Curve { keys, ease: curve.ease }
 }
 
 /// The time of a frame, which may be between two, or beyond the take's ends.

@@ -13,6 +13,8 @@ pub(super) struct Regions<'a> {
     path: &'a Path,
     edits: &'a Edits,
     rig: &'a Rig,
+    /// The rig's.
+    rest: &'a Mesh,
     reach: Reach,
     known: HashMap<String, Parts>,
 }
@@ -27,8 +29,12 @@ enum Parts {
 }
 
 impl<'a> Regions<'a> {
-    pub(super) fn new(path: &'a Path, edits: &'a Edits, rig: &'a Rig, reach: Reach) -> Self {
-        Self { path, edits, rig, reach, known: HashMap::new() }
+    pub(super) fn new(
+        (path, edits): (&'a Path, &'a Edits),
+        (rig, rest): (&'a Rig, &'a Mesh),
+        reach: Reach,
+    ) -> Self {
+        Self { path, edits, rig, rest, reach, known: HashMap::new() }
     }
 
     /// H weights; all of them 1 where no region is named. Of a region of vertices a handle has its vertex's.
@@ -88,13 +94,7 @@ impl<'a> Regions<'a> {
             return self.labelled(&region.markers, &format!("[region.{name}] markers")).map(Parts::Handles);
         };
         let of = file(of, "of")?;
-        let widen = |x: &[f32; 3]| x.map(f64::from);
-        let rest = Mesh {
-            positions: self.rig.rest.iter().map(widen).collect(),
-            faces: self.rig.faces.clone(),
-            ..Mesh::default()
-        };
-        let groups = mesh::read_groups(&rest, self.path, &of)?;
+        let groups = mesh::read_groups(self.rest, Path::new("the rig"), &of)?;
         let mut weights = vec![0.0; self.rig.vertices()];
         for wanted in &region.groups {
             let Some((_, vertices)) = groups.iter().find(|(name, _)| name == wanted) else {

@@ -50,10 +50,11 @@ impl Fixture {
     /// Positions and normals of each frame.
     fn play(&self, text: &str) -> Vec<[Vec<f32>; 2]> {
         let layers = self.layers(text).unwrap();
-        let gains = layers.vertex_gains(&self.take);
-        let selection = Selection::all(layers.edit(self.take.clone(), &self.rig).unwrap()).unwrap();
+        let edited = layers.edit(self.take.clone(), &self.rig).unwrap();
+        let selection = Selection::all(edited.clone()).unwrap();
         let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
-        let mut playback = Playback::new(&self.rig, &devices, 60).unwrap().with_vertex_gains(gains);
+        let mut playback = Playback::new(&self.rig, &devices, 60).unwrap();
+        playback = playback.with_layers(&layers, &edited, &NoProgress).unwrap();
         let mut frames = Vec::new();
         let each = |frame: rhytid_formats::export::Frame<'_>| {
             frames.push([frame.positions.to_vec(), frame.normals.unwrap_or_default().to_vec()]);
@@ -227,6 +228,7 @@ fn what_the_rig_does_not_have_is_said() {
         ("[[add]]\ntake = \"none.csv\"\n", "none.csv: has no frame of any of the rig's handles"),
         ("[[add]]\ntake = \"../none.csv\"\n", "which is not in"),
         ("[[add]]\ntake = \"not-there.csv\"\n", "not-there.csv"),
+        ("[[correction]]\nmesh = \"none.csv\"\nframe = 3\n", "none.csv: a mesh's file name must end in"),
         ("[[hold]]\nframes = \"50..61\"\n", "[[hold]] of the frames 50..61 at 50: the take has 60"),
         (
             "[region.a]\nweights = \"left.obj\"\nproperty = \"x\"\n[[detail]]\nregion = \"a\"\nby = 0\n",
@@ -250,4 +252,74 @@ fn the_hash_is_of_what_is_named_too() {
     assert_eq!(hash(1.0), hash(1.0));
     assert_ne!(hash(1.0), hash(2.0));
     assert_eq!(f.layers(text).unwrap().text(), text);
+}
+
+/// A frame that was sculpted is met, also on what a layer before it makes of it; frames that are far from it keep every bit.
+#[test]
+fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
+    let f = Fixture::new();
+    let rig = &f.rig;
+    let detail = "[[detail]]\nby = 0.5\n";
+    let before = f.play(detail);
+    let unit = 1e-3 / f64::from(rig.metres_per_unit);
+    let middle = rig.rest[rig.handles[3] as usize].map(f64::from);
+    let bump = |x: [f64; 3], v: usize| -> [f64; 3] {
+        let rest = rig.rest[v].map(f64::from);
+        let far = (0..3).map(|c| (rest[c] - middle[c]).powi(2)).sum::<f64>().sqrt() / (30.0 * unit);
+        let by = if far < 1.0 { 3.0 * unit * (1.0 - far * far).powi(2) } else { 0.0 };
+        [x[0] + 0.6 * by, x[1] + 0.8 * by, x[2]]
+    };
+    let sculpted = |frame: &[f32], name: &str| {
+        let (x, _) = frame.as_chunks::<3>();
+        let positions: Vec<[f64; 3]> = x.iter().enumerate().map(|(v, x)| bump(x.map(f64::from), v)).collect();
+        let mesh = Mesh { positions: positions.clone(), faces: rig.faces.clone(), ..Mesh::default() };
+        mesh::write_obj(&f.folder.path().join(name), &mesh).unwrap();
+        positions
+    };
+    let once = sculpted(&before[25][0], "once.obj");
+    let one = format!("{detail}[[correction]]\nmesh = \"once.obj\"\nframe = 25\n");
+    let corrected = f.play(&one);
+    let twice = sculpted(&corrected[25][0], "twice.obj");
+    let two = f.play(&format!("{one}[[correction]]\nmesh = \"twice.obj\"\nframe = 25\n"));
+    let off = |frame: &[f32], expected: &[[f64; 3]]| {
+        let pairs = frame.iter().zip(expected.as_flattened());
+        pairs.map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max) / unit
+    };
+    assert!(off(&corrected[25][0], &once) < 1e-3, "{} mm", off(&corrected[25][0], &once));
+    assert!(off(&two[25][0], &twice) < 1e-3, "{} mm", off(&two[25][0], &twice));
+    // By the distance that `explain` states, which is made of the same strains.
+    let handles = f.take.handle_positions(&rig.labels).unwrap();
+    let pose = |frame: usize| handles[frame * 3 * rig.handles.len()..][..3 * rig.handles.len()].as_chunks().0;
+    let [features, rest] = [rig.vector_strains(pose(25)), vec![[0.0; 3]; rig.features()]];
+    let apart = |a: &[[f64; 3]], b: &[[f64; 3]], v: usize| {
+        let square = |(e, w): (usize, f64)| w * (0..3).map(|c| (a[e][c] - b[e][c]).powi(2)).sum::<f64>();
+        rig.listens_to(v).map(square).sum::<f64>().sqrt()
+    };
+    let moved: Vec<usize> = (0..rig.vertices()).filter(|&v| bump([0.0; 3], v) != [0.0; 3]).collect();
+    let reach = moved.iter().map(|&v| apart(&features, &rest, v)).sum::<f64>() / moved.len() as f64;
+    let (mut far, mut near) = (0, 0);
+    for frame in 0..60 {
+        let here = rig.vector_strains(pose(frame));
+        for v in 0..rig.vertices() {
+            let bits = |of: &[[Vec<f32>; 2]]| {
+                of[frame][0][3 * v..3 * v + 3].iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+            };
+            let [a, b] = [&before, &corrected].map(|frames| &frames[frame][0][3 * v..3 * v + 3]);
+            let moved = (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>().sqrt() / unit;
+            let largest = (0..3).map(|c| bump([0.0; 3], v)[c].powi(2)).sum::<f64>().sqrt() / unit;
+            let s = apart(&here, &features, v) / reach;
+            if largest == 0.0 || s >= 1.05 {
+                assert_eq!(bits(&before), bits(&corrected), "frame {frame}, vertex {v}");
+                far += usize::from(largest > 0.0);
+            } else if s < 0.95 {
+                let expected = largest * (1.0 - s).powi(4) * (4.0 * s + 1.0);
+                assert!(
+                    (moved - expected).abs() < 0.1 * largest + 0.01,
+                    "frame {frame}, vertex {v}: {moved}, {expected}"
+                );
+                near += usize::from(expected > 0.5);
+            }
+        }
+    }
+    assert!(far > 1000 && near > 100, "{far} far, {near} near");
 }

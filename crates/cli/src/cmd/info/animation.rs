@@ -89,6 +89,8 @@ impl AnimationInfo {
                 },
             ),
         ));
+        let edit = self.provenance.as_ref().and_then(|made| made.edit.as_ref());
+        rows.extend(edit.map(|text| row("edited by", text.lines().collect::<Vec<_>>().join(" | "))));
         rows
     }
 }

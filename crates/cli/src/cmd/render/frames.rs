@@ -5,7 +5,7 @@ use crate::progress::Ui;
 use crate::{args, drawing, inputs};
 use rhytid::backends::wgpu::{Wgpu, WgpuSession};
 use rhytid::formats::export::OutputStage;
-use rhytid::playback::{Playback, PlaybackOptions, Selection, Watch};
+use rhytid::playback::{Layers, Playback, PlaybackOptions, Selection, Watch};
 use rhytid::render::Vertices;
 use rhytid::{Animator, Backend, DeviceInfo, Error, Progress, Result, Rig, Stage, Take, UploadOptions};
 use std::time::{Duration, Instant};
@@ -48,6 +48,8 @@ pub(super) struct Before {
 /// What is wanted of each frame.
 pub(super) struct Wanted<'a> {
     pub playback: PlaybackOptions,
+    /// What edits do beside editing the take, and all of that.
+    pub layers: Option<(Layers, Take)>,
     pub large_scale: bool,
     pub before: Option<&'a Before>,
     pub truth: Option<Truth>,
@@ -58,7 +60,11 @@ pub(super) struct Wanted<'a> {
 impl Wanted<'_> {
     /// Whether a session's own buffers have all of it: positions and normals.
     fn is_drawn_from_a_session(&self) -> bool {
-        let is_more = self.on_host || self.large_scale || self.before.is_some() || self.truth.is_some();
+        let is_more = self.on_host
+            || self.large_scale
+            || self.before.is_some()
+            || self.truth.is_some()
+            || self.layers.as_ref().is_some_and(|(layers, _)| layers.are_on_frames());
         !is_more && self.playback == PlaybackOptions::default()
     }
 }
@@ -125,10 +131,11 @@ impl<'a> Frames<'a> {
                 let devices = inputs::devices(named, ui)?;
                 let before = wanted.before.and_then(|before| before.rig.as_ref());
                 let before = before.map(|rig| Playback::new(rig, &devices, count.min(BATCH)));
-                On::Other {
-                    playback: Box::new(Playback::new(rig, &devices, count)?),
-                    before: before.transpose()?,
+                let mut playback = Playback::new(rig, &devices, count)?;
+                if let Some((layers, take)) = &wanted.layers {
+                    playback = playback.with_layers(layers, take, ui)?;
                 }
+                On::Other { playback: Box::new(playback), before: before.transpose()? }
             }
         };
         Ok(Self { rig, on, wanted, evaluation: Duration::ZERO })

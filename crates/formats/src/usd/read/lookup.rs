@@ -69,6 +69,8 @@ pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
         missing: Word::of(&text("missing")?),
         detail: number("detail"),
         detail_of: text("detail_of"),
+        edit: text("edit"),
+        edit_hash: text("edit_hash"),
         normals: flag("normals"),
         velocities: flag("velocities"),
         // Older files have neither of these.

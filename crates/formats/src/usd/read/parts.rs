@@ -144,6 +144,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
     let (x, y) = (a.provenance.as_ref()?, b.provenance.as_ref()?);
     // As it stands in the files.
     let rate = |fps: Option<f64>| fps.unwrap_or(0.0).to_string();
+    let of = |hash: &Option<String>| hash.as_deref().unwrap_or("none").to_owned();
     let has = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
     let pairs = [
         ("the rig's hash", y.rig.clone(), x.rig.clone()),
@@ -153,6 +154,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("with --fade-detail", has(y.fade_detail), has(x.fade_detail)),
         ("--detail", y.detail.unwrap_or(1.0).to_string(), x.detail.unwrap_or(1.0).to_string()),
         ("--detail-of", y.detail_of.clone().unwrap_or_default(), x.detail_of.clone().unwrap_or_default()),
+        ("the hash of --edit", of(&y.edit_hash), of(&x.edit_hash)),
         ("--head", y.head.to_string(), x.head.to_string()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
         ("framesPerSecond", rate(b.frames_per_second), rate(a.frames_per_second)),

@@ -72,6 +72,8 @@ pub(crate) fn custom_data(provenance: &Provenance) -> Value {
     ];
     fields.extend(provenance.detail.map(|gain| ("detail".into(), Value::Double(gain))));
     fields.extend(provenance.detail_of.as_ref().map(|regions| ("detail_of".into(), text(regions))));
+    fields.extend(provenance.edit.as_ref().map(|edit| ("edit".into(), text(edit))));
+    fields.extend(provenance.edit_hash.as_ref().map(|hash| ("edit_hash".into(), text(hash))));
     fields.extend(provenance.normals.map(|yes| ("normals".into(), Value::Bool(yes))));
     fields.extend(provenance.velocities.map(|yes| ("velocities".into(), Value::Bool(yes))));
     Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])

@@ -1,0 +1,68 @@
+//! `rhytid correct`
+
+use crate::progress::Ui;
+use crate::{args, inputs, output};
+use rhytid::formats::{mesh, refuse_inputs};
+use rhytid::playback::{Playback, PlaybackOptions, Selection};
+use rhytid::{AtomicFile, Error, Mesh, Result, human, rig_file};
+use std::path::{Path, PathBuf};
+
+/// Writes a frame as a mesh, to be sculpted.
+///
+/// # Errors
+/// As reading, evaluating and writing; [`Error::Input`] for a frame that is not there.
+pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
+    inputs::rig_and_take(&args.rig, &args.take, "rhytid correct RIG TAKE --frame N -o POSE.obj")?;
+    let output = &args.output;
+    if output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("obj")) {
+        return Err(Error::input(format!("{}: expected a name that ends in .obj", output.display())));
+    }
+    let read = [Some(&args.rig), Some(&args.take), args.setup.as_ref(), args.edit.as_ref()];
+    refuse_inputs(&[output], read.into_iter().flatten().map(PathBuf::as_path))?;
+    drop(AtomicFile::create(output)?);
+    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let reach = args.elsewhere.reach();
+    let setup = (args.setup.as_deref(), reach);
+    let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
+    let (take, layers) = inputs::edited(take, &rig, (args.edit.as_deref(), reach))?;
+    if args.frame >= take.frames() {
+        return Err(Error::input(format!(
+            "--frame {}: {} has {}, counted from 0",
+            args.frame,
+            args.take.display(),
+            human::counted(take.frames(), "frame")
+        )));
+    }
+    let mut playback = Playback::new(&rig, &[inputs::processor()?], 1)?;
+    if let Some(layers) = &layers {
+        playback = playback.with_layers(layers, &take, ui)?;
+    }
+    let selection = Selection::all(take.slice(args.frame..args.frame + 1))?;
+    let options = PlaybackOptions { normals: false, ..PlaybackOptions::default() };
+    let mut positions = Vec::new();
+    playback.play(&selection, options, ui, |frame| {
+        positions = frame.positions.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
+        Ok(())
+    })?;
+    let (faces, uvs, materials) = (rig.faces.clone(), rig.uvs.clone(), rig.materials.clone());
+    mesh::write_obj(output, &Mesh { positions, faces, uvs, materials })?;
+    ui.clear();
+    if ui.is_quiet() {
+        return Ok(());
+    }
+    let name = |path: &Path| path.display().to_string();
+    output::say(&format!(
+        "{}: frame {} of {}. Sculpt it without changing its vertices' order. Then, for this take and others like it, in a file of edits:\n\n  \
+         [[correction]]\n  mesh = {:?}\n  frame = {}\n\nor, as an example of the rig, in the project file:\n\n  [[example]]\n  name = \"frame {}\"\n  \
+         mesh = {:?}\n  take = {:?}\n  frame = {}",
+        name(output),
+        args.frame,
+        name(&args.take),
+        name(output),
+        args.frame,
+        args.frame,
+        name(output),
+        name(&args.take),
+        args.frame
+    ))
+}
