@@ -113,6 +113,13 @@ impl<'a> Section<'a> {
         number_of(self.get(key)?)
     }
 
+    /// A whole number from 0, if the key is there.
+    pub(crate) fn whole(&self, key: &str, expected: &str) -> Result<Option<usize>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let number = self.number(key).filter(|x| *x >= 0.0 && x.fract() == 0.0 && *x < 1e9);
+        number.map(|x| Some(x as usize)).ok_or_else(|| self.wrong(key, &found(value), expected))
+    }
+
     /// Three numbers, if that is what the key has.
     pub(crate) fn vector(&self, key: &str, expected: &str) -> Result<Option<[f64; 3]>> {
         let Some(value) = self.get(key) else { return Ok(None) };

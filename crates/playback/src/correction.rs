@@ -10,6 +10,9 @@ use rhytid_kernels::vec3;
 /// What is moved by less is as it was: a part of the face's diagonal, below which files round.
 const NOTHING: f64 = 2e-6;
 
+/// Where nothing else is said, a correction reaches so far of the way to the rest pose.
+const USUAL_REACH: f64 = 0.5;
+
 /// A correction reaches no less far, as a ratio: what is sculpted near the rest pose would flicker with the markers' noise.
 const LEAST_REACH: f64 = 0.02;
 
@@ -43,7 +46,7 @@ pub(crate) struct Sculpted<'a> {
     pub handles: &'a [[f32; 3]],
     /// V, from 0 to 1.
     pub weights: &'a [f32],
-    /// `None` for as far as the rest pose is.
+    /// `None` for [`USUAL_REACH`].
     pub reach: Option<f64>,
     pub amount: Curve,
 }
@@ -71,7 +74,7 @@ impl Correction {
         let features = features(rig, sculpted.handles);
         let rest = vec![[0.0; 3]; features.len()];
         let from_rest = vertices.iter().map(|&v| apart(rig, v as usize, &features, &rest)).sum::<f64>();
-        let usual = (from_rest / vertices.len().max(1) as f64).max(LEAST_REACH);
+        let usual = (USUAL_REACH * from_rest / vertices.len().max(1) as f64).max(LEAST_REACH);
         Self {
             frame: sculpted.frame,
             vertices,

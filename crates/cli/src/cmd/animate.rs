@@ -185,9 +185,9 @@ fn corrected(correction: &Correction, moved: &[f64], selection: &Selection, metr
         _ => String::new(),
     };
     format!(
-        "correction of frame {}: {} by up to {} mm; more than {SEEN_MM} mm in {}{between}, nothing in {}: its reach is {}, as a ratio of strains",
+        "correction of frame {}: {} vertices by up to {} mm; more than {SEEN_MM} mm in {}{between}, nothing in {}: its reach is {}, as a ratio of strains",
         correction.frame(),
-        human::counted(correction.vertices(), "vertex"),
+        human::count(correction.vertices()),
         millimetres(correction.largest()),
         human::counted(seen.len(), "frame"),
         human::count(moved.len() - touched),

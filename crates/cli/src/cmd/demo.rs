@@ -229,7 +229,12 @@ fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String>
         let file = PathBuf::from("poses").join(format!("{}.obj", example.name));
         pose.positions.clone_from(&example.positions);
         mesh::write_obj(&dir.join(&file), &pose)?;
-        examples.push(ExampleSection { name: example.name.clone(), mesh: file, mirror: example.mirror });
+        examples.push(ExampleSection {
+            name: example.name.clone(),
+            mesh: file,
+            mirror: example.mirror,
+            ..ExampleSection::default()
+        });
         report(i as u64 + 2)?;
     }
     tables::write_handles(&dir.join("markers.csv"), &face.handles, None)?;

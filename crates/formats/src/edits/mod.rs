@@ -146,7 +146,7 @@ pub struct Correction {
     /// The easing of `amount`.
     #[serde(skip_serializing_if = "is_default")]
     pub ease: Ease,
-    /// How far a frame's strains may be from those of the sculpted frame, a ratio; `None` for as far as the rest pose's are.
+    /// How far a frame's strains may be from those of the sculpted frame, a ratio; `None` for half of how far the rest pose's are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reach: Option<f64>,
 }

@@ -14,6 +14,7 @@ const GAINS: RangeInclusive<f64> = 0.0..=10.0;
 /// By how much folds can.
 const DETAIL_GAINS: RangeInclusive<f64> = 0.0..=2.0;
 const AMOUNTS: RangeInclusive<f64> = -10.0..=10.0;
+const FRAME: &str = "a frame of the take, counted from 0";
 /// Longer movements are in another unit.
 const LONGEST_OFFSET: f64 = 1_000.0;
 
@@ -155,8 +156,8 @@ fn hold(section: &Section<'_>) -> Result<Hold> {
     Ok(Hold {
         region: name_of(section)?,
         frames,
-        at: whole(section, "at")?,
-        ease: whole(section, "ease")?.unwrap_or_default(),
+        at: section.whole("at", FRAME)?,
+        ease: section.whole("ease", "a whole number of frames")?.unwrap_or_default(),
     })
 }
 
@@ -166,7 +167,9 @@ fn correction(section: &Section<'_>) -> Result<Correction> {
     let expected = "a number above 0: strains farther away change nothing";
     Ok(Correction {
         mesh: section.path("mesh", "the file of the sculpted mesh")?,
-        frame: whole(section, "frame")?.ok_or_else(|| section.lacks("frame", "the one that was sculpted"))?,
+        frame: section
+            .whole("frame", FRAME)?
+            .ok_or_else(|| section.lacks("frame", "the one that was sculpted"))?,
         region: name_of(section)?,
         amount: curve(section, "amount", &AMOUNTS, ease)?,
         ease,
@@ -175,14 +178,6 @@ fn correction(section: &Section<'_>) -> Result<Correction> {
             Some(_) => Some(section.positive("reach", expected)?),
         },
     })
-}
-
-/// A number of frames, or a frame.
-fn whole(section: &Section<'_>, key: &str) -> Result<Option<usize>> {
-    let Some(value) = section.get(key) else { return Ok(None) };
-    let number = section.number(key).filter(|x| *x >= 0.0 && x.fract() == 0.0 && *x < 1e9);
-    let number = number.ok_or_else(|| section.wrong(key, &found(value), "a whole number of frames"))?;
-    Ok(Some(number as usize))
 }
 
 fn name_of(section: &Section<'_>) -> Result<Option<String>> {

@@ -4,6 +4,7 @@
 //! bytes, and none allocates more than a small multiple of them.
 
 mod check;
+mod displacement;
 mod gltf;
 mod groups;
 mod like;
@@ -17,6 +18,7 @@ mod weights;
 mod write_obj;
 
 pub use check::check;
+pub use displacement::DisplacementMap;
 pub use groups::read_groups;
 pub use like::read_like;
 pub use read::{Format, decode, read};

@@ -1,4 +1,5 @@
 //! A [`Project`] and the files it names to a [`Face`].
+use super::sculpted;
 use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
 use crate::named_file::{Reach, named_file};
 use crate::tables::text::{did_you_mean, quoted};
@@ -19,6 +20,20 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
     let mut face = load_without_handles(project, path, reach)?;
     face.handles = tables::read_handles(&handles_path)?;
     check_vertices(&face.handles, &handles_path, face.neutral.positions.len(), &neutral_path)?;
+    for (section, example) in project.examples.iter().zip(&mut face.examples) {
+        if let (Some(take), Some(frame)) = (&section.take, section.frame) {
+            let key = format!("[[example]] {:?}: take", section.name);
+            let take = existing(path, take, &key, reach)?;
+            let unit = face.metres_per_unit;
+            sculpted::place_handles(
+                &mut example.positions,
+                &face.handles,
+                unit,
+                (&take, frame),
+                &section.name,
+            )?;
+        }
+    }
     if let Edges::File(edges) = &project.strain.edges {
         let edges_path = existing(path, edges, "[strain] edges", reach)?;
         face.settings.strain_edges =
@@ -38,7 +53,13 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
     let read_example = |example: &ExampleSection| {
         let key = format!("[[example]] {:?}: mesh", example.name);
         let example_path = existing(path, &example.mesh, &key, reach)?;
-        let positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
+        let mut positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
+        if let (Some(map), Some(millimetres)) = (&example.displacement, example.millimetres) {
+            let key = format!("[[example]] {:?}: displacement", example.name);
+            let map = existing(path, map, &key, reach)?;
+            let full = millimetres * 1e-3 / project.mesh.units.metres_per_unit();
+            positions = sculpted::displaced(&neutral, &neutral_path, positions, (&map, full))?;
+        }
         Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
     };
     // Of several errors the first in the file's order is told.
@@ -80,7 +101,9 @@ pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
         Edges::Auto => None,
     };
     let named = [&project.mesh.neutral, &project.handles.vertices].into_iter();
-    let named = named.chain(project.examples.iter().map(|example| &example.mesh));
+    let named = named.chain(project.examples.iter().flat_map(|example| {
+        std::iter::once(&example.mesh).chain(&example.take).chain(&example.displacement)
+    }));
     let named = named.chain(&project.pins.vertices).chain(edges);
     std::iter::once(path.to_owned()).chain(named.map(|file| folder.join(file))).collect()
 }

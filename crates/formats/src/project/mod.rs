@@ -2,6 +2,7 @@
 //! `docs/project-file.md`.
 mod load;
 mod parse;
+mod sculpted;
 mod sections;
 
 pub use load::{files, load, load_without_handles};

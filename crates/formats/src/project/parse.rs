@@ -151,7 +151,7 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
     let mut seen = HashMap::new();
     let sections = root.sections("example")?;
     for section in &sections {
-        section.allow(&["name", "mesh", "mirror"])?;
+        section.allow(&["name", "mesh", "mirror", "take", "frame", "displacement", "millimetres"])?;
         let expected = "a name that no other example has";
         let name = match section.text("name", expected)? {
             None => return Err(section.lacks("name", expected)),
@@ -166,7 +166,34 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         }
         let mesh = section.path("mesh", "the file of the example's mesh")?;
         let mirror = section.truth("mirror")?.unwrap_or(false);
-        examples.push(ExampleSection { name: name.to_owned(), mesh, mirror });
+        let file = |key: &str, expected: &str| match section.get(key) {
+            None => Ok(None),
+            Some(_) => section.path(key, expected).map(Some),
+        };
+        let take = file("take", "the take's CSV that the mesh is a frame of")?;
+        let displacement = file("displacement", "a displacement map, a PNG")?;
+        for (key, is_there, partner, is_partner_there) in [
+            ("frame", section.get("frame").is_some(), "take", take.is_some()),
+            ("millimetres", section.get("millimetres").is_some(), "displacement", displacement.is_some()),
+        ] {
+            if is_there && !is_partner_there {
+                return Err(
+                    section.error(&format!("has {key} without {partner}; name that too, or leave it out"))
+                );
+            }
+            if is_partner_there && !is_there {
+                return Err(section.lacks(key, &format!("one beside {partner}")));
+            }
+        }
+        let millimetres = match section.get("millimetres") {
+            None => None,
+            Some(_) => {
+                Some(section.positive("millimetres", "how far white moves a vertex, a number above 0")?)
+            }
+        };
+        let frame = section.whole("frame", "a frame of the take, counted from 0")?;
+        let name = name.to_owned();
+        examples.push(ExampleSection { name, mesh, mirror, take, frame, displacement, millimetres });
     }
     Ok(examples)
 }

@@ -54,7 +54,7 @@ pub struct HandlesSection {
 }
 
 /// `[[example]]`: one expression scan.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ExampleSection {
     /// Distinct and not empty.
     pub name: String,
@@ -63,6 +63,18 @@ pub struct ExampleSection {
     /// Whether its mirror image is an example too.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub mirror: bool,
+    /// A take's CSV in the neutral's space, of which the mesh is a frame that was sculpted: its handles are where the take has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub take: Option<PathBuf>,
+    /// Which frame; given with `take` alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<usize>,
+    /// A displacement map over the neutral's texture coordinates, which is put onto the mesh ([`crate::mesh::DisplacementMap`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<PathBuf>,
+    /// How far the map moves a vertex where it is white; given with `displacement` alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub millimetres: Option<f64>,
 }
 
 /// `[pins]`: what stays where it is, in addition to each other.

@@ -3,6 +3,7 @@
 
 mod animation;
 mod cut_while_read;
+mod edits;
 mod export;
 mod gltf;
 mod meshes;

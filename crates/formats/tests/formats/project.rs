@@ -25,6 +25,10 @@ mesh = "poses/frown.obj"
 name = "smile"
 mesh = "poses/smile.ply"
 mirror = true
+take = "ada.csv"
+frame = 120
+displacement = "smile.png"
+millimetres = 1.5
 [pins]
 auto = false
 vertices = "skull.csv"
@@ -53,6 +57,10 @@ fn full() -> Project {
         name: name.into(),
         mesh: mesh.into(),
         mirror: name == "smile",
+        take: (name == "smile").then(|| "ada.csv".into()),
+        frame: (name == "smile").then_some(120),
+        displacement: (name == "smile").then(|| "smile.png".into()),
+        millimetres: (name == "smile").then_some(1.5),
     };
     Project {
         method: Method::Chapter,
@@ -218,7 +226,14 @@ fn any_project() -> impl Strategy<Value = Project> {
         handles: HandlesSection { vertices },
         examples: examples
             .into_iter()
-            .map(|(name, mesh)| ExampleSection { mirror: name.len() > 4, name, mesh })
+            .map(|(name, mesh)| ExampleSection {
+                mirror: name.len() > 4,
+                frame: (name.len() > 6).then_some(name.len()),
+                take: (name.len() > 6).then(|| PathBuf::from("take.csv")),
+                name,
+                mesh,
+                ..ExampleSection::default()
+            })
             .collect(),
         pins: PinsSection { auto: choices.0.map(|x| x > 1.0), ..PinsSection::default() },
         large_scale: LargeScaleSection {

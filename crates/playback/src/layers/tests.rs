@@ -296,7 +296,7 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
         rig.listens_to(v).map(square).sum::<f64>().sqrt()
     };
     let moved: Vec<usize> = (0..rig.vertices()).filter(|&v| bump([0.0; 3], v) != [0.0; 3]).collect();
-    let reach = moved.iter().map(|&v| apart(&features, &rest, v)).sum::<f64>() / moved.len() as f64;
+    let reach = 0.5 * moved.iter().map(|&v| apart(&features, &rest, v)).sum::<f64>() / moved.len() as f64;
     let (mut far, mut near) = (0, 0);
     for frame in 0..60 {
         let here = rig.vector_strains(pose(frame));
