@@ -180,6 +180,11 @@ impl<'a> Playback<'a> {
         Ok(self)
     }
 
+    /// What was sculpted, without the rest.
+    pub(crate) fn into_corrections(self) -> Vec<Correction> {
+        self.corrections.to_vec()
+    }
+
     /// What was sculpted, each with the farthest that it moved a vertex in each of the frames that were played last, in mesh units.
     pub fn corrections(&self) -> impl Iterator<Item = (&Correction, &[f64])> {
         self.corrections.iter().zip(self.corrected.iter().map(Vec::as_slice))

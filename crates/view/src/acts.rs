@@ -56,7 +56,8 @@ impl Scene {
             | Command::Look(_)
             | Command::Screenshot
             | Command::SaveFrame
-            | Command::SaveExample => {}
+            | Command::SaveExample
+            | Command::SavePulls => {}
             #[cfg(not(target_arch = "wasm32"))]
             Command::Close => {}
         }

@@ -111,9 +111,13 @@ impl ViewApp {
         if sources.is_empty() {
             return;
         }
-        let rig = self.scene.as_ref().map(|scene| scene.document.rig.clone());
+        let document = self.document();
+        let rig = document.map(|document| document.rig.clone());
+        // A copy is for those who edit it.
+        let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
+        let open = (rig, take.map(|open| open.take.clone()));
         let context = self.context.clone();
-        self.opening = Some(Opening::new(sources, rig, move || context.request_repaint()));
+        self.opening = Some(Opening::new(sources, open, move || context.request_repaint()));
     }
 
     /// Opens what is in the memory, a rig and takes for it: names say which, as files' names do.
@@ -245,6 +249,13 @@ impl ViewApp {
                     self.note = None;
                 }
             }
+            #[cfg(not(target_arch = "wasm32"))]
+            Opened::Edits(edits) => {
+                if let Some(scene) = &mut self.scene {
+                    scene.document.set_edits(edits);
+                    self.note = None;
+                }
+            }
         }
         Ok(())
     }
@@ -301,7 +312,9 @@ impl ViewApp {
                 self.settings.show = Show::ALL.get(usize::from(i)).copied().unwrap_or(self.settings.show);
             }
             #[cfg(not(target_arch = "wasm32"))]
-            Command::Screenshot | Command::SaveFrame | Command::SaveExample => self.save(command),
+            Command::Screenshot | Command::SaveFrame | Command::SaveExample | Command::SavePulls => {
+                self.save(command)
+            }
             _ => {
                 if let Some(scene) = &mut self.scene {
                     scene.run(command, &self.settings);

@@ -34,6 +34,7 @@ pub(crate) enum Command {
     Screenshot,
     SaveFrame,
     SaveExample,
+    SavePulls,
     #[cfg(not(target_arch = "wasm32"))]
     Close,
     /// Of what is shown, counted from 0.
@@ -97,6 +98,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Look(7), NONE, Key::F8, ""),
     on(Command::Look(8), NONE, Key::F9, ""),
     on(Command::SaveExample, REDO, Key::S, "save the frame as a mesh, for an example"),
+    on(Command::SavePulls, COMMAND, Key::E, "save how markers were pulled, as an edit"),
     on(Command::SaveFrame, COMMAND, Key::S, "save the frame as a take"),
     on(Command::Screenshot, NONE, Key::S, "save the picture"),
     on(Command::Panels, NONE, Key::T, "the panel at the side, or not"),

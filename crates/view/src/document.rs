@@ -1,5 +1,6 @@
 //! What is open: a rig, a take, and how markers were pulled.
 
+use crate::edits::{FrameEdits, OpenEdits};
 use crate::history::History;
 use crate::pull::{Drag, Pull};
 use crate::transport::Transport;
@@ -52,6 +53,9 @@ pub struct Document {
     take: Option<OpenTake>,
     /// frames × H × 3 of the take.
     positions: Vec<f32>,
+    /// The take's edits, and whether they are shown.
+    edits: Option<OpenEdits>,
+    edited: bool,
     /// The least confidence of the handles in each frame; empty where all is measured.
     confidence: Vec<f32>,
     /// Where live positions are: H × 3, and the confidence of each handle; they take the take's place.
@@ -75,6 +79,8 @@ impl Document {
             name: name.to_owned(),
             take: None,
             positions: Vec::new(),
+            edits: None,
+            edited: true,
             confidence: Vec::new(),
             live: None,
             transport: Transport::new(&[0.0], 30.0),
@@ -109,6 +115,7 @@ impl Document {
         self.confidence = confidence.collect();
         self.transport = Transport::new(&open.take.times, open.take.rate());
         self.positions = positions;
+        self.edits = None;
         self.take = Some(open);
         Ok(())
     }
@@ -116,6 +123,33 @@ impl Document {
     /// The take.
     pub fn take(&self) -> Option<&OpenTake> {
         self.take.as_ref()
+    }
+
+    /// Shows the take edited from now on.
+    pub(crate) fn set_edits(&mut self, edits: OpenEdits) {
+        self.edits = Some(edits);
+        self.edited = true;
+    }
+
+    /// What the edits of the take are called, and whether they are shown.
+    pub fn edits(&self) -> Option<(&str, bool)> {
+        self.edits.as_ref().map(|edits| (&*edits.name, self.edited))
+    }
+
+    /// Shows the take edited, or as it was.
+    pub fn show_edited(&mut self, edited: bool) {
+        self.edited = edited;
+    }
+
+    /// The edits that are shown, of a take that is.
+    fn shown_edits(&self) -> Option<&OpenEdits> {
+        self.edits.as_ref().filter(|_| self.edited && self.live.is_none())
+    }
+
+    /// What edits do to the frame that is shown, beside moving its handles, and the frame's time.
+    pub(crate) fn frame_edits(&self) -> Option<(&FrameEdits, f64)> {
+        let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
+        self.shown_edits().map(|edits| (&edits.on_frames, time)).filter(|(edits, time)| edits.touches(*time))
     }
 
     /// The least confidence of the handles in each frame, from 0 to 1; empty where all is measured.
@@ -139,11 +173,13 @@ impl Document {
         self.live.is_some()
     }
 
-    /// H positions of the frame that is shown, in mesh units and head space: with how they were pulled, or without.
+    /// H positions of the frame that is shown, in mesh units and head space: with edits and how they were pulled, or without both.
     pub fn handles(&self, pulled: bool) -> Vec<[f32; 3]> {
         let per_frame = 3 * self.rest.len();
         let frame = self.transport.frame();
-        let base = match (&self.live, self.positions.get(frame * per_frame..(frame + 1) * per_frame)) {
+        let edited = self.shown_edits().filter(|_| pulled).map(|edits| &edits.positions);
+        let positions = edited.unwrap_or(&self.positions);
+        let base = match (&self.live, positions.get(frame * per_frame..(frame + 1) * per_frame)) {
             (Some((live, _)), _) => live.as_chunks::<3>().0,
             (None, Some(frame)) => frame.as_chunks::<3>().0,
             (None, None) => &self.rest,
@@ -243,6 +279,14 @@ impl Document {
             positions: self.handles(true).into_iter().map(widen).collect(),
             ..Take::default()
         }
+    }
+
+    /// How markers were pulled, as a file of edits has it: millimetres of each that was.
+    pub fn pulls(&self) -> std::collections::BTreeMap<String, [f64; 3]> {
+        let millimetres = |x: &f32| f64::from(*x) * self.rig.metres_per_unit * 1e3;
+        let labelled = self.rig.labels.iter().zip(&self.pose.offsets);
+        let moved = labelled.filter(|(_, offset)| **offset != [0.0; 3]);
+        moved.map(|(label, offset)| (label.clone(), offset.each_ref().map(millimetres))).collect()
     }
 
     /// A frame as a mesh that can be an example of the rig: its V × 3 `positions` with the rig's polygons and texture coordinates.

@@ -1,5 +1,6 @@
 //! A rig's frames: evaluated where they are drawn, or handed over from another device.
 
+use crate::edits::FrameEdits;
 use rayon::prelude::*;
 use rhytid_backend_cpu::Cpu;
 use rhytid_backend_wgpu::{Wgpu, WgpuSession};
@@ -64,8 +65,13 @@ impl FrameSource {
     ///
     /// # Errors
     /// As [`Animator::evaluate`].
-    pub(crate) fn evaluate(&mut self, handles: &[f32], wanted: Wanted) -> Result<()> {
-        let is_direct = wanted.gain == 1.0 && !wanted.on_host;
+    pub(crate) fn evaluate(
+        &mut self,
+        handles: &[f32],
+        wanted: Wanted,
+        edits: Option<(&FrameEdits, f64)>,
+    ) -> Result<()> {
+        let is_direct = wanted.gain == 1.0 && !wanted.on_host && edits.is_none();
         if let (true, Some(drawn)) = (is_direct, &mut self.drawn) {
             drawn.evaluate(handles)?;
             // So that what it takes is known apart from the drawing.
@@ -73,7 +79,7 @@ impl FrameSource {
             self.is_on_host = false;
             return Ok(());
         }
-        self.evaluate_on_host(handles, wanted.gain)?;
+        self.evaluate_on_host(handles, wanted.gain, edits)?;
         self.buffers.set(&self.positions, &self.normals, &[]);
         Ok(())
     }
@@ -99,8 +105,13 @@ impl FrameSource {
     ///
     /// # Errors
     /// As [`Animator::evaluate`].
-    pub(crate) fn on_host(&mut self, handles: &[f32], gain: f32) -> Result<[&[f32]; 2]> {
-        self.evaluate_on_host(handles, gain)?;
+    pub(crate) fn on_host(
+        &mut self,
+        handles: &[f32],
+        gain: f32,
+        edits: Option<(&FrameEdits, f64)>,
+    ) -> Result<[&[f32]; 2]> {
+        self.evaluate_on_host(handles, gain, edits)?;
         Ok([&self.positions, &self.large_scale])
     }
 
@@ -109,7 +120,12 @@ impl FrameSource {
         [&self.positions, &self.large_scale]
     }
 
-    fn evaluate_on_host(&mut self, handles: &[f32], gain: f32) -> Result<()> {
+    fn evaluate_on_host(
+        &mut self,
+        handles: &[f32],
+        gain: f32,
+        edits: Option<(&FrameEdits, f64)>,
+    ) -> Result<()> {
         let other = match &mut self.other {
             Some(other) => other,
             none => {
@@ -122,7 +138,9 @@ impl FrameSource {
         other.evaluate(handles)?;
         other.read(Stage::Positions, &mut self.positions)?;
         other.read(Stage::LargeScale, &mut self.large_scale)?;
-        if gain == 1.0 {
+        let folded =
+            edits.is_some_and(|(edits, time)| edits.fold(time, &self.large_scale, &mut self.positions));
+        if gain == 1.0 && !folded {
             other.read(Stage::Normals, &mut self.normals)?;
         } else {
             for (x, large) in self.positions.iter_mut().zip(&self.large_scale) {
@@ -133,6 +151,12 @@ impl FrameSource {
             self.normals.resize(self.positions.len(), 0.0);
             let (normals, _) = self.normals.as_chunks_mut::<3>();
             normals.par_iter_mut().enumerate().for_each(|(v, n)| *n = normal(v));
+        }
+        if let Some((edits, time)) = edits {
+            let (positions, _) = self.positions.as_chunks_mut::<3>();
+            let (normals, _) = self.normals.as_chunks_mut::<3>();
+            let pose = (time, handles.as_chunks().0);
+            edits.correct(&self.rig, &self.triangles, pose, positions, normals);
         }
         self.is_on_host = true;
         Ok(())

@@ -28,6 +28,7 @@ mod app;
 mod canvas;
 mod commands;
 mod document;
+mod edits;
 mod frame_source;
 mod history;
 #[cfg(target_arch = "wasm32")]

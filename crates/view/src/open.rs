@@ -3,7 +3,9 @@
 #[cfg(not(target_arch = "wasm32"))]
 use crate::document::Incident;
 use crate::document::OpenTake;
-use rhytid_core::{Error, Result, Rig, rig_file};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::edits::OpenEdits;
+use rhytid_core::{Error, Result, Rig, Take, rig_file};
 use rhytid_formats::take::{self, Missing};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -13,6 +15,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 pub(crate) enum Opened {
     Rig(Arc<Rig>, String),
     Take(OpenTake),
+    #[cfg(not(target_arch = "wasm32"))]
+    Edits(OpenEdits),
 }
 
 /// Where a file is.
@@ -38,9 +42,27 @@ impl Source {
         self.name().to_lowercase().ends_with(".safetensors")
     }
 
-    /// Reads it; a take is one for `rig`.
-    fn read(&self, rig: Option<&Rig>) -> Result<Opened> {
+    /// The same of edits.
+    pub(crate) fn is_edits(&self) -> bool {
+        self.name().to_lowercase().ends_with(".toml")
+    }
+
+    /// Reads it; a take is one for `rig`, edits are for a take.
+    fn read(&self, rig: Option<&Rig>, take: Option<&Take>) -> Result<Opened> {
         let name = self.name();
+        if self.is_edits() {
+            return match (self, rig, take) {
+                #[cfg(not(target_arch = "wasm32"))]
+                (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name),
+                (Self::Bytes(..), ..) => {
+                    Err(Error::input(format!("{name}: the page reads no edits; `rhytid view` does")))
+                }
+                #[cfg(not(target_arch = "wasm32"))]
+                _ => Err(Error::input(format!(
+                    "{name}: open a rig and a take first, which these edits are for"
+                ))),
+            };
+        }
         if self.is_rig() {
             let rig = match self {
                 #[cfg(not(target_arch = "wasm32"))]
@@ -64,6 +86,23 @@ impl Source {
             }
         }
     }
+}
+
+/// A file of edits, and what becomes of the take.
+#[cfg(not(target_arch = "wasm32"))]
+fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Result<Opened> {
+    use crate::edits::FrameEdits;
+    use rhytid_core::{Backend, NoProgress};
+    use rhytid_formats::Reach;
+    use rhytid_playback::Layers;
+    let layers = Layers::read(path, rig, Reach::Below)?;
+    let edited = layers.edit(take.clone(), rig).map_err(|error| match error {
+        Error::Input(message) => Error::Input(format!("{name}: {message}")),
+        other => other,
+    })?;
+    let devices = rhytid_backend_cpu::Cpu::devices()?;
+    let on_frames = FrameEdits::new(&layers, rig, &edited, &devices, &NoProgress)?;
+    Ok(Opened::Edits(OpenEdits { name, positions: edited.handle_positions(&rig.labels)?, on_frames }))
 }
 
 /// A take's own CSV, or what a capture system wrote, which is cleaned.
@@ -96,17 +135,17 @@ pub(crate) struct Opening {
 }
 
 impl Opening {
-    /// Reads a rig and takes; those that are no rigs are takes for the one among them, or for `rig`. `done` is called at the end.
+    /// Reads a rig, takes and edits, which are for those among them, or for what is `open`. `done` is called at the end.
     pub(crate) fn new(
         sources: Vec<Source>,
-        rig: Option<Arc<Rig>>,
+        open: (Option<Arc<Rig>>, Option<Take>),
         done: impl FnOnce() + Send + 'static,
     ) -> Self {
         let (sender, result) = channel();
         let name = sources.iter().map(Source::name).collect::<Vec<_>>().join(", ");
         let read = move || {
             // Nobody may be waiting any more.
-            let _ = sender.send(read(sources, rig));
+            let _ = sender.send(read(sources, open));
             done();
         };
         #[cfg(not(target_arch = "wasm32"))]
@@ -128,13 +167,19 @@ impl Opening {
     }
 }
 
-fn read(mut sources: Vec<Source>, mut rig: Option<Arc<Rig>>) -> Result<Vec<Opened>> {
-    sources.sort_by_key(|source| !source.is_rig());
+fn read(
+    mut sources: Vec<Source>,
+    (mut rig, mut take): (Option<Arc<Rig>>, Option<Take>),
+) -> Result<Vec<Opened>> {
+    sources.sort_by_key(|source| (!source.is_rig(), source.is_edits()));
     let mut opened = Vec::new();
     for source in sources {
-        let found = source.read(rig.as_deref())?;
-        if let Opened::Rig(found, _) = &found {
-            rig = Some(found.clone());
+        let found = source.read(rig.as_deref(), take.as_ref())?;
+        match &found {
+            Opened::Rig(found, _) => (rig, take) = (Some(found.clone()), None),
+            Opened::Take(found) => take = Some(found.take.clone()),
+            #[cfg(not(target_arch = "wasm32"))]
+            Opened::Edits(_) => {}
         }
         opened.push(found);
     }
@@ -147,7 +192,7 @@ mod tests {
     use rhytid_core::NoProgress;
 
     fn open(sources: Vec<Source>) -> Result<Vec<Opened>> {
-        let opening = Opening::new(sources, None, || ());
+        let opening = Opening::new(sources, (None, None), || ());
         opening.result.recv_timeout(std::time::Duration::from_secs(60)).unwrap()
     }
 

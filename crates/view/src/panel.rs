@@ -37,6 +37,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             for (words, command) in [
                 ("The frame as a take", Command::SaveFrame),
                 ("The frame as a mesh, for an example", Command::SaveExample),
+                ("How markers were pulled, as an edit", Command::SavePulls),
                 ("The picture", Command::Screenshot),
             ] {
                 if ui.add_enabled(app.scene.is_some(), egui::Button::new(words)).clicked() {
@@ -112,6 +113,11 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
     ui.checkbox(&mut settings.markers, "Dots");
     ui.checkbox(&mut settings.mirrored, "Mirrored");
     slider(ui, "Reach", egui::Slider::new(&mut settings.reach, 0.0..=120.0).suffix(" mm"));
+    if let Some((name, mut shown)) = scene.document.edits().map(|(name, shown)| (name.to_owned(), shown))
+        && ui.checkbox(&mut shown, format!("Edited by {name}")).changed()
+    {
+        scene.document.show_edited(shown);
+    }
     let document = &scene.document;
     let labels: Vec<&str> = scene.taken.iter().map(|&handle| &*document.rig.labels[handle]).collect();
     ui.label(match &labels[..] {

@@ -3,7 +3,8 @@
 use crate::app::ViewApp;
 use crate::commands::Command;
 use rhytid_core::{AtomicFile, Error, Result};
-use rhytid_formats::{mesh, take};
+use rhytid_formats::edits::{Curve, Ease, Edits, Offset};
+use rhytid_formats::{edits, mesh, take};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -33,6 +34,17 @@ impl ViewApp {
                 let path = free(&rig, "pose", "obj")?;
                 let positions = scene.on_host(gain)?[0].to_vec();
                 mesh::write_obj(&path, &scene.document.frame_as_mesh(&positions))?;
+                Ok(path)
+            }
+            Command::SavePulls => {
+                let markers = scene.document.pulls();
+                if markers.is_empty() {
+                    return Err(Error::input("no marker was pulled, so that there is no edit to save"));
+                }
+                let path = free(&rig, "edit", "toml")?;
+                let (amount, ease) = (Curve::constant(1.0), Ease::default());
+                let offset = Offset { region: None, millimetres: None, markers, amount, ease };
+                edits::write(&path, &Edits { offsets: vec![offset], ..Edits::default() })?;
                 Ok(path)
             }
             _ => {

@@ -34,6 +34,8 @@ pub struct Times {
 struct Seen {
     handles: Vec<[f32; 3]>,
     unpulled: Option<Vec<[f32; 3]>>,
+    /// The time of a frame that is edited besides.
+    edited: Option<f64>,
     camera: Camera,
     settings: Settings,
     size: [u32; 2],
@@ -116,6 +118,7 @@ impl Scene {
         let seen = Seen {
             handles: self.document.handles(true),
             unpulled: (settings.before == Before::Take).then(|| self.document.handles(false)),
+            edited: self.document.frame_edits().map(|(_, time)| time),
             camera: self.orbit.camera(),
             settings: settings.clone(),
             size,
@@ -168,7 +171,9 @@ impl Scene {
         };
         let begin = Instant::now();
         let on_host = settings.show.is_made_on_the_host();
-        source.evaluate(handles.as_flattened(), Wanted { gain, on_host })?;
+        // What is before the result is before the edits, too.
+        let edits = self.document.frame_edits().filter(|_| side == 0);
+        source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits)?;
         self.times.evaluation += begin.elapsed();
         let begin = Instant::now();
         let mut marks = Vec::new();
@@ -237,7 +242,8 @@ impl Scene {
         // The next picture is evaluated anew.
         self.seen = None;
         let handles = self.document.handles(true);
-        self.source.on_host(handles.as_flattened(), gain)
+        let edits = self.document.frame_edits();
+        self.source.on_host(handles.as_flattened(), gain, edits)
     }
 
     /// What drives the vertex that was picked.

@@ -13,6 +13,10 @@ pub(crate) struct View {
     /// A take for it, as for `animate`.
     pub take: Option<PathBuf>,
 
+    /// Edits of the take, as for `animate`.
+    #[arg(long, value_name = "EDIT.toml", requires = "take")]
+    pub edit: Option<PathBuf>,
+
     /// Show frames as they come over the network, as OSC bundles; docs/live.md says what is sent. ADDR:PORT, or a port of this machine alone
     /// [default: 127.0.0.1:9000].
     #[arg(

@@ -3,13 +3,20 @@
 use super::doctor;
 use crate::progress::{Ui, timed};
 use crate::{args, inputs, memory, output};
+use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::human;
-use rhytid::playback::{ComesBack, comes_back};
+use rhytid::playback::{ComesBack, comes_back, what_changes};
 use rhytid::solve::{Account, Candidate, FreePart, Report, Severity};
-use rhytid::{AtomicFile, Error, Progress, Result, Rig, rig_file};
+use rhytid::{AtomicFile, Error, Face, Progress, Result, Rig, rig_file};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+/// Frames in which a rig is compared with what it was before, at most.
+const COMPARED: usize = 200;
+
+/// What is too little to be seen, in metres.
+const SEEN: f64 = 1e-4;
 
 /// Parts without a handle that are named: a head has dozens, teeth and lashes.
 const PARTS_NAMED: usize = 8;
@@ -22,6 +29,8 @@ pub(super) struct Solved {
     pub account: Account,
     /// How near the rig is to the scans.
     pub scans: Vec<ComesBack>,
+    /// What examples that were sculpted change, where there are any.
+    pub sculpted: Option<String>,
     /// Time to read the project and its meshes.
     pub reading: Duration,
     /// Time of the doctor.
@@ -61,6 +70,9 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
         output::say(&line)?;
     }
     output::say(&output::table(&scan_rows(&solved.scans, rig.metres_per_unit)))?;
+    if let Some(words) = &solved.sculpted {
+        output::say(words)?;
+    }
     let steps: Vec<String> =
         ui.finished().iter().map(|(step, time)| format!("{step} {}", human::duration(*time))).collect();
     let peak = memory::peak().map_or(String::new(), |bytes| format!("; peak memory {}", human::bytes(bytes)));
@@ -100,9 +112,62 @@ pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result
         log::warn!("not compared with the scans: {error}");
         Vec::new()
     });
+    let project = project::read_project(path)?;
+    let sculpted =
+        (project.examples.iter()).find_map(|example| Some((example.take.clone()?, example.frame?)));
+    let sculpted = sculpted.map(|(take, frame)| {
+        let take = rhytid::formats::named_file(path, &take, "[[example]] take", reach)?;
+        let names = project.examples.iter().filter(|e| e.take.is_some()).map(|e| e.name.as_str()).collect();
+        without_sculpted(&face, names, &rig, (&take, frame), ui)
+    });
+    let sculpted = sculpted.transpose()?;
     drop(face);
     let bytes = std::fs::metadata(output).map_err(Error::io(output))?.len();
-    Ok(Solved { rig, account, scans, reading, examining, solving, writing, bytes })
+    Ok(Solved { rig, account, scans, sculpted, reading, examining, solving, writing, bytes })
+}
+
+/// What examples that were sculpted, of these names, change in other frames of a take: the face is solved without them, too.
+fn without_sculpted(
+    face: &Face,
+    names: Vec<&str>,
+    rig: &Rig,
+    (path, frame): (&Path, usize),
+    ui: &Ui,
+) -> Result<String> {
+    let mut without = face.clone();
+    without.examples.retain(|example| !names.contains(&example.name.as_str()));
+    let before: Rig = rhytid::solve::solve(&without, ui)?.cast();
+    let take = take::read(path, Some(&rig.labels), Missing::Error)?;
+    let step = take.frames().div_ceil(COMPARED).max(1);
+    let mut frames: Vec<usize> = (0..take.frames()).step_by(step).chain([frame]).collect();
+    frames.sort_unstable();
+    frames.dedup();
+    let mut changes = what_changes([&before, rig], &take, &frames, &[inputs::processor()?])?;
+    let millimetres = |x: f64| human::number((x * rig.metres_per_unit * 1e5).round() / 1e2);
+    let of_itself = changes.iter().find(|change| change.frame == frame).map_or(0.0, |change| change.worst);
+    changes.retain(|change| change.frame != frame);
+    changes.sort_by(|a, b| b.worst.total_cmp(&a.worst));
+    let seen = changes.iter().filter(|change| change.worst * rig.metres_per_unit > SEEN).count();
+    let (most, median) = (changes.first().copied(), changes.get(changes.len() / 2).copied());
+    let mut words = format!(
+        "sculpted ({}): frame {frame} changes by up to {} mm",
+        names.join(", "),
+        millimetres(of_itself)
+    );
+    if let (Some(most), Some(median)) = (most, median) {
+        words += &format!(
+            "; of {} other frames of {} half by up to {} mm, {} by more than {} mm, the most frame {} by {} mm at vertex {}",
+            human::count(changes.len()),
+            path.display(),
+            millimetres(median.worst),
+            human::count(seen),
+            SEEN * 1e3,
+            most.frame,
+            millimetres(most.worst),
+            most.vertex
+        );
+    }
+    Ok(words)
 }
 
 /// What was chosen and what of, and what becomes of the parts without a handle: a line each.

@@ -7,6 +7,7 @@ mod budgets;
 mod common;
 mod device_choice;
 mod drivers;
+mod edits;
 mod end_to_end;
 mod exports;
 mod fade_and_head;

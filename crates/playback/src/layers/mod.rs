@@ -1,7 +1,10 @@
 //! Layers on a take: edits, resolved on a rig and applied. Rig and take stay as they are.
 
 mod handles;
+mod on_frames;
 mod region;
+
+pub use on_frames::FrameEdits;
 
 use crate::fade::VertexGain;
 use handles::{AddedTake, Held};

@@ -1,5 +1,6 @@
 //! The viewer without a window: what the pointer and the keys do, and what is drawn, on a software driver.
 
+mod edits;
 mod files;
 mod live;
 mod pictures;

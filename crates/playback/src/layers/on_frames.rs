@@ -1,0 +1,71 @@
+//! What layers do to frames, one frame at a time: for programs that evaluate frames themselves.
+
+use super::Layers;
+use crate::{Correction, Playback, VertexGain};
+use rhytid_core::{DeviceInfo, Progress, Result, Rig, Take};
+use rhytid_kernels::normals::VertexTriangles;
+
+/// What layers do to frames beside editing the take's handles: first [`FrameEdits::fold`], last [`FrameEdits::correct`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameEdits {
+    gains: Vec<VertexGain>,
+    corrections: Vec<Correction>,
+}
+
+impl FrameEdits {
+    /// Evaluates the frames of the `edited` take that were sculpted, on the first of `devices` that works.
+    ///
+    /// # Errors
+    /// As [`Playback::new`] and [`Playback::with_layers`].
+    pub fn new(
+        layers: &Layers,
+        rig: &Rig,
+        edited: &Take,
+        devices: &[DeviceInfo],
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let corrections = match layers.sculpted() {
+            [] => Vec::new(),
+            _ => Playback::new(rig, devices, 1)?.with_layers(layers, edited, progress)?.into_corrections(),
+        };
+        Ok(Self { gains: layers.vertex_gains(edited), corrections })
+    }
+
+    /// Whether a frame at this time may change.
+    pub fn touches(&self, time: f64) -> bool {
+        !self.corrections.is_empty() || self.gains.iter().any(|gain| gain.by.at(time) != 1.0)
+    }
+
+    /// Multiplies the folds of 3V positions, from those of the large scale; whether any gain is not 1.
+    pub fn fold(&self, time: f64, large_scale: &[f32], positions: &mut [f32]) -> bool {
+        let mut any = false;
+        for gain in &self.gains {
+            let by = gain.by.at(time);
+            if by == 1.0 {
+                continue;
+            }
+            any = true;
+            let pairs = positions.as_chunks_mut::<3>().0.iter_mut().zip(large_scale.as_chunks::<3>().0);
+            for ((x, large), weight) in pairs.zip(&gain.weights).filter(|(_, weight)| **weight != 0.0) {
+                let factor = 1.0 + f64::from(*weight) * (by - 1.0);
+                let times = |c: usize| f64::from(large[c]) + factor * (f64::from(x[c]) - f64::from(large[c]));
+                *x = std::array::from_fn(|c| times(c) as f32);
+            }
+        }
+        any
+    }
+
+    /// Adds what was sculpted to V positions, and updates their normals, as [`Correction::apply`] does.
+    pub fn correct(
+        &self,
+        rig: &Rig,
+        triangles: &VertexTriangles,
+        pose: (f64, &[[f32; 3]]),
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        for correction in &self.corrections {
+            correction.apply(rig, triangles, pose, positions, normals);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! What another rig does to a take.
+
+use crate::Evaluator;
+use rhytid_core::{DeviceInfo, Error, Result, Rig, Stage, Take, UploadOptions};
+
+/// How far two rigs are from each other in a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// The take's frame.
+    pub frame: usize,
+    /// The largest distance of a vertex, in mesh units.
+    pub worst: f64,
+    /// The vertex where it is.
+    pub vertex: usize,
+}
+
+/// The changes from one rig to another of the same face in these frames of a take.
+///
+/// # Errors
+/// [`Error::Input`] if the take lacks handles, or the rigs have different vertices or handles; [`Error::Device`].
+pub fn what_changes(
+    rigs: [&Rig; 2],
+    take: &Take,
+    frames: &[usize],
+    devices: &[DeviceInfo],
+) -> Result<Vec<Change>> {
+    let [a, b] = rigs;
+    if a.vertices() != b.vertices() || a.labels != b.labels {
+        return Err(Error::input("the rigs are of different faces, expected the same vertices and handles"));
+    }
+    let handles = take.pick(frames).handle_positions(&a.labels)?;
+    let mut evaluators = Vec::with_capacity(2);
+    for rig in rigs {
+        evaluators.push(Evaluator::new(rig, UploadOptions::frames(1), devices, &rhytid_backends::open)?);
+    }
+    let mut out = [[Vec::new()], [Vec::new()]];
+    let mut changes = Vec::with_capacity(frames.len());
+    for (&frame, handles) in frames.iter().zip(handles.chunks_exact(3 * a.labels.len())) {
+        for (evaluator, out) in evaluators.iter_mut().zip(&mut out) {
+            evaluator.evaluate(handles, &[Stage::Positions], out)?;
+        }
+        let [[x], [y]] = &out;
+        let square = |(x, y): (&[f32; 3], &[f32; 3])| {
+            (0..3).map(|c| (f64::from(x[c]) - f64::from(y[c])).powi(2)).sum::<f64>()
+        };
+        let squares = x.as_chunks().0.iter().zip(y.as_chunks().0).map(square);
+        let (vertex, worst) = squares.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        changes.push(Change { frame, worst: worst.sqrt(), vertex });
+    }
+    Ok(changes)
+}

@@ -1,0 +1,42 @@
+//! What a file of edits does to frames. In browsers there are none.
+
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use rhytid_playback::FrameEdits;
+
+/// There is none.
+#[cfg(target_arch = "wasm32")]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum FrameEdits {}
+
+#[cfg(target_arch = "wasm32")]
+impl FrameEdits {
+    pub(crate) fn touches(&self, _: f64) -> bool {
+        match *self {}
+    }
+
+    pub(crate) fn fold(&self, _: f64, _: &[f32], _: &mut [f32]) -> bool {
+        match *self {}
+    }
+
+    pub(crate) fn correct(
+        &self,
+        _: &rhytid_core::Rig,
+        _: &rhytid_kernels::normals::VertexTriangles,
+        _: (f64, &[[f32; 3]]),
+        _: &mut [[f32; 3]],
+        _: &mut [[f32; 3]],
+    ) {
+        match *self {}
+    }
+}
+
+/// A take with its edits.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OpenEdits {
+    /// What the file is called.
+    pub name: String,
+    /// frames × H × 3 of the edited take.
+    pub positions: Vec<f32>,
+    /// What else there is.
+    pub on_frames: FrameEdits,
+}

@@ -1,0 +1,107 @@
+//! A take with edits on it, and pulls that are saved as an edit.
+
+use super::*;
+use rhytid_formats::{Reach, mesh, take};
+use rhytid_playback::{Guard, Layers, Playback, PlaybackOptions, Selection, choose_devices};
+
+const FRAME: usize = 25;
+
+fn seek(view: &mut View, frame: usize) {
+    while document(view).transport.frame() != frame {
+        view.key_press(egui::Key::Period);
+        view.step();
+    }
+    view.run();
+}
+
+/// The frame that is shown, as it is saved.
+fn saved(view: &mut View, folder: &Folder, number: usize) -> Vec<[f64; 3]> {
+    view.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, egui::Key::S);
+    view.run();
+    mesh::read(&folder.path(&format!("FACE-pose-{number:04}.obj"))).unwrap().positions
+}
+
+/// The same frame, played.
+fn played(folder: &Folder, edit: Option<&str>) -> Vec<[f64; 3]> {
+    let rig = &demo().1;
+    let take = take::read(&folder.path("take.csv"), None, take::Missing::Error).unwrap();
+    let layers = edit.map(|edit| Layers::read(&folder.path(edit), rig, Reach::Below).unwrap());
+    let take = layers.as_ref().map_or(take.clone(), |layers| layers.edit(take, rig).unwrap());
+    let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
+    let mut playback = Playback::new(rig, &devices, 1).unwrap();
+    if let Some(layers) = &layers {
+        playback = playback.with_layers(layers, &take, &NoProgress).unwrap();
+    }
+    let mut positions = Vec::new();
+    let selection = Selection::all(take.slice(FRAME..FRAME + 1)).unwrap();
+    playback
+        .play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {
+            positions = frame.positions.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
+            Ok(())
+        })
+        .unwrap();
+    positions
+}
+
+fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>());
+    squares.fold(0.0, f64::max).sqrt()
+}
+
+#[test]
+fn a_take_is_shown_edited_and_as_it_was() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    seek(&mut view, FRAME);
+    let plain = saved(&mut view, &folder, 1);
+    assert!(farthest(&plain, &played(&folder, None)) < 1e-4);
+    // What was saved comes back as a correction, sculpted by a little, over gains.
+    let mut sculpted = mesh::read(&folder.path("FACE-pose-0001.obj")).unwrap();
+    sculpted.positions.iter_mut().filter(|x| x[1] > 1.0).for_each(|x| x[2] += 0.2);
+    mesh::write_obj(&folder.path("sculpted.obj"), &sculpted).unwrap();
+    let text = "[[gain]]\nby = 1.25\n[[detail]]\nby = 0.5\n[[correction]]\nmesh = \"sculpted.obj\"\nframe = 25\nreach = 0.4\n";
+    std::fs::write(folder.path("EDIT.toml"), text).unwrap();
+    open(&mut view, &[folder.path("EDIT.toml")]);
+    assert_eq!(view.state().note(), None);
+    assert_eq!(document(&view).transport.frame(), FRAME, "the play head stays");
+    let edited = saved(&mut view, &folder, 2);
+    assert!(farthest(&edited, &played(&folder, Some("EDIT.toml"))) < 1e-4);
+    assert!(farthest(&edited, &plain) > 0.05, "{}", farthest(&edited, &plain));
+    let label = format!("Edited by {}", folder.path("EDIT.toml").display());
+    view.get_by_label(&label).click();
+    view.run();
+    assert!(farthest(&saved(&mut view, &folder, 3), &plain) == 0.0);
+    // All at once, in any order.
+    let mut view = window([900.0, 700.0], false);
+    open(&mut view, &["EDIT.toml", "take.csv", "FACE.safetensors"].map(|name| folder.path(name)));
+    assert_eq!((view.state().note(), document(&view).edits()), (None, Some((&label[10..], true))));
+    // Without a take there is nothing to edit.
+    let mut view = window([900.0, 700.0], false);
+    open(&mut view, &["EDIT.toml", "FACE.safetensors"].map(|name| folder.path(name)));
+    let (words, is_error) = view.state().note().unwrap();
+    assert!(is_error && words.contains("EDIT.toml: open a rig and a take first"), "{words}");
+}
+
+#[test]
+fn pulls_are_saved_as_an_edit_that_does_the_same() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    view.key_press_modifiers(Modifiers::COMMAND, egui::Key::E);
+    view.run();
+    assert!(view.state().note().unwrap().0.contains("no marker was pulled"), "{:?}", view.state().note());
+    seek(&mut view, FRAME);
+    let from = at(&view, handle_in_front(&view));
+    drag(&mut view, from, from + egui::vec2(30.0, 10.0), Modifiers::NONE);
+    let pulled = document(&view).handles(true);
+    assert_ne!(pulled, document(&view).handles(false));
+    view.key_press_modifiers(Modifiers::COMMAND, egui::Key::E);
+    view.run();
+    let edit = folder.path("FACE-edit-0001.toml");
+    assert_eq!(view.state().note(), Some((&*format!("saved {}", edit.display()), false)));
+    let mut again = opened(&folder, [900.0, 700.0]);
+    open(&mut again, &[edit]);
+    seek(&mut again, FRAME);
+    for (found, expected) in document(&again).handles(true).into_iter().zip(pulled) {
+        assert!(distance(found, expected) < 1e-4, "{found:?}, {expected:?}");
+    }
+}
