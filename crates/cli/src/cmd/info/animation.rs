@@ -90,7 +90,15 @@ impl AnimationInfo {
             ),
         ));
         let edit = self.provenance.as_ref().and_then(|made| made.edit.as_ref());
-        rows.extend(edit.map(|text| row("edited by", text.lines().collect::<Vec<_>>().join(" | "))));
+        rows.extend(edit.map(|text| {
+            row(
+                "edited by",
+                text.lines()
+                    .filter(|line| !line.trim().is_empty() && !line.starts_with('#'))
+                    .collect::<Vec<_>>()
+                    .join(" | "),
+            )
+        }));
         rows
     }
 }
