@@ -42,6 +42,7 @@ pub mod rig_file;
 mod rig_part;
 mod rigid;
 mod steady_file;
+mod strain_gauge;
 mod take;
 mod temporary;
 
@@ -62,4 +63,5 @@ pub use raw_take::RawTake;
 pub use rig::Rig;
 pub use rig_check::CheckedRig;
 pub use rigid::RigidMotion;
+pub use strain_gauge::{PrincipalStrains, StrainGauge};
 pub use take::Take;

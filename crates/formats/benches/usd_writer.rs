@@ -105,6 +105,7 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         rest_normals: Some(normals.as_chunks().0),
         velocities: false,
         sigma: false,
+        strain: false,
         faces: &faces,
         triangle_corners: &triangle_corners,
         uvs: None,
@@ -126,7 +127,13 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         }
         let (positions, normals) = frame.split_at(3 * SIDE * SIDE);
         let start = Instant::now();
-        exporter.frame(Frame { positions, normals: Some(normals), velocities: None, sigma: None })?;
+        exporter.frame(Frame {
+            positions,
+            normals: Some(normals),
+            velocities: None,
+            sigma: None,
+            strain: None,
+        })?;
         spent += start.elapsed();
     }
     let start = Instant::now();

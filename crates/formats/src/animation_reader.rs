@@ -29,6 +29,8 @@ pub struct Summary {
     pub normals: bool,
     /// Whether the frames have velocities.
     pub velocities: bool,
+    /// Whether the frames have principal strains.
+    pub strain: bool,
     /// Whether the frames have extents: boxes around their positions, by which viewers know what is in sight. glTF has none.
     pub extents: bool,
     /// Whether the frames have the head's pose.
@@ -65,6 +67,9 @@ pub trait AnimationReader: Send {
     /// Replaces `out` by the 3V velocities of a frame, in mesh units per second; empties it where
     /// [`Summary::velocities`] is false.
     fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()>;
+
+    /// Replaces `out` by the 2V principal strains of a frame, the larger of each two first; empties it where [`Summary::strain`] is false.
+    fn strain(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()>;
 
     /// The extent of a frame, its lowest and its highest corner in mesh units; `None` where [`Summary::extents`] is false.
     fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>>;

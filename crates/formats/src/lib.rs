@@ -19,6 +19,7 @@
 //!     rest_normals: None,
 //!     velocities: false,
 //!     sigma: false,
+//!     strain: false,
 //!     faces: &square.faces,
 //!     triangle_corners: &[[0, 1, 2], [0, 2, 3]],
 //!     uvs: None,
@@ -39,7 +40,7 @@
 //! // `path` could as well end in .usd, .usdz, .glb or .gltf.
 //! let mut exporter = animation::create(path, &scene, &Options::default())?;
 //! for positions in [rest.as_flattened(), &raised] {
-//!     exporter.frame(Frame { positions, normals: None, velocities: None, sigma: None })?;
+//!     exporter.frame(Frame { positions, normals: None, velocities: None, sigma: None, strain: None })?;
 //! }
 //! exporter.finish(&NoProgress)?;
 //!

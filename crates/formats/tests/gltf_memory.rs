@@ -19,6 +19,7 @@ fn export(path: &Path, frames: usize, options: &Options) {
         rest_normals: Some(&rest),
         velocities: false,
         sigma: false,
+        strain: false,
         faces: &faces,
         triangle_corners: &[[0, 1, 2]],
         uvs: None,
@@ -37,7 +38,13 @@ fn export(path: &Path, frames: usize, options: &Options) {
     for k in 0..frames {
         positions.iter_mut().enumerate().for_each(|(i, x)| *x = ((i * (k + 1)) as f32 * 0.1).sin());
         exporter
-            .frame(Frame { positions: &positions, normals: Some(&normals), velocities: None, sigma: None })
+            .frame(Frame {
+                positions: &positions,
+                normals: Some(&normals),
+                velocities: None,
+                sigma: None,
+                strain: None,
+            })
             .unwrap();
     }
     exporter.finish(&NoProgress).unwrap();

@@ -29,6 +29,7 @@ impl Playback<'_> {
             rest_normals: rest_normals.as_deref(),
             velocities: options.velocities,
             sigma: options.sigma,
+            strain: options.strain,
             head: selection.head().filter(|_| options.head == HeadMotion::Keep),
             frames,
             rate: selection.rate,

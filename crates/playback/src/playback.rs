@@ -9,7 +9,9 @@ use crate::uncertainty::Uncertainty;
 use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{Layers, batch, layers, pipeline};
-use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Stage, Take, UploadOptions, human};
+use rhytid_core::{
+    DeviceInfo, Error, PrincipalStrains, Progress, Result, Rig, Stage, StrainGauge, Take, UploadOptions, human,
+};
 use rhytid_formats::export::{Frame, HeadMotion, OutputStage};
 use rhytid_kernels::normals::VertexTriangles;
 use std::cell::OnceCell;
@@ -64,6 +66,8 @@ pub struct PlaybackOptions {
     pub velocities: bool,
     /// How far each vertex is to be trusted too ([`rhytid_solve::Confidence`]), which a rig of the learned method knows.
     pub sigma: bool,
+    /// The principal strains of each vertex too ([`StrainGauge`]), of the positions as they are handed on.
+    pub strain: bool,
     /// Detail fades where the take's confidence is below 1, and where the rig's says that a frame is far outside what its examples
     /// show; of use to [`OutputStage::Full`] alone.
     pub fade_detail: bool,
@@ -81,6 +85,7 @@ impl Default for PlaybackOptions {
             normals: true,
             velocities: false,
             sigma: false,
+            strain: false,
             fade_detail: false,
             detail: 1.0,
             head: HeadMotion::Keep,
@@ -342,6 +347,8 @@ impl<'a> Playback<'a> {
             false => None,
         };
         let mut sigma = Vec::new();
+        let gauge = options.strain.then(|| StrainGauge::new(&self.rig.rest, &self.rig.triangles));
+        let mut strain = PrincipalStrains::default();
         // Frames around the inner ones only serve the velocities.
         let mut inner = |positions: &[f32], normals: &[f32], velocities: Option<&[f32]>| {
             let frame = passed;
@@ -354,7 +361,11 @@ impl<'a> Playback<'a> {
                 uncertainty.sigma(frame, &mut sigma);
             }
             let sigma = uncertainty.is_some().then_some(sigma.as_slice());
-            each(Frame { positions, normals, velocities, sigma })
+            if let Some(gauge) = &gauge {
+                gauge.measure(positions.as_chunks().0, &mut strain);
+            }
+            let strain = gauge.is_some().then_some(&strain);
+            each(Frame { positions, normals, velocities, sigma, strain })
         };
         let (stage, normals) = (options.stage, options.normals);
         let corrections = self.corrections.clone();
@@ -408,6 +419,7 @@ mod tests {
             normals: true,
             velocities: true,
             sigma: true,
+            strain: true,
             fade_detail: false,
             detail: 1.0,
             head: HeadMotion::Keep,
@@ -419,6 +431,7 @@ mod tests {
             rest_normals: Some(&rest_normals),
             velocities: true,
             sigma: true,
+            strain: true,
             frames: FRAMES,
             ..Scene::of(&rig, &corners, &provenance)
         };

@@ -87,6 +87,11 @@ pub(crate) struct Animate {
     #[arg(long)]
     pub sigma: bool,
 
+    /// Write how much the skin is stretched and squeezed at each vertex and which way, for shaders: the primvars strain, strainDirection1 and
+    /// strainDirection2; docs/strain.md says what they are.
+    #[arg(long)]
+    pub strain: bool,
+
     /// glTF: as few morph targets as --max-error allows, instead of one for each frame.
     #[arg(long)]
     pub compressed: bool,

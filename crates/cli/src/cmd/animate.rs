@@ -136,6 +136,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         edit_hash: layers.as_ref().map(|layers| layers.hash().to_owned()),
         normals: args.no_normals.then_some(false),
         velocities: args.velocities.then_some(true),
+        strain: args.strain.then_some(true),
         head: HeadMotion::from(args.head).into(),
     };
     let options = export::Options {
@@ -149,6 +150,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         normals: !args.no_normals,
         velocities: args.velocities,
         sigma: args.sigma,
+        strain: args.strain,
         fade_detail: args.fade_detail,
         detail: args.detail,
         head: args.head.into(),
@@ -292,9 +294,10 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     ];
     let (of_the_other, other) = match format {
         Format::Usdc | Format::Usda | Format::Usdz => (&for_gltf[..], "glTF (.glb or .gltf)"),
-        Format::Glb | Format::Gltf => {
-            (&[(args.velocities, "--velocities"), (args.sigma, "--sigma")][..], "USD (.usd, .usda or .usdz)")
-        }
+        Format::Glb | Format::Gltf => (
+            &[(args.velocities, "--velocities"), (args.sigma, "--sigma"), (args.strain, "--strain")][..],
+            "USD (.usd, .usda or .usdz)",
+        ),
     };
     match of_the_other.iter().find(|(given, _)| *given) {
         Some((_, option)) => Err(Error::input(format!(

@@ -123,6 +123,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             no_normals: false,
             velocities: false,
             sigma: false,
+            strain: false,
             compressed,
             max_error: 0.1,
             quantize: false,

@@ -93,6 +93,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         normals: summary.normals,
         velocities: summary.velocities,
         sigma: false,
+        strain: summary.strain,
         fade_detail: provenance.fade_detail,
         detail: provenance.detail.unwrap_or(1.0),
         head: request.head,
@@ -186,6 +187,9 @@ fn differences(summary: &Summary, made: &Provenance, rig: &Rig, format: Format) 
     if made.velocities == Some(true) {
         compare("velocities", has(summary.velocities).into(), has(true).into());
     }
+    if made.strain == Some(true) {
+        compare("strain", has(summary.strain).into(), has(true).into());
+    }
     compare("extents", has(summary.extents).into(), has(is_usd).into());
     found
 }
@@ -195,6 +199,9 @@ const NORMALS_DIFFER: f64 = 1e-3;
 
 /// The same where a file states an error, which says nothing of normals: what is told apart is right from wrong.
 const STATED_NORMALS_DIFFER: f64 = 0.3;
+
+/// The most that principal strains are apart, as a root mean square: where triangles are small, rounded positions have others.
+const STRAINS_DIFFER: f64 = 1e-3;
 
 /// The largest and the mean square distance of two fields of vectors.
 #[derive(Default)]
@@ -206,8 +213,9 @@ struct Distances {
 }
 
 impl Distances {
-    fn add(&mut self, frame: usize, found: &[f32], expected: &[f32]) {
-        let pairs = found.as_chunks::<3>().0.iter().zip(expected.as_chunks::<3>().0);
+    /// Of so many numbers for each vertex.
+    fn add<const N: usize>(&mut self, frame: usize, found: &[f32], expected: &[f32]) {
+        let pairs = found.as_chunks::<N>().0.iter().zip(expected.as_chunks::<N>().0);
         for (vertex, (found, expected)) in pairs.enumerate() {
             let square: f64 =
                 found.iter().zip(expected).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
@@ -218,7 +226,7 @@ impl Distances {
                 (self.worst, self.at) = (distance, (frame, vertex));
             }
         }
-        self.count += expected.len() / 3;
+        self.count += expected.len() / N;
     }
 
     fn rms(&self) -> f64 {
@@ -242,6 +250,7 @@ struct Compared {
     positions: Distances,
     normals: Distances,
     velocities: Distances,
+    strain: Distances,
     head: f64,
     /// Frames whose extent is not that of their positions.
     wrong_extents: usize,
@@ -257,14 +266,18 @@ impl Compared {
     ) -> Result<()> {
         let frame = self.frames;
         reader.positions(frame, buffer)?;
-        self.positions.add(frame, buffer, fresh.positions);
+        self.positions.add::<3>(frame, buffer, fresh.positions);
         if let Some(normals) = fresh.normals {
             reader.normals(frame, buffer)?;
-            self.normals.add(frame, buffer, normals);
+            self.normals.add::<3>(frame, buffer, normals);
         }
         if let Some(velocities) = fresh.velocities {
             reader.velocities(frame, buffer)?;
-            self.velocities.add(frame, buffer, velocities);
+            self.velocities.add::<3>(frame, buffer, velocities);
+        }
+        if let Some(strain) = fresh.strain {
+            reader.strain(frame, buffer)?;
+            self.strain.add::<2>(frame, buffer, strain.strains.as_flattened());
         }
         if let Some(extent) = reader.extent(frame)? {
             reader.positions(frame, buffer)?;
@@ -311,6 +324,9 @@ struct Comparison {
     normals_worst: Option<f64>,
     normals_rms: Option<f64>,
     velocities_worst_mm_per_s: Option<f64>,
+    /// The largest difference of two principal strains.
+    strain_worst: Option<f64>,
+    strain_rms: Option<f64>,
     /// The largest difference of two elements of the head's matrix, relative to those above 1; the translation is in
     /// mesh units.
     head_worst: Option<f64>,
@@ -331,6 +347,7 @@ impl Comparison {
             // A velocity is the difference of two positions. glTF has a head's motion in 32 bits.
             passed: compared.positions.worst <= allowed
                 && compared.velocities.worst <= 2.0 * allowed * summary.rate
+                && compared.strain.rms() <= STRAINS_DIFFER
                 && compared.head <= 1e-6
                 && compared.normals.rms() <= normals
                 && differences.is_empty(),
@@ -346,6 +363,8 @@ impl Comparison {
             normals_worst: summary.normals.then_some(compared.normals.worst),
             normals_rms: summary.normals.then_some(compared.normals.rms()),
             velocities_worst_mm_per_s: summary.velocities.then_some(compared.velocities.worst * millimetres),
+            strain_worst: summary.strain.then_some(compared.strain.worst),
+            strain_rms: summary.strain.then_some(compared.strain.rms()),
             head_worst: head,
         }
     }
@@ -379,6 +398,12 @@ impl Comparison {
                     .map(|(worst, rms)| format!("off by {worst:.6} of their length at worst, RMS {rms:.6}")),
             ),
             ("velocities", self.velocities_worst_mm_per_s.map(|worst| format!("{worst:.6} mm/s at worst"))),
+            (
+                "strain",
+                self.strain_worst
+                    .zip(self.strain_rms)
+                    .map(|(worst, rms)| format!("off by {worst:.6} at worst, RMS {rms:.6}")),
+            ),
             ("head", self.head_worst.map(|worst| format!("its matrix off by {worst:.2e} at worst"))),
         ];
         rows.extend(self.differences.iter().map(|what| row("differs", what.clone())));

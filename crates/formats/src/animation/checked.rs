@@ -12,6 +12,7 @@ pub(super) struct Checked {
     normals: bool,
     velocities: bool,
     sigma: bool,
+    strain: bool,
     frames: usize,
     /// Frames passed on.
     done: usize,
@@ -26,6 +27,7 @@ impl Checked {
             normals: scene.rest_normals.is_some(),
             velocities: scene.velocities,
             sigma: scene.sigma,
+            strain: scene.strain,
             frames: scene.frames,
             done: 0,
         }
@@ -40,6 +42,9 @@ impl Checked {
             ("normals", frame.normals, self.normals, 3),
             ("velocities", frame.velocities, self.velocities, 3),
             ("standard deviations", frame.sigma, self.sigma, 1),
+            ("strains", frame.strain.map(|of| of.strains.as_flattened()), self.strain, 2),
+            ("first strain directions", frame.strain.map(|of| of.first.as_flattened()), self.strain, 3),
+            ("second strain directions", frame.strain.map(|of| of.second.as_flattened()), self.strain, 3),
         ] {
             let Some(numbers) = numbers.filter(|_| wanted) else {
                 if wanted == numbers.is_some() {
@@ -56,7 +61,9 @@ impl Checked {
                     self.vertices
                 ));
             }
-            if let Some(vertex) = first_not_finite(numbers).map(|vertex| vertex * 3 / per_vertex) {
+            // The number's own place, where that of the vertex is another.
+            let place = || numbers.iter().position(|x| !x.is_finite());
+            if let Some(vertex) = first_not_finite(numbers).and_then(|_| Some(place()? / per_vertex)) {
                 return Some(format!(
                     "frame {} (from 0) has {what} that are not finite, first at vertex {vertex}",
                     self.done

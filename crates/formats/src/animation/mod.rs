@@ -8,7 +8,7 @@
 //! # fn demo(scene: &Scene<'_>, frames: &[[Vec<f32>; 2]]) -> Result<()> {
 //! let mut exporter = animation::create("face.usd".as_ref(), scene, &Default::default())?;
 //! for [positions, normals] in frames {
-//!     exporter.frame(Frame { positions, normals: Some(normals), velocities: None, sigma: None })?;
+//!     exporter.frame(Frame { positions, normals: Some(normals), velocities: None, sigma: None, strain: None })?;
 //! }
 //! let written = exporter.finish(&NoProgress)?;
 //! println!("{} bytes", written.bytes);

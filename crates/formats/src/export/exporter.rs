@@ -1,6 +1,6 @@
 //! The trait that every animation format implements, what goes in, and what came of it.
 
-use rhytid_core::{Progress, Result};
+use rhytid_core::{PrincipalStrains, Progress, Result};
 
 /// One frame of an animation.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +14,8 @@ pub struct Frame<'a> {
     /// V standard deviations in mesh units: how far each vertex may be from where a scan of the frame would have it. If the scene has
     /// them; formats without a place for them leave them out.
     pub sigma: Option<&'a [f32]>,
+    /// The principal strains of the frame's V vertices, if the scene has them.
+    pub strain: Option<&'a PrincipalStrains>,
 }
 
 /// One animation file being written. Memory does not grow with the frames' data, or by a gigabyte where they are

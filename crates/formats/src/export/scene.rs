@@ -17,6 +17,8 @@ pub struct Scene<'a> {
     pub velocities: bool,
     /// Whether every frame comes with [`super::Frame::sigma`].
     pub sigma: bool,
+    /// Whether every frame comes with [`super::Frame::strain`].
+    pub strain: bool,
     /// The polygons of the input mesh.
     pub faces: &'a Faces,
     /// The polygons cut into triangles, for formats that have triangles alone: each triangle's three corners
@@ -52,6 +54,7 @@ impl<'a> Scene<'a> {
             rest_normals: None,
             velocities: false,
             sigma: false,
+            strain: false,
             faces: &rig.faces,
             triangle_corners,
             uvs: rig.uvs.as_ref(),

@@ -60,6 +60,7 @@ impl Shapes<'_> {
             rest_normals: self.rest_normals,
             velocities: false,
             sigma: false,
+            strain: false,
             faces: self.faces,
             triangle_corners: self.triangle_corners,
             uvs: self.uvs,

@@ -1,5 +1,5 @@
 //! Small animations to export.
-use rhytid_core::{Faces, Materials, NoProgress, Result, RigidMotion, UpAxis, Uvs};
+use rhytid_core::{Faces, Materials, NoProgress, PrincipalStrains, Result, RigidMotion, UpAxis, Uvs};
 use rhytid_formats::animation;
 use rhytid_formats::export::{Frame, HeadMotion, Options, OutputStage, Provenance, Scene, Written};
 use rhytid_formats::take::Missing;
@@ -31,6 +31,8 @@ pub(crate) struct Animation {
     pub velocities: Option<Vec<Vec<f32>>>,
     /// Standard deviations of each frame.
     pub sigma: Option<Vec<Vec<f32>>>,
+    /// Principal strains of each frame.
+    pub strain: Option<Vec<PrincipalStrains>>,
     pub provenance: Provenance,
 }
 
@@ -42,6 +44,7 @@ impl Animation {
             rest_normals: self.with_normals.then_some(&self.rest_normals),
             velocities: self.velocities.is_some(),
             sigma: self.sigma.is_some(),
+            strain: self.strain.is_some(),
             faces: &self.faces,
             triangle_corners: &self.triangle_corners,
             uvs: self.uvs.as_ref(),
@@ -63,6 +66,7 @@ impl Animation {
             normals: self.with_normals.then_some(normals),
             velocities: self.velocities.as_ref().map(|velocities| velocities[i].as_slice()),
             sigma: self.sigma.as_ref().map(|sigma| sigma[i].as_slice()),
+            strain: self.strain.as_ref().map(|strain| &strain[i]),
         }
     }
 
@@ -151,6 +155,7 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
         frames,
         velocities: None,
         sigma: None,
+        strain: None,
         provenance: Provenance {
             version: "1.2.3".into(),
             rig: "0123456789abcdef".into(),
@@ -166,18 +171,26 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
             edit_hash: Some("0123".into()),
             normals: Some(false),
             velocities: Some(true),
+            strain: Some(true),
             head: HeadMotion::Drop.into(),
         },
     }
 }
 
-/// The same with everything that a scene may have: velocities, materials with odd names, and a head that moves.
+/// The same with everything that a scene may have: velocities, strains, materials with odd names, and a head that moves.
 pub(crate) fn with_everything(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut animation = animation(uvs, frames, seed);
     let mut random = Random(seed ^ 0xa5a5);
     let numbers = animation.rest.len() * 3;
     let velocities = (0..frames).map(|_| (0..numbers).map(|_| random.unit() * 20.0 - 10.0).collect());
     animation.velocities = Some(velocities.collect());
+    let mut vectors =
+        || animation.rest.iter().map(|_| [0; 3].map(|_| random.unit() - 0.5)).collect::<Vec<_>>();
+    let strain = (0..frames).map(|_| {
+        let [strains, first, second] = [0; 3].map(|_| vectors());
+        PrincipalStrains { strains: strains.into_iter().map(|[a, b, _]| [a, b]).collect(), first, second }
+    });
+    animation.strain = Some(strain.collect());
     let names = ["skin 1", "skin-1", "Zähne \"oben\"\n", "1"].map(String::from).to_vec();
     let of_face = (0..animation.faces.len()).map(|_| random.below(4) as u32).collect();
     animation.materials = Some(Materials { names, of_face });

@@ -86,6 +86,7 @@ fn frames_are_the_same_whatever_they_are_kept_in() {
             rest_normals: None,
             velocities: false,
             sigma: false,
+            strain: false,
             faces: &mesh.faces,
             triangle_corners: &corners,
             uvs: None,
@@ -102,7 +103,13 @@ fn frames_are_the_same_whatever_they_are_kept_in() {
         for i in 0..3 {
             let positions: Vec<f32> = positions(i).as_flattened().iter().map(|&x| x as f32).collect();
             exporter
-                .frame(Frame { positions: &positions, normals: None, velocities: None, sigma: None })
+                .frame(Frame {
+                    positions: &positions,
+                    normals: None,
+                    velocities: None,
+                    sigma: None,
+                    strain: None,
+                })
                 .unwrap();
         }
         exporter.finish(&NoProgress).unwrap();

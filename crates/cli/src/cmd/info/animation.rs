@@ -20,6 +20,7 @@ pub(super) struct AnimationInfo {
     rate: f64,
     normals: bool,
     velocities: bool,
+    strain: bool,
     head: bool,
     /// In mesh units; null where the file is exact.
     stated_error: Option<f64>,
@@ -42,6 +43,7 @@ impl AnimationInfo {
             rate: summary.rate,
             normals: summary.normals,
             velocities: summary.velocities,
+            strain: summary.strain,
             head: summary.head,
             stated_error: summary.stated_error,
             provenance: summary.provenance.clone(),

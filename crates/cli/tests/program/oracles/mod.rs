@@ -6,6 +6,7 @@ mod faces;
 #[cfg(feature = "film")]
 mod moving;
 mod programs;
+mod strain;
 
 use animation::{Animation, distance};
 use programs::{Frames, Read, Shown};

@@ -70,6 +70,13 @@ pub(super) fn usd(environment: &str, version: [u64; 3], files: &[PathBuf]) -> Ve
     report["files"].as_array().unwrap().iter().enumerate().map(read).collect()
 }
 
+/// What an independent script finds of strains: for each case, how far they are from those of the triangles.
+pub(super) fn strain(cases: Vec<Value>) -> Vec<Value> {
+    let python = installed("venv/bin/python");
+    let (report, _out) = ask(Command::new(python).arg(program("strain.py")), json!({ "cases": cases }));
+    report.as_array().unwrap().clone()
+}
+
 impl Frames {
     fn job(&self, files: &[PathBuf]) -> Value {
         let frames: Vec<usize> = (0..self.count).collect();

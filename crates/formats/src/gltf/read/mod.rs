@@ -71,6 +71,7 @@ fn animation(mut arrays: Arrays) -> Result<Box<dyn AnimationReader>> {
         up_axis: layout.up_axis,
         normals: layout.base[1].is_some(),
         velocities: false,
+        strain: false,
         extents: false,
         head: motion.head.is_some(),
         stated_error: layout.stated_error,
@@ -184,6 +185,11 @@ impl AnimationReader for Animation {
     }
 
     fn velocities(&mut self, _frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        out.clear();
+        Ok(())
+    }
+
+    fn strain(&mut self, _frame: usize, out: &mut Vec<f32>) -> Result<()> {
         out.clear();
         Ok(())
     }

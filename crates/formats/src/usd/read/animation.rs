@@ -20,6 +20,7 @@ struct Numbers {
     points: usize,
     normals: Option<usize>,
     velocities: Option<usize>,
+    strain: Option<usize>,
     extent: Option<usize>,
     head: Option<usize>,
 }
@@ -81,6 +82,16 @@ impl AnimationReader for Animation {
         self.vectors("velocities", self.numbers.velocities, frame, out)
     }
 
+    fn strain(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        out.clear();
+        let Some(number) = self.numbers.strain else { return Ok(()) };
+        match self.samples.read(number, frame)? {
+            Value::Float2s(pairs) if pairs.len() == self.summary.vertices => *out = pairs.into_flattened(),
+            _ => return Err(self.damaged("strains", frame, "no two numbers for each vertex")),
+        }
+        Ok(())
+    }
+
     fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
         let Some(number) = self.numbers.extent else { return Ok(None) };
         match self.samples.read(number, frame)? {
@@ -133,6 +144,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         points,
         normals: sampled(mesh, "normals"),
         velocities: sampled(mesh, "velocities"),
+        strain: sampled(mesh, "primvars:strain"),
         extent: sampled(mesh, "extent"),
         head: sampled(root, "xformOp:transform"),
     };
@@ -169,6 +181,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         up_axis,
         normals: numbers.normals.is_some(),
         velocities: numbers.velocities.is_some(),
+        strain: numbers.strain.is_some(),
         extents: numbers.extent.is_some(),
         head: numbers.head.is_some(),
         provenance: provenance(root),
@@ -216,6 +229,7 @@ fn check_times(numbers: &Numbers, samples: &dyn Samples) -> Result<(f64, usize),
     let others = [
         ("normals", numbers.normals),
         ("velocities", numbers.velocities),
+        ("strains", numbers.strain),
         ("extents", numbers.extent),
         ("head", numbers.head),
     ];

@@ -73,6 +73,7 @@ pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
         edit_hash: text("edit_hash"),
         normals: flag("normals"),
         velocities: flag("velocities"),
+        strain: flag("strain"),
         // Older files have neither of these.
         fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
         head: text("head").map_or(HeadMotion::Keep.into(), |word| Word::of(&word)),

@@ -108,6 +108,11 @@ impl AnimationReader for Parts {
         animation.velocities(frame, out)
     }
 
+    fn strain(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        let (animation, frame) = self.at(frame)?;
+        animation.strain(frame, out)
+    }
+
     fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
         let (animation, frame) = self.at(frame)?;
         animation.extent(frame)
@@ -164,6 +169,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("the number of vertices", b.vertices.to_string(), a.vertices.to_string()),
         ("with normals", has(b.normals), has(a.normals)),
         ("with velocities", has(b.velocities), has(a.velocities)),
+        ("with strain", has(b.strain), has(a.strain)),
         ("with extents", has(b.extents), has(a.extents)),
         ("with head motion", has(b.head), has(a.head)),
     ];

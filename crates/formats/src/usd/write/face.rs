@@ -15,6 +15,8 @@ const NORMALS: usize = 2;
 const VELOCITIES: usize = 3;
 const HEAD: usize = 4;
 const SIGMA: usize = 5;
+const STRAIN: usize = 6;
+const STRAIN_DIRECTIONS: [usize; 2] = [7, 8];
 
 /// A USD file being written.
 pub(crate) struct Face {
@@ -51,6 +53,12 @@ impl Exporter for Face {
         }
         if let Some(sigma) = frame.sigma {
             self.writer.sample(SIGMA, time, Sample::Floats(sigma))?;
+        }
+        if let Some(strain) = frame.strain {
+            self.writer.sample(STRAIN, time, Sample::Float2s(&strain.strains))?;
+            for (number, directions) in STRAIN_DIRECTIONS.into_iter().zip([&strain.first, &strain.second]) {
+                self.writer.sample(number, time, Sample::Float3s(directions))?;
+            }
         }
         if let Some(motion) = self.head.get(self.done) {
             self.writer.sample(HEAD, time, Sample::Matrix4d(&of_rows(motion)))?;
@@ -101,11 +109,19 @@ fn layer(scene: &Scene<'_>) -> Result<Layer> {
         let velocities = attribute("vector3f[]", "velocities", None);
         surface.mesh.push(Attribute { samples: Some(VELOCITIES), ..velocities });
     }
-    if scene.sigma {
+    let sigma = [("float[]", "primvars:sigma", SIGMA)];
+    let [first, second] = STRAIN_DIRECTIONS;
+    let strain = [
+        ("float2[]", "primvars:strain", STRAIN),
+        ("vector3f[]", "primvars:strainDirection1", first),
+        ("vector3f[]", "primvars:strainDirection2", second),
+    ];
+    let (sigma, strain) = (sigma.iter().filter(|_| scene.sigma), strain.iter().filter(|_| scene.strain));
+    for &(type_name, name, number) in sigma.chain(strain) {
         surface.mesh.push(Attribute {
             metadata: vec![("interpolation".into(), token("vertex"))],
-            samples: Some(SIGMA),
-            ..attribute("float[]", "primvars:sigma", None)
+            samples: Some(number),
+            ..attribute(type_name, name, None)
         });
     }
     Ok(surface.into_layer(Vec::new()))

@@ -3,7 +3,9 @@
 //! the next one's, to a spool. The spools are appended at the end.
 use super::numbers::double;
 use super::sample::Sample;
-use super::text_value::{write_float3s, write_floats, write_matrix, write_path_list, write_value};
+use super::text_value::{
+    write_float2s, write_float3s, write_floats, write_matrix, write_path_list, write_value,
+};
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier};
 use rhytid_core::{AtomicFile, Error, Result};
 use std::fs::File;
@@ -144,6 +146,7 @@ fn write_sample(out: &mut dyn Write, time: f64, sample: Sample<'_>) -> io::Resul
     write!(out, "            {}: ", double(time))?;
     match sample {
         Sample::Float3s(vectors) => write_float3s(out, vectors)?,
+        Sample::Float2s(vectors) => write_float2s(out, vectors)?,
         Sample::Floats(numbers) => write_floats(out, numbers)?,
         Sample::Matrix4d(rows) => write_matrix(out, rows)?,
     }

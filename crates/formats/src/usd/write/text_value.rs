@@ -19,9 +19,7 @@ pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> i
         Value::Assets(assets) => write_list(out, assets, 8, |out, path| write!(out, "{}", asset(path))),
         Value::Ints(numbers) => write_list(out, numbers, 24, |out, x| write!(out, "{x}")),
         Value::Floats(numbers) => write_floats(out, numbers),
-        Value::Float2s(vectors) => {
-            write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", float(*x), float(*y)))
-        }
+        Value::Float2s(vectors) => write_float2s(out, vectors),
         Value::Float3s(vectors) => write_float3s(out, vectors),
         Value::Double2s(vectors) => {
             write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", double(*x), double(*y)))
@@ -41,6 +39,11 @@ pub(super) fn write_matrix(out: &mut dyn Write, rows: &[[f64; 4]; 4]) -> io::Res
 /// `[x, …]`.
 pub(super) fn write_floats(out: &mut dyn Write, numbers: &[f32]) -> io::Result<()> {
     write_list(out, numbers, 24, |out, &x| write!(out, "{}", float(x)))
+}
+
+/// `[(x, y), …]`.
+pub(super) fn write_float2s(out: &mut dyn Write, vectors: &[[f32; 2]]) -> io::Result<()> {
+    write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", float(*x), float(*y)))
 }
 
 /// `[(x, y, z), …]`, a few vectors a line. This is where the time goes.

@@ -99,6 +99,16 @@ fn write_expectation(folder: &Path, animation: &Animation, identifier: &str) {
     if let Some(velocities) = &animation.velocities {
         dump("velocities.bin", &velocities.concat());
     }
+    if let Some(strain) = &animation.strain {
+        dump(
+            "strains.bin",
+            strain.iter().flat_map(|of| &of.strains).copied().collect::<Vec<_>>().as_flattened(),
+        );
+        for (name, of) in [("first.bin", 0), ("second.bin", 1)] {
+            let directions = strain.iter().flat_map(|strain| [&strain.first, &strain.second][of]).copied();
+            dump(name, directions.collect::<Vec<_>>().as_flattened());
+        }
+    }
     if let Some(uvs) = &animation.uvs {
         dump("uvs.bin", uvs.values.as_flattened());
     }

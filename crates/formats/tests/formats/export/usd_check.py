@@ -74,6 +74,15 @@ def check(folder, extension):
         animated.append((mesh.GetVelocitiesAttr(), None, blob("velocities.bin")))
     else:
         assert not mesh.GetVelocitiesAttr().HasAuthoredValue(), "found velocities, expected none"
+    for name, file in (("strain", "strains"), ("strainDirection1", "first"), ("strainDirection2", "second")):
+        primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar(name)
+        if (folder / f"{file}.bin").exists():
+            equal(name + " interpolation", primvar.GetInterpolation(), "vertex")
+            expected_type = "float2[]" if file == "strains" else "vector3f[]"
+            equal(name + " type", str(primvar.GetTypeName()), expected_type)
+            animated.append((primvar.GetAttr(), None, blob(f"{file}.bin")))
+        else:
+            assert not primvar, f"found the primvar {name}, expected none"
     for attribute, rest, moving in animated:
         name = attribute.GetName()
         equal(name + " samples", attribute.GetTimeSamples(), codes)

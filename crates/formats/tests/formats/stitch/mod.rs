@@ -27,6 +27,7 @@ fn cut(whole: &Animation, begin: usize, end: usize) -> Animation {
     let mut part = whole.clone();
     part.frames = whole.frames[begin..end].to_vec();
     part.velocities = whole.velocities.as_ref().map(|all| all[begin..end].to_vec());
+    part.strain = whole.strain.as_ref().map(|all| all[begin..end].to_vec());
     part.head = whole.head.as_ref().map(|all| all[begin..end].to_vec());
     part.first_time_code += begin as f64;
     (part.provenance.first_frame, part.provenance.end_frame) = (11 + begin as u64, 11 + end as u64);
@@ -103,6 +104,9 @@ fn we_read_the_parts_as_the_whole() {
         assert_eq!(a, b);
         stitched.velocities(frame, &mut a).unwrap();
         plain.velocities(frame, &mut b).unwrap();
+        assert_eq!(a, b);
+        stitched.strain(frame, &mut a).unwrap();
+        plain.strain(frame, &mut b).unwrap();
         assert_eq!(a, b);
         assert_eq!(stitched.head(frame).unwrap(), plain.head(frame).unwrap());
     }

@@ -17,6 +17,7 @@ fn check(animation: &Animation, path: &Path) {
     assert_eq!(summary.provenance.as_ref(), Some(&animation.provenance));
     assert_eq!(summary.normals, animation.with_normals);
     assert_eq!(summary.velocities, animation.velocities.is_some());
+    assert_eq!(summary.strain, animation.strain.is_some());
     assert_eq!(summary.head, animation.head.is_some());
     assert!(summary.extents);
     let bits = |numbers: &[f32]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -30,6 +31,9 @@ fn check(animation: &Animation, path: &Path) {
         assert_eq!(bits(&out), bits(frame.normals.unwrap_or_default()), "{}: normals", path.display());
         reader.velocities(i, &mut out).unwrap();
         assert_eq!(bits(&out), bits(frame.velocities.unwrap_or_default()), "{}: velocities", path.display());
+        reader.strain(i, &mut out).unwrap();
+        let strains = frame.strain.map(|strain| strain.strains.as_flattened()).unwrap_or_default();
+        assert_eq!(bits(&out), bits(strains), "{}: strains", path.display());
         let [low, high] = reader.extent(i).unwrap().unwrap();
         let along = |c: usize| frame.positions.iter().skip(c).step_by(3).copied();
         assert_eq!(low, [0, 1, 2].map(|c| along(c).fold(f32::MAX, f32::min)));

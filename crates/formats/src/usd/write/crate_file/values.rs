@@ -61,10 +61,7 @@ impl<W: Write + Send + 'static> Values<W> {
             }
             Value::Ints(numbers) => self.integers(numbers),
             Value::Floats(numbers) => self.floats(numbers),
-            Value::Float2s(vectors) => {
-                let bytes = float_bytes(vectors.as_flattened());
-                self.array(ValueRep::array(Type::Vec2f), vectors.len(), &bytes)
-            }
+            Value::Float2s(vectors) => self.sample(Sample::Float2s(vectors)),
             Value::Float3s(vectors) => self.sample(Sample::Float3s(vectors)),
             Value::Double2s(vectors) => {
                 let bytes = double_bytes(vectors.as_flattened());
@@ -92,6 +89,10 @@ impl<W: Write + Send + 'static> Values<W> {
             Sample::Float3s(vectors) => {
                 let bytes = float_bytes(vectors.as_flattened());
                 self.array(ValueRep::array(Type::Vec3f), vectors.len(), &bytes)
+            }
+            Sample::Float2s(vectors) => {
+                let bytes = float_bytes(vectors.as_flattened());
+                self.array(ValueRep::array(Type::Vec2f), vectors.len(), &bytes)
             }
             Sample::Floats(numbers) => self.floats(numbers),
             Sample::Matrix4d(rows) => self.matrix(rows),

@@ -1,0 +1,375 @@
+//! Principal strains: how much skin is stretched and squeezed at each vertex, and which way.
+//!
+//! A triangle with the edges E₀ at rest, as 2×2 in its own plane, and E in a frame, as 3×2, is deformed by F = E E₀⁻¹. A vertex has the mean of
+//! the metrics FᵀF of the triangles around it, weighted by their areas at rest, each turned from its triangle's plane into the vertex's by
+//! the smallest rotation that does so. Its eigenvalues are the squares of the principal stretches λ₁ ≥ λ₂, and what is given are the
+//! strains λ − 1: the singular values of the deformation gradient less one, 0.1 where skin is a tenth longer than at rest, −0.1 where
+//! it is a tenth shorter. How the mesh moves as a whole changes nothing.
+
+use crate::laplacian::is_degenerate;
+use rayon::prelude::*;
+use rhytid_kernels::normals::VertexTriangles;
+use rhytid_kernels::vec3::{add, cross, dot, length, normalize, sub};
+
+/// Vertices that a thread takes at once.
+const CHUNK: usize = 1024;
+
+/// A mesh at rest, ready to say how frames of it are strained.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StrainGauge {
+    triangles: Vec<[u32; 3]>,
+    planes: Vec<Plane>,
+    /// Where each vertex's part of `corners` begins, and where the last one's ends: V + 1.
+    begins: Vec<u32>,
+    corners: Vec<Corner>,
+}
+
+/// What is needed of a triangle at rest: E₀⁻¹, whose first axis is along the first edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Plane {
+    /// One by the length of the first edge.
+    along: f64,
+    /// How far the second edge goes along the first, as a part of its length.
+    slant: f64,
+    /// One by how far the second edge goes across the first.
+    across: f64,
+}
+
+/// A triangle as one of its vertices has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Corner {
+    triangle: u32,
+    /// The area at rest.
+    area: f64,
+    /// The first axis of the triangle's plane, in the vertex's.
+    axis: [f64; 2],
+}
+
+/// The principal strains at V vertices.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PrincipalStrains {
+    /// V × 2: λ₁ − 1 and λ₂ − 1, the larger first; 0 at a vertex without a triangle that has an area. From −1, for skin that has no
+    /// length left.
+    pub strains: Vec<[f32; 2]>,
+    /// V × 3, the direction of each first strain on the surface as it is in the frame: of length 1, or 0 where there is none. It is a line rather than
+    /// an arrow, whose sign means nothing, and where both strains are alike it means nothing either.
+    pub first: Vec<[f32; 3]>,
+    /// V × 3, that of each second strain, at right angles to the first and in the surface.
+    pub second: Vec<[f32; 3]>,
+}
+
+impl StrainGauge {
+    /// For a mesh of `triangles` whose V vertices are at `rest`. Triangles without area count for nothing, and so does one at a vertex whose
+    /// normal is the opposite of its own.
+    ///
+    /// # Panics
+    /// If a triangle's vertex is not below V.
+    pub fn new(rest: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+        let points = |t: &[u32; 3]| t.map(|v| rest[v as usize].map(f64::from));
+        let sides = |t: &[u32; 3]| {
+            let [a, b, c] = points(t);
+            [sub(b, a), sub(c, a)]
+        };
+        let normals: Vec<[f64; 3]> = triangles
+            .par_iter()
+            .map(|t| match is_degenerate(points(t)) {
+                true => [0.0; 3],
+                false => cross(sides(t)[0], sides(t)[1]),
+            })
+            .collect();
+        let plane = |(t, normal): (&[u32; 3], &[f64; 3])| {
+            let [ab, ac] = sides(t);
+            let (square, twice_area) = (dot(ab, ab), length(*normal));
+            Plane {
+                along: 1.0 / square.sqrt(),
+                slant: dot(ab, ac) / square,
+                across: square.sqrt() / twice_area,
+            }
+        };
+        let planes = triangles.par_iter().zip(&normals).map(plane).collect();
+        let at = VertexTriangles::new(rest.len(), triangles);
+        let (mut begins, mut corners) = (vec![0], Vec::with_capacity(3 * triangles.len()));
+        for v in 0..rest.len() {
+            let sum = at.at(v).iter().fold([0.0; 3], |sum, &t| add(sum, normals[t as usize]));
+            let normal = normalize(sum);
+            let axes = tangents(normal);
+            for &triangle in at.at(v) {
+                let own = normals[triangle as usize];
+                let twice_area = length(own);
+                let own = normalize(own);
+                let cosine = dot(own, normal);
+                if twice_area == 0.0 || normal == [0.0; 3] || cosine < -1.0 + 1e-9 {
+                    continue;
+                }
+                let [ab, _] = sides(&triangles[triangle as usize]);
+                let turned = turn(normalize(ab), own, normal, cosine);
+                let axis = axes.map(|axis| dot(axis, turned));
+                corners.push(Corner { triangle, area: 0.5 * twice_area, axis });
+            }
+            begins.push(corners.len() as u32);
+        }
+        Self { triangles: triangles.to_vec(), planes, begins, corners }
+    }
+
+    /// V.
+    pub fn vertices(&self) -> usize {
+        self.begins.len() - 1
+    }
+
+    /// A third of the triangles around each vertex at rest, V in mesh units squared: what means over parts of a face are weighted by.
+    pub fn areas(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.vertices()).map(|v| self.corners_of(v).iter().map(|corner| corner.area).sum::<f64>() / 3.0)
+    }
+
+    /// Replaces `strains` by those of a frame whose V vertices are at `positions`, computed in f64 and rounded once.
+    ///
+    /// # Panics
+    /// If there are fewer positions.
+    pub fn measure(&self, positions: &[[f32; 3]], strains: &mut PrincipalStrains) {
+        let vertices = self.vertices();
+        let PrincipalStrains { strains, first, second } = strains;
+        strains.resize(vertices, [0.0; 2]);
+        first.resize(vertices, [0.0; 3]);
+        second.resize(vertices, [0.0; 3]);
+        let chunks =
+            strains.par_chunks_mut(CHUNK).zip(first.par_chunks_mut(CHUNK)).zip(second.par_chunks_mut(CHUNK));
+        chunks.enumerate().for_each(|(chunk, ((strains, first), second))| {
+            for i in 0..strains.len() {
+                let [of_vertex, directions @ ..] = self.vertex(chunk * CHUNK + i, positions);
+                strains[i] = [of_vertex[0] as f32, of_vertex[1] as f32];
+                [first[i], second[i]] = directions.map(|direction| direction.map(|x| x as f32));
+            }
+        });
+    }
+
+    fn corners_of(&self, v: usize) -> &[Corner] {
+        &self.corners[self.begins[v] as usize..self.begins[v + 1] as usize]
+    }
+
+    /// The strains (and a 0), and their directions.
+    fn vertex(&self, v: usize, positions: &[[f32; 3]]) -> [[f64; 3]; 3] {
+        // The metric's xx, xy and yy, and the deformation of the vertex's axes.
+        let (mut metric, mut pushed, mut area) = ([0.0; 3], [[0.0; 3]; 2], 0.0);
+        for corner in self.corners_of(v) {
+            let [x, y] = self.deformation(corner, positions);
+            for (sum, part) in metric.iter_mut().zip([dot(x, x), dot(x, y), dot(y, y)]) {
+                *sum += corner.area * part;
+            }
+            for (sum, part) in pushed.iter_mut().zip([x, y]) {
+                *sum = add(*sum, part.map(|c| corner.area * c));
+            }
+            area += corner.area;
+        }
+        if area == 0.0 {
+            return [[0.0; 3]; 3];
+        }
+        let ([most, least], [c, s]) = eigen(metric.map(|sum| sum / area));
+        let push = |[c, s]: [f64; 2]| add(pushed[0].map(|x| c * x), pushed[1].map(|x| s * x));
+        let first = normalize(push([c, s]));
+        let across = push([-s, c]);
+        let along = dot(across, first);
+        let second = normalize(sub(across, first.map(|x| along * x)));
+        [[most.sqrt() - 1.0, least.max(0.0).sqrt() - 1.0, 0.0], first, second]
+    }
+
+    /// Where a triangle's F takes the two axes of the vertex's plane.
+    fn deformation(&self, corner: &Corner, positions: &[[f32; 3]]) -> [[f64; 3]; 2] {
+        let [a, b, c] =
+            self.triangles[corner.triangle as usize].map(|v| positions[v as usize].map(f64::from));
+        let Plane { along, slant, across } = self.planes[corner.triangle as usize];
+        let (ab, ac) = (sub(b, a), sub(c, a));
+        let x = ab.map(|c| along * c);
+        let y = sub(ac, ab.map(|c| slant * c)).map(|c| across * c);
+        let [cosine, sine] = corner.axis;
+        let mix = |p: f64, q: f64| add(x.map(|c| p * c), y.map(|c| q * c));
+        [mix(cosine, -sine), mix(sine, cosine)]
+    }
+}
+
+/// Two axes at right angles to a normal; the first as near to the mesh's x as can be, so that neighbours have similar ones.
+fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {
+    let axis = if normal[0].abs() < 0.99 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let along = dot(axis, normal);
+    let first = normalize(sub(axis, normal.map(|x| along * x)));
+    [first, cross(normal, first)]
+}
+
+/// `x`, which is at right angles to the unit vector `from`, turned by the smallest rotation from there to the unit vector `to`.
+fn turn(x: [f64; 3], from: [f64; 3], to: [f64; 3], cosine: f64) -> [f64; 3] {
+    let part = dot(to, x) / (1.0 + cosine);
+    sub(x, add(from, to).map(|c| part * c))
+}
+
+/// The eigenvalues of a symmetric matrix, given as xx, xy and yy, the larger first, and the unit vector of that one.
+fn eigen([xx, xy, yy]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
+    let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    let radius = (half * half + xy * xy).sqrt();
+    let vector = match half {
+        _ if radius == 0.0 => [1.0, 0.0],
+        // Of the two columns that say it, the one without a difference of what is nearly alike.
+        0.0.. => [half + radius, xy],
+        _ => [xy.abs(), (radius - half).copysign(xy)],
+    };
+    let size = (vector[0] * vector[0] + vector[1] * vector[1]).sqrt();
+    ([mean + radius, mean - radius], vector.map(|x| x / size))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid of n × n squares, each cut into two triangles, from 0 to 1 along x and y.
+    fn grid(n: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+        let at = |i: u32| i as f32 / n as f32;
+        let points = (0..=n).flat_map(|j| (0..=n).map(move |i| [at(i), at(j), 0.0])).collect();
+        let cell = |i: u32, j: u32| {
+            let a = j * (n + 1) + i;
+            [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]
+        };
+        let triangles = (0..n).flat_map(|j| (0..n).flat_map(move |i| cell(i, j))).collect();
+        (points, triangles)
+    }
+
+    fn measured(rest: &[[f32; 3]], triangles: &[[u32; 3]], moved: &[[f32; 3]]) -> PrincipalStrains {
+        let mut strains = PrincipalStrains::default();
+        StrainGauge::new(rest, triangles).measure(moved, &mut strains);
+        strains
+    }
+
+    fn map(points: &[[f32; 3]], to: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<[f32; 3]> {
+        points.iter().map(|p| to(p.map(f64::from)).map(|x| x as f32)).collect()
+    }
+
+    /// Asserts that every vertex has these strains, along this line where it is given.
+    fn assert_all(found: &PrincipalStrains, strains: [f64; 2], first: Option<[f64; 3]>, within: f64) {
+        for (v, strain) in found.strains.iter().enumerate() {
+            for (found, expected) in strain.iter().zip(strains) {
+                assert!(
+                    (f64::from(*found) - expected).abs() < within,
+                    "vertex {v}: {strain:?}, expected {strains:?}"
+                );
+            }
+            let [along, across] = [found.first[v], found.second[v]].map(|d| d.map(f64::from));
+            assert!((length(along) - 1.0).abs() < 1e-6 && (length(across) - 1.0).abs() < 1e-6, "vertex {v}");
+            assert!(dot(along, across).abs() < 1e-6, "vertex {v}: {along:?} {across:?}");
+            if let Some(first) = first {
+                assert!(
+                    (dot(along, first).abs() - 1.0).abs() < 1e-5,
+                    "vertex {v}: {along:?}, expected {first:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_stretch_is_what_it_is_along_its_axes_in_any_pose() {
+        let (rest, triangles) = grid(5);
+        let stretched = map(&rest, |[x, y, z]| [0.8 * x, 1.3 * y, z]);
+        assert_all(&measured(&rest, &triangles, &stretched), [0.3, -0.2], Some([0.0, 1.0, 0.0]), 1e-6);
+        // Turned by 50° about an axis along none of the mesh's, and moved.
+        let (sine, cosine) = 50.0_f64.to_radians().sin_cos();
+        let axis = [2.0, 3.0, 6.0].map(|x| x / 7.0);
+        let turned = |x: [f64; 3]| {
+            let (aside, part) = (cross(axis, x), (1.0 - cosine) * dot(axis, x));
+            [0, 1, 2].map(|c| cosine * x[c] + sine * aside[c] + part * axis[c])
+        };
+        let moved = map(&stretched, |x| add(turned(x), [0.3, -0.2, 1.0]));
+        assert_all(&measured(&rest, &triangles, &moved), [0.3, -0.2], Some(turned([0.0, 1.0, 0.0])), 2e-6);
+        assert_all(&measured(&rest, &triangles, &map(&rest, turned)), [0.0; 2], None, 2e-6);
+    }
+
+    /// Of a simple shear by γ the stretches are √(1 + γ²/4) ± γ/2, the larger along (λ₁, 1) after it.
+    #[test]
+    fn a_shear_has_its_closed_form() {
+        let (rest, triangles) = grid(5);
+        let gamma = 0.4;
+        let sheared = map(&rest, |[x, y, z]| [x + gamma * y, y, z]);
+        let [most, least] = [0.5, -0.5].map(|half| (1.0_f64 + gamma * gamma / 4.0).sqrt() + half * gamma);
+        let first = normalize([most, 1.0, 0.0]);
+        assert_all(&measured(&rest, &triangles, &sheared), [most - 1.0, least - 1.0], Some(first), 1e-6);
+    }
+
+    /// A ball of eight triangles, cut finer and finer.
+    fn ball(cuts: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+        let mut points: Vec<[f64; 3]> = vec![
+            [1.0, 0.0, 0.0],
+            [-1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, -1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, -1.0],
+        ];
+        let mut triangles: Vec<[u32; 3]> =
+            vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        for _ in 0..cuts {
+            let mut middles = std::collections::HashMap::new();
+            let mut middle = |a: u32, b: u32| {
+                *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                    points.push(normalize(add(points[a as usize], points[b as usize])));
+                    points.len() as u32 - 1
+                })
+            };
+            let cut = |[a, b, c]: [u32; 3]| {
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            };
+            triangles = triangles.into_iter().flat_map(cut).collect();
+        }
+        (points.iter().map(|p| p.map(|x| x as f32)).collect(), triangles)
+    }
+
+    #[test]
+    fn an_inflated_ball_is_stretched_alike_in_all_directions() {
+        let (rest, triangles) = ball(4);
+        let inflated = map(&rest, |p| p.map(|x| 1.25 * x));
+        assert_all(&measured(&rest, &triangles, &inflated), [0.25; 2], None, 1e-5);
+        let areas: f64 = StrainGauge::new(&rest, &triangles).areas().sum();
+        assert!((areas / (4.0 * std::f64::consts::PI) - 1.0).abs() < 0.01, "{areas}");
+    }
+
+    /// Of a ball made longer along z by k, the meridian and the circle of latitude at the angle θ from the pole are stretched by
+    /// √(cos² θ + k² sin² θ) and 1.
+    #[test]
+    fn a_ball_made_longer_has_the_strains_of_its_meridians() {
+        let (rest, triangles) = ball(5);
+        let k = 1.4;
+        let found = measured(&rest, &triangles, &map(&rest, |[x, y, z]| [x, y, k * z]));
+        for (v, p) in rest.iter().enumerate() {
+            let [x, y, z] = p.map(f64::from);
+            let expected = [(z * z + k * k * (1.0 - z * z)).sqrt() - 1.0, 0.0];
+            for (found, expected) in found.strains[v].iter().zip(expected) {
+                assert!((f64::from(*found) - expected).abs() < 5e-3, "{p:?}: {:?}, {expected}", found);
+            }
+            if expected[0] > 0.05 {
+                let circle = normalize([-y, x, 0.0]);
+                assert!(dot(found.second[v].map(f64::from), circle).abs() > 0.999, "{p:?}");
+            }
+        }
+    }
+
+    /// What is bent without being stretched is not strained, but by what its triangles are not the surface.
+    #[test]
+    fn a_sheet_rolled_up_has_no_strain() {
+        let (rest, triangles) = grid(40);
+        let rolled = map(&rest, |[x, y, _]| [x.sin(), y, x.cos()]);
+        assert_all(&measured(&rest, &triangles, &rolled), [0.0; 2], None, 2e-4);
+        // Nor where it is straightened.
+        assert_all(&measured(&rolled, &triangles, &rest), [0.0; 2], None, 2e-4);
+    }
+
+    #[test]
+    fn what_has_no_area_has_no_strain() {
+        let rest = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [2.0, 0.0, 0.0], [9.0, 9.0, 9.0]];
+        // The second has no area; vertex 3 is in no other, and vertex 4 in none.
+        let triangles = [[0, 1, 2], [0, 1, 3]];
+        let moved = rest.map(|[x, y, z]| [2.0 * x, y, z]);
+        let found = measured(&rest, &triangles, &moved);
+        assert_eq!(found.strains, [[1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0; 2], [0.0; 2]]);
+        assert_eq!((found.first[0], found.first[3], found.second[4]), ([1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]));
+        // Crushed to a line, and to a point.
+        let line = measured(&rest, &triangles, &rest.map(|[x, _, _]| [x, 0.0, 0.0]));
+        assert_eq!((line.strains[2], line.second[2]), ([0.0, -1.0], [0.0; 3]));
+        let point = measured(&rest, &triangles, &[[1.0; 3]; 5]);
+        assert_eq!((point.strains[2], point.first[2]), ([-1.0; 2], [0.0; 3]));
+    }
+}
