@@ -23,10 +23,12 @@ mod errors;
 mod evaluation;
 mod noise;
 mod regions;
+mod strain_curves;
 mod truth;
 
 pub use errors::{Errors, RegionError};
 pub use evaluation::{Evaluation, LeaveOneOut, LeftOut, Map, NoiseAnswer, Subject, evaluate};
 pub use noise::NOISE_MM;
 pub use regions::Regions;
+pub use strain_curves::StrainCurves;
 pub use truth::{Comparison, Truth};

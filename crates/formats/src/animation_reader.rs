@@ -38,6 +38,8 @@ pub struct Summary {
     /// The largest deviation from what was exported that the file states (glTF: `worstMillimetres` in its extras), in
     /// mesh units; `None` where it states none, being exact.
     pub stated_error: Option<f64>,
+    /// How far the strains are from those of the animation that was exported, as a root mean square, where the file states it (compressed glTF).
+    pub stated_strain_error: Option<f64>,
     /// How the animation was made; `None` where the file does not say.
     pub provenance: Option<Provenance>,
 }

@@ -3,7 +3,7 @@
 use crate::{Playback, PlaybackOptions, Selection};
 use rhytid_core::{Progress, Result};
 use rhytid_formats::animation;
-use rhytid_formats::export::{HeadMotion, Options, Provenance, Scene, Written};
+use rhytid_formats::export::{Frame, HeadMotion, Options, Provenance, Scene, Written};
 use std::path::Path;
 
 impl Playback<'_> {
@@ -20,6 +20,24 @@ impl Playback<'_> {
         format_options: &Options,
         provenance: &Provenance,
         progress: &dyn Progress,
+    ) -> Result<Written> {
+        self.export_seen(selection, options, path, format_options, provenance, progress, |_| {})
+    }
+
+    /// As [`Playback::export`], with every frame also shown to `seen`, which makes something else of it.
+    ///
+    /// # Errors
+    /// As [`Playback::export`].
+    #[expect(clippy::too_many_arguments, reason = "the export's own, and who looks on")]
+    pub fn export_seen(
+        &mut self,
+        selection: &Selection,
+        options: PlaybackOptions,
+        path: &Path,
+        format_options: &Options,
+        provenance: &Provenance,
+        progress: &dyn Progress,
+        mut seen: impl FnMut(&Frame<'_>),
     ) -> Result<Written> {
         let rig = self.rig();
         let rest_normals = options.normals.then(|| self.rest_normals()).transpose()?;
@@ -40,6 +58,7 @@ impl Playback<'_> {
         let mut done = 0;
         progress.report("animate", 0, frames as u64);
         self.play(selection, options, progress, |frame| {
+            seen(&frame);
             exporter.frame(frame)?;
             done += 1;
             progress.report("animate", done, frames as u64);

@@ -10,7 +10,8 @@ use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{Layers, batch, layers, pipeline};
 use rhytid_core::{
-    DeviceInfo, Error, PrincipalStrains, Progress, Result, Rig, Stage, StrainGauge, Take, UploadOptions, human,
+    DeviceInfo, Error, PrincipalStrains, Progress, Result, Rig, Stage, StrainGauge, Take, UploadOptions,
+    human,
 };
 use rhytid_formats::export::{Frame, HeadMotion, OutputStage};
 use rhytid_kernels::normals::VertexTriangles;

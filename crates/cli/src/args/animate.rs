@@ -4,7 +4,7 @@ use super::live::{FramesChoice, Listen};
 use super::placing::TakeSpace;
 use super::values::{
     Elsewhere, HeadChoice, MissingChoice, StageChoice, parse_gain, parse_millimetres, parse_rate,
-    parse_region,
+    parse_region, parse_shapes,
 };
 use std::path::PathBuf;
 
@@ -92,6 +92,14 @@ pub(crate) struct Animate {
     #[arg(long)]
     pub strain: bool,
 
+    /// Write also, as CSV, how much each region of the face is stretched and squeezed in each frame; docs/strain.md says what the columns are.
+    #[arg(long, value_name = "CURVES.csv")]
+    pub strain_curves: Option<PathBuf>,
+
+    /// Regions of --strain-curves: the neutral as .obj with groups (“g NAME” before faces) [default: by the names of the handles].
+    #[arg(long, value_name = "GROUPS.obj", requires = "strain_curves")]
+    pub groups: Option<PathBuf>,
+
     /// glTF: as few morph targets as --max-error allows, instead of one for each frame.
     #[arg(long)]
     pub compressed: bool,
@@ -99,6 +107,10 @@ pub(crate) struct Animate {
     /// glTF: how far a vertex may be from its place in any frame, in millimetres.
     #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres)]
     pub max_error: f64,
+
+    /// glTF: the take as N shapes with curves, for engines and for shape keys, however far they are from it: how far is printed and in the file.
+    #[arg(long, value_name = "N", conflicts_with = "compressed", value_parser = parse_shapes)]
+    pub shapes: Option<usize>,
 
     /// glTF: numbers of 8 and 16 bits (KHR_mesh_quantization).
     #[arg(long)]

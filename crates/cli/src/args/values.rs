@@ -211,6 +211,14 @@ pub(super) fn parse_gain(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number from 0 to 2".to_owned())
 }
 
+/// For `--shapes`.
+pub(super) fn parse_shapes(text: &str) -> Result<usize, String> {
+    text.parse()
+        .ok()
+        .filter(|n| *n > 0)
+        .ok_or_else(|| "expected a whole number of shapes, 1 or more".to_owned())
+}
+
 /// A time that may be 0.
 pub(super) fn seconds(number: f64) -> Result<f64, String> {
     let is_sound = (0.0..=1e6).contains(&number);

@@ -4,14 +4,14 @@ use super::listen;
 use crate::args::{FramesChoice, HeadChoice, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::evaluate::{Regions, coverage};
+use rhytid::evaluate::{Regions, StrainCurves, coverage};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
 use rhytid::formats::take::Missing;
-use rhytid::formats::{FileKind, refuse_inputs};
+use rhytid::formats::{FileKind, mesh, refuse_inputs};
 use rhytid::human;
 use rhytid::playback::{Correction, Playback, PlaybackOptions, Selection, handle_gains};
-use rhytid::{AtomicFile, DeviceInfo, Error, Result, Rig, Take, rig_file};
+use rhytid::{AtomicFile, DeviceInfo, Error, Mesh, Result, Rig, Take, rig_file};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -87,12 +87,13 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
             inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
         }
     }
-    let inputs = [Some(&args.rig), args.take.as_ref(), args.setup.as_ref(), args.edit.as_ref()]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path);
-    let outputs: Vec<&Path> =
-        std::iter::once(&args.output).chain(&args.live.record).map(PathBuf::as_path).collect();
+    let inputs =
+        [Some(&args.rig), args.take.as_ref(), args.setup.as_ref(), args.edit.as_ref(), args.groups.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path);
+    let others = args.live.record.iter().chain(&args.strain_curves);
+    let outputs: Vec<&Path> = std::iter::once(&args.output).chain(others).map(PathBuf::as_path).collect();
     refuse_inputs(&outputs, inputs)?;
     for output in outputs {
         drop(AtomicFile::create(output)?);
@@ -106,6 +107,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Before what is recorded could be lost by it.
     let gains = gains(args)?;
     let handle_gains = handle_gains(&rig.labels, &gains)?;
+    let regions = args.strain_curves.as_ref().map(|_| regions(args, &rig)).transpose()?;
     let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let take = match (&args.take, count) {
         (Some(path), None) => inputs::take(path, &rig, args.missing, setup, &args.space, ui)?,
@@ -144,6 +146,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         quantize: args.quantize,
         meshopt: args.meshopt,
         force: args.force,
+        shapes: args.shapes,
     };
     let wanted = PlaybackOptions {
         stage: args.stage.into(),
@@ -162,7 +165,15 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         playback = playback.with_layers(layers, &take, ui)?;
     }
     let start = Instant::now();
-    let written = playback.export(&selection, wanted, &args.output, &options, &provenance, ui)?;
+    let curves = args.strain_curves.as_ref().zip(regions.as_ref());
+    let mut curves = curves.map(|(path, regions)| (path, StrainCurves::new(&rig, regions)));
+    let written =
+        playback.export_seen(&selection, wanted, &args.output, &options, &provenance, ui, |frame| {
+            curves.iter_mut().for_each(|(_, curves)| curves.frame(frame))
+        })?;
+    if let Some((path, curves)) = curves {
+        curves.write(path, selection.first, selection.rate)?;
+    }
     if !ui.is_quiet() {
         let of_frame = |(correction, moved)| corrected(correction, moved, &selection, rig.metres_per_unit);
         playback.corrections().map(of_frame).for_each(|words| ui.line(&words));
@@ -234,6 +245,18 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
     Ok(true)
 }
 
+/// The regions of the curves.
+fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
+    let Some(path) = &args.groups else { return Ok(Regions::by_handles(rig)) };
+    let neutral = Mesh {
+        positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
+        faces: rig.faces.clone(),
+        uvs: None,
+        materials: None,
+    };
+    Regions::by_groups(rig.vertices(), &mesh::read_groups(&neutral, &args.rig, path)?)
+}
+
 /// The gains by region: those of the command's line, and those of TAKE.toml of other regions.
 fn gains(args: &args::Animate) -> Result<Vec<(String, f64)>> {
     let setup = inputs::setup(args.setup.as_deref(), args.elsewhere.reach())?;
@@ -288,16 +311,16 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     }
     let for_gltf = [
         (args.compressed, "--compressed"),
+        (args.shapes.is_some(), "--shapes"),
         (args.quantize, "--quantize"),
         (args.meshopt, "--meshopt"),
         (args.force, "--force"),
     ];
     let (of_the_other, other) = match format {
         Format::Usdc | Format::Usda | Format::Usdz => (&for_gltf[..], "glTF (.glb or .gltf)"),
-        Format::Glb | Format::Gltf => (
-            &[(args.velocities, "--velocities"), (args.sigma, "--sigma"), (args.strain, "--strain")][..],
-            "USD (.usd, .usda or .usdz)",
-        ),
+        Format::Glb | Format::Gltf => {
+            (&[(args.velocities, "--velocities"), (args.sigma, "--sigma")][..], "USD (.usd, .usda or .usdz)")
+        }
     };
     match of_the_other.iter().find(|(given, _)| *given) {
         Some((_, option)) => Err(Error::input(format!(

@@ -124,11 +124,14 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             velocities: false,
             sigma: false,
             strain: false,
+            strain_curves: None,
+            groups: None,
             compressed,
             max_error: 0.1,
             quantize: false,
             meshopt: false,
             force: false,
+            shapes: None,
         };
         let done = animate::animate(&job, ui)?;
         let mut made =

@@ -347,7 +347,7 @@ impl Comparison {
             // A velocity is the difference of two positions. glTF has a head's motion in 32 bits.
             passed: compared.positions.worst <= allowed
                 && compared.velocities.worst <= 2.0 * allowed * summary.rate
-                && compared.strain.rms() <= STRAINS_DIFFER
+                && compared.strain.rms() <= summary.stated_strain_error.unwrap_or(0.0) + STRAINS_DIFFER
                 && compared.head <= 1e-6
                 && compared.normals.rms() <= normals
                 && differences.is_empty(),

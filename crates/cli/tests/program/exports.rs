@@ -35,7 +35,7 @@ fn take_with_head(f: &Fixture) -> String {
 }
 
 /// Every format, and all options that it has.
-const EXPORTS: [&str; 14] = [
+const EXPORTS: [&str; 19] = [
     "face.usd",
     "face.usd --velocities --no-normals",
     "face.usda --velocities",
@@ -50,6 +50,11 @@ const EXPORTS: [&str; 14] = [
     "face.glb --compressed",
     "face.glb --compressed --max-error 0.01 --no-normals",
     "face.glb --compressed --quantize --meshopt",
+    "face.usdz --strain --velocities",
+    "face.glb --strain",
+    "face.gltf --strain --quantize --meshopt",
+    "face.glb --strain --compressed --no-normals",
+    "face.glb --strain --shapes 9",
 ];
 
 #[test]
@@ -68,6 +73,7 @@ fn what_is_exported_is_verified() {
             let bound = match export {
                 _ if export.contains("0.01") => 0.01,
                 _ if export.contains("compressed") => 0.1,
+                _ if export.contains("shapes") => 0.5,
                 _ if export.contains("quantize") => 0.005,
                 _ => 2e-4,
             };
@@ -75,6 +81,7 @@ fn what_is_exported_is_verified() {
             // One machine, one device: what is not in the file is not in the difference.
             assert!(report["worst_mm"].as_f64().unwrap() <= stated.unwrap_or(0.0), "{export}: {report}");
             assert_eq!(report["normals_worst"].is_null(), export.contains("no-normals"), "{export}");
+            assert_eq!(report["strain_rms"].is_null(), !export.contains("strain"), "{export}");
             assert_eq!(
                 report["velocities_worst_mm_per_s"].is_null(),
                 !export.contains("velocities"),

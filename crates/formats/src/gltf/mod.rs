@@ -5,6 +5,7 @@ mod meshopt;
 mod morphs;
 mod node;
 pub(crate) mod read;
+mod strain;
 pub(crate) mod write;
 
 pub(crate) use node::local_transform;

@@ -1,8 +1,10 @@
-//! Tables: the handles (`label,vertex`), the strain edges (`a,b`) and which marker is which handle's (`handle,marker`), as CSV.
+//! Tables: the handles (`label,vertex`), the strain edges (`a,b`) and which marker is which handle's (`handle,marker`), as CSV; and curves.
+mod curves;
 mod markers;
 pub(crate) mod rows;
 pub(crate) mod text;
 
+pub use curves::write_curves;
 pub use markers::{MarkerRow, read_markers, write_markers};
 use rhytid_core::{AtomicFile, Error, Handles, Result, input_file};
 use rows::Rows;

@@ -25,6 +25,10 @@ pub(super) struct Shown {
     pub positions: Vec<Vec<[f64; 3]>>,
     /// For each frame the vertices' normals, of any length, if the program was asked and the file has some.
     pub normals: Option<Vec<Vec<[f64; 3]>>>,
+    /// For each frame the strains of the vertices, and that of the area, if the program was asked and the file has some.
+    pub strains: Option<Vec<Vec<[f64; 3]>>>,
+    /// The error of the strains that the file states, if it does and the program was asked.
+    pub stated_strain: Option<f64>,
     /// The error in millimetres that the file states, if it does and the program was asked.
     pub stated: Option<f64>,
     /// A PNG of the last frame, if the program was asked for it.
@@ -127,6 +131,8 @@ fn shown(report: &Value, frames: &Frames, out: &Path) -> Vec<Shown> {
             ids: serde_json::from_value(file["ids"].clone()).unwrap(),
             positions: triples(format!("{i}.f64")).expect("a file with positions"),
             normals: triples(format!("{i}.normals.f64")),
+            strains: triples(format!("{i}.strains.f64")),
+            stated_strain: file["statedStrain"].as_f64(),
             stated: file["stated"].as_f64(),
             picture: std::fs::read(out.join(format!("{i}.png"))).ok(),
         }

@@ -1,7 +1,8 @@
 //! Principal strains in files, compared with those that a script computes from the triangles by another way.
 
 use super::animation::Animation;
-use super::{faces, programs};
+use super::programs::Shown;
+use super::{faces, original, programs};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -47,5 +48,62 @@ fn usd_has_the_strains_of_the_triangles() {
     let found = programs::strain(cases.iter().map(|case| case.2.clone()).collect());
     for ((animation, file, _), found) in cases.iter().zip(&found) {
         assert_found(&file.display().to_string(), animation, found, ROUNDING);
+    }
+}
+
+/// The first two of what is shown of each of the original's vertices, in every frame. A vertex of no face, which a glTF file has too, is at 0.
+fn shown_strains(animation: &Animation, shown: &Shown) -> Vec<f64> {
+    let vertices = animation.rig.vertices();
+    let mut strains = vec![0.0; animation.frames.count * vertices * 2];
+    for (frame, of_frame) in shown.strains.as_ref().expect("strains").iter().enumerate() {
+        for (v, &[first, second, area]) in original(shown).zip(of_frame) {
+            let expected = (1.0 + first) * (1.0 + second) - 1.0;
+            // What is fitted to few targets is so for each number by itself.
+            assert!(
+                shown.stated_strain.is_some() || (area - expected).abs() < 1e-5,
+                "{area}, expected {expected}"
+            );
+            strains[2 * (frame * vertices + v)..][..2].copy_from_slice(&[first, second]);
+        }
+    }
+    strains
+}
+
+#[test]
+fn three_js_has_the_strains_of_the_triangles() {
+    let folder = tempfile::tempdir().unwrap();
+    let exports = [
+        ("strained.glb", "--strain"),
+        ("strained-integers.glb", "--strain --quantize"),
+        ("strained-few.glb", "--strain --compressed --max-error 0.02"),
+        ("strained-small.gltf", "--strain --shapes 12 --quantize --meshopt"),
+    ];
+    let write = |name: &str, bytes: Vec<u8>| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        json!(path)
+    };
+    let floats = |numbers: &[f32]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    for animation in [faces::demo(), faces::other_axes_and_units()] {
+        let triangles = triangles(animation, folder.path());
+        let rest = write("rest", floats(animation.rig.rest.as_flattened()));
+        let positions = write("positions", floats(&animation.positions));
+        let files: Vec<_> = exports.iter().map(|(file, options)| animation.export(file, options)).collect();
+        let all = programs::three(&files, &animation.frames);
+        let cases = all.iter().zip(exports).map(|(shown, (file, _))| {
+            let strains = shown_strains(animation, shown).into_iter().flat_map(f64::to_le_bytes).collect();
+            let strains = write(&format!("{file}.strains"), strains);
+            json!({ "triangles": triangles, "rest": rest, "positions": positions, "strains": strains })
+        });
+        let found = programs::strain(cases.collect());
+        for (((file, options), shown), found) in exports.iter().zip(&all).zip(&found) {
+            let what = format!("three.js, {} as {file} {options}", animation.rig.name);
+            // Frames are at times of 32 bits, so that a shade of the next one is in each.
+            assert_eq!(
+                shown.stated_strain.is_some(),
+                options.contains("--compressed") || options.contains("--shapes")
+            );
+            assert_found(&what, animation, found, shown.stated_strain.unwrap_or(2e-5) + 2e-5);
+        }
     }
 }

@@ -168,6 +168,32 @@ fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
     Ok(active)
 }
 
+/// The largest distance of a vertex from its place in any frame.
+///
+/// # Errors
+/// [`rhytid_core::Error::Io`].
+pub(super) fn worst(centred: &mut Centred<'_>, fit: &Fit) -> Result<f64> {
+    let (f, n) = (fit.q.nrows(), fit.q.ncols());
+    let q = narrow(&fit.q);
+    let mut worst = 0.0_f32;
+    for first in centred.frames.blocks() {
+        let block = centred.block(first)?;
+        let found =
+            block.values.par_chunks(3 * TASK * f).zip(fit.t[3 * first * n..].par_chunks(3 * TASK * n));
+        let largest = found.map(|(y, t)| {
+            let mut squares = vec![0.0; f];
+            let m = combine(&q, &t[..y.len() / f * n]);
+            let most = |(y, m)| {
+                distances(y, m, &mut squares);
+                squares.iter().fold(0.0, |most: f32, &square| most.max(square))
+            };
+            y.chunks(3 * f).zip(m.chunks(3 * f)).map(most).fold(0.0, f32::max)
+        });
+        worst = worst.max(largest.reduce(|| 0.0, f32::max));
+    }
+    Ok(f64::from(worst).sqrt())
+}
+
 /// Q times columns of T: F numbers each.
 pub(super) fn combine(q: &Mat<f32>, t: &[f32]) -> Vec<f32> {
     let (f, n) = (q.nrows(), q.ncols());

@@ -24,6 +24,7 @@ pub(crate) struct Frames {
     path: PathBuf,
     vertices: usize,
     normals: bool,
+    strain: bool,
     frames: usize,
 }
 
@@ -73,6 +74,7 @@ impl<'a> Centred<'a> {
 pub(crate) enum Attribute {
     Positions,
     Normals,
+    Strain,
 }
 
 /// Some vertices in all frames.
@@ -84,23 +86,30 @@ pub(crate) struct Block {
 }
 
 impl Frames {
-    /// Frames of `vertices` vertices, with normals or without. `spool` is an empty file that only this uses
+    /// Frames of `vertices` vertices, with normals and strains or without. `spool` is an empty file that only this uses
     /// (`AtomicFile::spool`); `path` is the output, for messages.
-    pub(crate) fn new(spool: File, path: &Path, vertices: usize, normals: bool) -> Self {
-        Self { spool, path: path.to_owned(), vertices, normals, frames: 0 }
+    pub(crate) fn new(spool: File, path: &Path, vertices: usize, [normals, strain]: [bool; 2]) -> Self {
+        Self { spool, path: path.to_owned(), vertices, normals, strain, frames: 0 }
     }
 
-    /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0), V×3, if and
+    /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0) and `strain`, V×3, if and
     /// only if they were announced.
     ///
     /// # Errors
     /// [`Error::Internal`] if a length is wrong; [`Error::Io`].
-    pub(crate) fn push(&mut self, positions: &[f32], normals: Option<&[f32]>) -> Result<()> {
+    pub(crate) fn push(
+        &mut self,
+        positions: &[f32],
+        normals: Option<&[f32]>,
+        strain: Option<&[f32]>,
+    ) -> Result<()> {
         let numbers = self.vertices * 3;
-        if positions.len() != numbers || normals.map(<[f32]>::len) != self.normals.then_some(numbers) {
+        let has =
+            |values: Option<&[f32]>, wanted: bool| values.map(<[f32]>::len) == wanted.then_some(numbers);
+        if positions.len() != numbers || !has(normals, self.normals) || !has(strain, self.strain) {
             return Err(Error::Internal("a frame has another number of vertices than its mesh".into()));
         }
-        for values in [Some(positions), normals].into_iter().flatten() {
+        for values in [Some(positions), normals, strain].into_iter().flatten() {
             self.spool.write_all(bytemuck::cast_slice(values)).map_err(Error::io(&self.path))?;
         }
         self.frames += 1;
@@ -127,6 +136,11 @@ impl Frames {
         self.normals
     }
 
+    /// Whether the frames have strains.
+    pub(crate) fn has_strain(&self) -> bool {
+        self.strain
+    }
+
     /// How many vertices a block has; the last one may have fewer.
     pub(crate) fn block_vertices(&self) -> usize {
         (BLOCK_BYTES / (12 * self.frames.max(1))).next_multiple_of(TASK).min(self.vertices.max(1))
@@ -142,11 +156,16 @@ impl Frames {
         let center = &center[3 * first..][..columns];
         let mut values = vec![0.0_f32; frames * columns];
         let mut rows = vec![0.0_f32; ROWS * columns];
-        let per_frame = if self.normals { 2 } else { 1 };
+        let per_frame = 1 + usize::from(self.normals) + usize::from(self.strain);
+        let place = match attribute {
+            Attribute::Positions => 0,
+            Attribute::Normals => 1,
+            Attribute::Strain => per_frame - 1,
+        };
         for frame in (0..frames).step_by(ROWS) {
             let some = ROWS.min(frames - frame);
             for (i, row) in rows.chunks_mut(columns).take(some).enumerate() {
-                let part = (frame + i) * per_frame + usize::from(attribute == Attribute::Normals);
+                let part = (frame + i) * per_frame + place;
                 let offset = 12 * (part as u64 * self.vertices as u64 + first as u64);
                 self.spool.seek(SeekFrom::Start(offset)).map_err(Error::io(&self.path))?;
                 self.spool.read_exact(bytemuck::cast_slice_mut(row)).map_err(Error::io(&self.path))?;

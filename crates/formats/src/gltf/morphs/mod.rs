@@ -25,6 +25,7 @@ mod normals;
 mod rounding;
 mod search;
 mod settings;
+mod strain;
 #[cfg(test)]
 mod tests;
 mod values;
@@ -88,6 +89,30 @@ impl Frames {
         let basis = basis::turn(fit::Fit::on(&mut self, &gram, q)?)?;
         let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
         Err(too_fine(&path, settings, 2.0 * finest))
+    }
+}
+
+impl Frames {
+    /// So many targets (or as few as all frames need), with the least bound found that they meet; [`Morphs::worst`] has it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no frame or no vertex, or `shapes` is 0; [`Error::Io`]; [`Error::Cancelled`].
+    pub(super) fn bake(mut self, shapes: usize, quantize: bool, progress: &dyn Progress) -> Result<Morphs> {
+        let path = self.path().display().to_string();
+        if self.vertices() == 0 || self.frames() == 0 {
+            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+        }
+        if shapes == 0 {
+            return Err(Error::input(format!("{path}: 0 shapes were asked for, expected at least 1")));
+        }
+        let gram = self.gram(progress)?;
+        let start = linear::principal(&gram.matrix)?;
+        let (fit, bound) = search::nearest(&mut self, &gram, &start, shapes, progress)?;
+        let basis = basis::turn(fit)?;
+        // What integers add is a part of what the shapes are off by.
+        let max_error = (bound / SHARE_OF_TRUNCATION).max(f64::MIN_POSITIVE);
+        let settings = Settings { max_error, most_targets: shapes, quantize };
+        rounding::round(&mut self, &gram, &basis, &settings, progress)
     }
 }
 

@@ -69,6 +69,52 @@ pub(super) fn fewest(
     Ok(best.map(|best| best.1))
 }
 
+/// Bounds that are tried for a number of targets, and the ratio of one that is met to one that is not at which there is no further one.
+const BOUNDS: usize = 8;
+const CLOSE: f64 = 1.04;
+
+/// The first bound that is tried, as a part of what principal components come to.
+const FIRST_BOUND: f64 = 0.5;
+
+/// The least bound found that so many targets meet, in mesh units, and a fit that is within it: from that of as many principal components on,
+/// by halves.
+///
+/// # Errors
+/// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
+pub(super) fn nearest(
+    frames: &mut Frames,
+    gram: &Gram,
+    start: &Eigen,
+    targets: usize,
+    progress: &dyn Progress,
+) -> Result<(Fit, f64)> {
+    const NAME: &str = "fit morph targets";
+    let columns = start.vectors.ncols().min(targets.saturating_add(1));
+    let mut best = Fit::on(frames, gram, start.vectors.subcols(0, columns).to_owned())?;
+    let mut centred = Centred::new(frames, gram);
+    let (mut met, mut missed) = (fit::worst(&mut centred, &best)?, 0.0);
+    let total = (BOUNDS * fit::ROUNDS) as u64;
+    // With all columns nothing but rounding is left.
+    let tries = if columns == start.vectors.ncols() || met == 0.0 { 0 } else { BOUNDS };
+    for i in 0..tries {
+        let bound = if missed > 0.0 { (met * missed).sqrt() } else { FIRST_BOUND * met };
+        let mut tick = |round: usize| progress.step(NAME, (i * fit::ROUNDS + round) as u64, total);
+        match fit::fit(&mut centred, best.clone(), bound, &mut tick)? {
+            Some(found) => {
+                met = fit::worst(&mut centred, &found)?;
+                best = found;
+            }
+            None => missed = bound,
+        }
+        log::debug!("{targets} morph targets: within {met:.3e}, not within {missed:.3e}");
+        if met < CLOSE * missed {
+            break;
+        }
+    }
+    progress.step(NAME, total, total)?;
+    Ok((best, met))
+}
+
 /// The number of principal components that leave [`FIRST_GUESS`].
 fn guess(gram: &Gram, start: &Eigen, bound: f64) -> usize {
     let frames = gram.matrix.nrows();

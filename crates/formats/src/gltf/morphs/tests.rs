@@ -37,12 +37,98 @@ fn settings(max_error: f64, quantize: bool) -> Settings {
     Settings { max_error, most_targets: 256, quantize }
 }
 
+fn bake(animation: &[Vec<f32>], shapes: usize, quantize: bool) -> Morphs {
+    let morphs = spooled(animation, None).bake(shapes, quantize, &NoProgress).unwrap();
+    assert!(morphs.targets.len() <= shapes);
+    check(animation, &morphs, morphs.worst.error);
+    morphs
+}
+
+#[test]
+fn so_many_shapes_are_as_near_as_they_come() {
+    let animation = made_up(40, 300, 12);
+    let mut before = f64::INFINITY;
+    for shapes in [1, 3, 6, 11] {
+        let worst = bake(&animation, shapes, false).worst.error;
+        assert!(worst < before, "{shapes} shapes: {worst}, fewer: {before}");
+        before = worst;
+        // Where the error that is stated is the bound, as many targets are needed, but for one that the other search does not find.
+        let fewest = compress(&animation, settings(1.02 * worst, false)).unwrap().targets.len();
+        assert!(fewest <= shapes + 1, "{shapes} shapes are within {worst}, for which {fewest} are needed");
+        let tighter = compress(&animation, settings(0.85 * worst, false)).unwrap().targets.len();
+        assert!(tighter > shapes, "{tighter} targets are within 0.85 of what {shapes} shapes are");
+    }
+    // As many as there are directions of motion, and more.
+    for shapes in [12, 13, 39, 1000] {
+        let morphs = bake(&animation, shapes, false);
+        assert!(morphs.worst.error < 1e-3, "{shapes} shapes: {}", morphs.worst.error);
+    }
+    let (floats, integers) = (bake(&animation, 6, false), bake(&animation, 6, true));
+    assert!(
+        integers.worst.error < 1.6 * floats.worst.error,
+        "{} {}",
+        integers.worst.error,
+        floats.worst.error
+    );
+    assert!(integers.targets.iter().all(|target| !matches!(target.positions, Values::F32(_))));
+}
+
+#[test]
+fn shapes_of_what_does_not_move() {
+    let still = vec![made_up(1, 30, 1).remove(0); 5];
+    assert!(bake(&still, 4, false).worst.error < 1e-5);
+    assert!(bake(&still[..1], 4, true).worst.error < 1e-3);
+    let error = spooled(&still, None).bake(0, false, &NoProgress).unwrap_err().to_string();
+    assert!(error.contains("0 shapes were asked for, expected at least 1"), "{error}");
+}
+
+/// Strains that are linear in the weights come back; of others the error is stated as it is.
+#[test]
+fn strains_follow_the_weights() {
+    let animation = made_up(12, 200, 3);
+    let linear: Vec<Vec<f32>> =
+        animation.iter().map(|frame| frame.iter().map(|x| 0.1 * x + 0.2).collect()).collect();
+    let curved: Vec<Vec<f32>> =
+        animation.iter().map(|frame| frame.iter().map(|x| (0.3 * x).sin()).collect()).collect();
+    for (strains, quantize, is_linear) in
+        [(&linear, false, true), (&linear, true, true), (&curved, false, false)]
+    {
+        let mut frames = Frames::new(tempfile::tempfile().unwrap(), Path::new("out.glb"), 200, [false, true]);
+        for (positions, strain) in animation.iter().zip(strains) {
+            frames.push(positions, None, Some(strain)).unwrap();
+        }
+        let morphs = frames.compress(&settings(0.02, quantize), &NoProgress).unwrap();
+        let strain = morphs.strain.as_ref().unwrap();
+        let (k, mut worst, mut sum) = (morphs.targets.len(), 0.0_f64, 0.0);
+        for (f, given) in strains.iter().enumerate() {
+            for v in 0..200 {
+                let square = |i: usize| {
+                    let moved: f64 = (0..k)
+                        .map(|j| f64::from(morphs.weights[f * k + j]) * f64::from(strain.targets[j][i]))
+                        .sum();
+                    (f64::from(strain.base[i]) + moved - f64::from(given[i])).powi(2)
+                };
+                let square = square(3 * v) + square(3 * v + 1);
+                worst = worst.max(square.sqrt());
+                sum += square;
+            }
+        }
+        let rms = (sum / (200.0 * 12.0_f64)).sqrt();
+        assert!((strain.worst - worst).abs() < 1e-9 && (strain.rms - rms).abs() < 1e-9, "{worst} {rms}");
+        assert_eq!(worst < 1e-3, is_linear, "{worst}");
+    }
+}
+
 fn spooled(animation: &[Vec<f32>], normals: Option<&[Vec<f32>]>) -> Frames {
     let vertices = animation.first().map_or(0, |frame| frame.len() / 3);
-    let mut frames =
-        Frames::new(tempfile::tempfile().unwrap(), Path::new("out.glb"), vertices, normals.is_some());
+    let mut frames = Frames::new(
+        tempfile::tempfile().unwrap(),
+        Path::new("out.glb"),
+        vertices,
+        [normals.is_some(), false],
+    );
     for (i, frame) in animation.iter().enumerate() {
-        frames.push(frame, normals.map(|normals| &normals[i][..])).unwrap();
+        frames.push(frame, normals.map(|normals| &normals[i][..]), None).unwrap();
     }
     frames
 }
@@ -398,6 +484,6 @@ fn it_stops_when_asked() {
 #[test]
 fn a_frame_of_another_length_is_an_error() {
     let mut frames = spooled(&made_up(2, 10, 1), None);
-    assert!(frames.push(&[0.0; 27], None).is_err());
-    assert!(frames.push(&[0.0; 30], Some(&[0.0; 30])).is_err());
+    assert!(frames.push(&[0.0; 27], None, None).is_err());
+    assert!(frames.push(&[0.0; 30], Some(&[0.0; 30]), None).is_err());
 }

@@ -1,5 +1,7 @@
 //! The numbers of the file: what a compression comes to.
 
+use super::strain::Strain;
+
 /// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to four
 /// bytes in the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,6 +62,8 @@ pub(crate) struct Morphs {
     pub weights: Vec<f32>,
     /// The largest error of a vertex in a frame.
     pub worst: Worst,
+    /// The strains, where the frames had some.
+    pub strain: Option<Strain>,
     /// The root of the mean squared distance over all vertices and frames, in mesh units.
     pub rms: f64,
 }

@@ -2,6 +2,7 @@
 
 use super::super::meshopt;
 use super::super::node::local_transform;
+use super::super::strain::STRAIN;
 use crate::export::Provenance;
 use ::gltf::json::Root;
 use ::gltf::json::animation::{Interpolation, Property};
@@ -17,10 +18,10 @@ pub(super) struct Layout {
     pub name: String,
     pub indices: usize,
     pub ids: usize,
-    /// Positions and normals of the base mesh. Those without positions are refused.
-    pub base: [Option<usize>; 2],
+    /// Positions, normals and strains of the base mesh. Those without positions are refused.
+    pub base: [Option<usize>; 3],
     /// The same of each target.
-    pub targets: Vec<[Option<usize>; 2]>,
+    pub targets: Vec<[Option<usize>; 3]>,
     /// The mesh's node: from what is stored to metres with Y up.
     pub node: DMat4,
     /// From metres with Y up to mesh units along the mesh's axes.
@@ -37,6 +38,7 @@ pub(super) struct Layout {
     pub up_axis: UpAxis,
     /// In mesh units.
     pub stated_error: Option<f64>,
+    pub stated_strain_error: Option<f64>,
     pub provenance: Option<Provenance>,
 }
 
@@ -53,6 +55,13 @@ struct Extras {
     rhytid: Option<Provenance>,
     #[serde(default)]
     error: Option<Stated>,
+    #[serde(default)]
+    strain_error: Option<StatedStrain>,
+}
+
+#[derive(Deserialize)]
+struct StatedStrain {
+    rms: f64,
 }
 
 #[derive(Deserialize)]
@@ -68,7 +77,7 @@ enum Axis {
 }
 
 impl Layout {
-    pub(super) fn of(root: &Root, name: &str) -> Result<Self> {
+    pub(super) fn of(root: &Root, strains: &[Vec<Option<usize>>], name: &str) -> Result<Self> {
         let fault = |what: &str| Error::input(format!("{name}: {what}"));
         let ours = |what: &str| fault(&format!("{what}; expected a file that `rhytid animate` has written"));
         let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
@@ -95,20 +104,22 @@ impl Layout {
         let (head, mesh_node) =
             nodes(root, scene).ok_or(ours("has other nodes than a head and a mesh on it"))?;
         let node = root.nodes.get(mesh_node).ok_or(ours("has no node with a mesh"))?;
-        let mesh = node.mesh.and_then(|mesh| root.meshes.get(mesh.value())).ok_or(ours("has no mesh"))?;
+        let mesh_index = node.mesh.ok_or(ours("has no mesh"))?.value();
+        let mesh = root.meshes.get(mesh_index).ok_or(ours("has no mesh"))?;
         let [primitive] = &mesh.primitives[..] else {
             return Err(ours(&format!("has {} parts of a mesh", mesh.primitives.len())));
         };
         let attribute = |semantic| primitive.attributes.get(&Valid(semantic)).map(::gltf::json::Index::value);
-        let base = [attribute(Semantic::Positions), attribute(Semantic::Normals)];
-        let (ids, indices) = (attribute(Semantic::Extras("VERTEX_ID".into())), primitive.indices);
+        let extra = |name: &str| attribute(Semantic::Extras(name.trim_start_matches('_').into()));
+        let base = [attribute(Semantic::Positions), attribute(Semantic::Normals), extra(STRAIN)];
+        let (ids, indices) = (extra("_VERTEX_ID"), primitive.indices);
         let (Some(ids), Some(indices), Some(_), Valid(Mode::Triangles)) =
             (ids, indices, base[0], primitive.mode)
         else {
             return Err(ours("has no triangles of vertices with positions and _VERTEX_ID"));
         };
-        let targets = targets(primitive);
-        let same = |target: &[Option<usize>; 2]| target.map(|t| t.is_some()) == base.map(|b| b.is_some());
+        let targets = targets(primitive, strains.get(mesh_index).map_or(&[], Vec::as_slice));
+        let same = |target: &[Option<usize>; 3]| target.map(|t| t.is_some()) == base.map(|b| b.is_some());
         if let Some(odd) = targets.iter().position(|target| !same(target)) {
             return Err(ours(&format!("has a target {odd} (from 0) with other attributes than the mesh")));
         }
@@ -134,6 +145,7 @@ impl Layout {
             metres_per_unit: extras.metres_per_unit,
             up_axis,
             stated_error: extras.error.map(|e| e.worst_millimetres / 1000.0 / extras.metres_per_unit),
+            stated_strain_error: extras.strain_error.map(|error| error.rms),
             provenance: extras.rhytid,
         };
         layout.find_channels(root, mesh_node, head).ok_or(ours("animates something else than a face"))?;
@@ -193,10 +205,14 @@ fn nodes(root: &Root, scene: &::gltf::json::Scene) -> Option<(Option<usize>, usi
     }
 }
 
-fn targets(primitive: &Primitive) -> Vec<[Option<usize>; 2]> {
+fn targets(primitive: &Primitive, strains: &[Option<usize>]) -> Vec<[Option<usize>; 3]> {
     let value = |index: &Option<::gltf::json::Index<_>>| index.map(|index| index.value());
     let targets = primitive.targets.iter().flatten();
-    targets.map(|target| [value(&target.positions), value(&target.normals)]).collect()
+    let strains = strains.iter().copied().chain(std::iter::repeat(None));
+    let of_target = |(target, strain): (&::gltf::json::mesh::MorphTarget, _)| {
+        [value(&target.positions), value(&target.normals), strain]
+    };
+    targets.zip(strains).map(of_target).collect()
 }
 
 fn to_mesh(metres_per_unit: f64, up_axis: UpAxis) -> DMat4 {

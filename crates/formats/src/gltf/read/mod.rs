@@ -11,6 +11,7 @@ use glam::{DMat4, DVec3};
 use layout::Layout;
 use motion::Motion;
 use rhytid_core::{Error, Faces, Result};
+use source::Document;
 use std::path::Path;
 
 /// Targets are kept once they were read, up to so many numbers in all (of 8 bytes).
@@ -21,8 +22,8 @@ const KEPT: usize = 1 << 25;
 /// # Errors
 /// [`Error::Input`] if the file is damaged or not such an animation; [`Error::Io`].
 pub(crate) fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
-    let (root, source) = source::open(path)?;
-    animation(Arrays { root, source, name: path.display().to_string() })
+    let (Document { root, strains }, source) = source::open(path)?;
+    animation(Arrays { root, source, name: path.display().to_string() }, &strains)
 }
 
 /// W×3 numbers of a base mesh or a target.
@@ -35,14 +36,14 @@ struct Animation {
     motion: Motion,
     /// For each of the W vertices in the file the original that it is or copies.
     ids: Vec<usize>,
-    base: [Option<Vectors>; 2],
-    /// Of each target, the offsets of positions and of normals as far as they are kept.
-    targets: Vec<[Option<Vectors>; 2]>,
+    base: [Option<Vectors>; 3],
+    /// Of each target, the offsets of positions, of normals and of strains as far as they are kept.
+    targets: Vec<[Option<Vectors>; 3]>,
     kept: usize,
 }
 
-fn animation(mut arrays: Arrays) -> Result<Box<dyn AnimationReader>> {
-    let layout = Layout::of(&arrays.root, &arrays.name)?;
+fn animation(mut arrays: Arrays, strains: &[Vec<Option<usize>>]) -> Result<Box<dyn AnimationReader>> {
+    let layout = Layout::of(&arrays.root, strains, &arrays.name)?;
     let ids = ids(&mut arrays, layout.ids)?;
     // Copies come after all originals.
     let vertices = ids.iter().max().map_or(0, |last| last + 1);
@@ -71,14 +72,24 @@ fn animation(mut arrays: Arrays) -> Result<Box<dyn AnimationReader>> {
         up_axis: layout.up_axis,
         normals: layout.base[1].is_some(),
         velocities: false,
-        strain: false,
+        strain: layout.base[2].is_some(),
         extents: false,
         head: motion.head.is_some(),
         stated_error: layout.stated_error,
+        stated_strain_error: layout.stated_strain_error,
         provenance: layout.provenance.clone(),
     };
-    let targets = vec![[None, None]; layout.targets.len()];
-    Ok(Box::new(Animation { arrays, summary, layout, motion, ids, base: [None, None], targets, kept: 0 }))
+    let targets = vec![[None, None, None]; layout.targets.len()];
+    Ok(Box::new(Animation {
+        arrays,
+        summary,
+        layout,
+        motion,
+        ids,
+        base: [None, None, None],
+        targets,
+        kept: 0,
+    }))
 }
 
 fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
@@ -94,9 +105,9 @@ fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
 }
 
 impl Animation {
-    /// W positions (`kind` 0) or normals (1) of a frame, as stored.
+    /// W positions (`kind` 0), normals (1) or strains (2) of a frame, as stored.
     fn evaluate(&mut self, frame: usize, kind: usize) -> Result<Vectors> {
-        let missing = || Error::Internal("a file without normals was asked for them".into());
+        let missing = || Error::Internal("a file without normals or strains was asked for them".into());
         if self.base[kind].is_none() {
             let accessor = self.layout.base[kind].ok_or_else(missing)?;
             self.base[kind] = Some(self.vectors(accessor)?);
@@ -189,8 +200,17 @@ impl AnimationReader for Animation {
         Ok(())
     }
 
-    fn strain(&mut self, _frame: usize, out: &mut Vec<f32>) -> Result<()> {
+    fn strain(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        if !self.summary.strain {
+            out.clear();
+            return Ok(());
+        }
+        let narrow = |strain: &[f64; 3]| strain.map(|x| x as f32);
+        let vectors: Vec<_> = self.evaluate(frame, 2)?.iter().map(narrow).collect();
+        let mut all = Vec::new();
+        self.originals(&vectors, frame, &mut all)?;
         out.clear();
+        out.extend(all.as_chunks::<3>().0.iter().flat_map(|&[first, second, _]| [first, second]));
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! A file's JSON and its numbers, of which no more is read than is asked for.
 
+use super::super::strain;
 use crate::named_file::{folder_of, is_below};
 use ::gltf::json::Root;
 use percent_encoding::percent_decode_str;
@@ -18,8 +19,15 @@ pub(super) struct Source {
     path: PathBuf,
 }
 
+/// A file's JSON.
+pub(super) struct Document {
+    pub root: Root,
+    /// As [`strain::of_targets`].
+    pub strains: Vec<Vec<Option<usize>>>,
+}
+
 /// The JSON and the binary part of the `.glb` or `.gltf` file `path`.
-pub(super) fn open(path: &Path) -> Result<(Root, Source)> {
+pub(super) fn open(path: &Path) -> Result<(Document, Source)> {
     let file = File::open(path).map_err(Error::io(path))?;
     let mut whole = Source::whole(file, path)?;
     let length = whole.length;
@@ -31,7 +39,7 @@ pub(super) fn open(path: &Path) -> Result<(Root, Source)> {
     }
     let json = whole.read(0, length, "its JSON")?;
     let root = root(&json, path)?;
-    let bin = beside(&root, path)?;
+    let bin = beside(&root.root, path)?;
     let wrong = |what: &str| {
         Err(Error::input(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display())))
     };
@@ -50,7 +58,7 @@ pub(super) fn open(path: &Path) -> Result<(Root, Source)> {
 }
 
 /// A header of 12 bytes, then the chunks, of which the first two count.
-fn glb(mut whole: Source) -> Result<(Root, Source)> {
+fn glb(mut whole: Source) -> Result<(Document, Source)> {
     let header = whole.read(0, 12, "its header")?;
     let [_, version, announced] = words(&header);
     if version != 2 {
@@ -66,7 +74,7 @@ fn glb(mut whole: Source) -> Result<(Root, Source)> {
     let json = whole.read(json.0, json.1, "its JSON")?;
     let ((start, length), _) = whole.chunk(next, *b"BIN\0")?;
     let root = root(&json, &whole.path)?;
-    if let Some(uri) = root.buffers.first().and_then(|buffer| buffer.uri.as_ref()) {
+    if let Some(uri) = root.root.buffers.first().and_then(|buffer| buffer.uri.as_ref()) {
         return Err(whole.fault(format!("keeps its numbers in {uri}, expected all of them within the file")));
     }
     Ok((root, Source { start, length, ..whole }))
@@ -115,13 +123,14 @@ impl Source {
     }
 }
 
-fn root(json: &[u8], path: &Path) -> Result<Root> {
-    Root::from_slice(json).map_err(|error| {
+fn root(json: &[u8], path: &Path) -> Result<Document> {
+    let root = Root::from_slice(json).map_err(|error| {
         Error::input(format!(
             "{}: its JSON is not that of a glTF file: {error}; the file may be cut short",
             path.display()
         ))
-    })
+    })?;
+    Ok(Document { root, strains: strain::of_targets(json) })
 }
 
 /// The file that a `.gltf` keeps its numbers in.

@@ -2,6 +2,7 @@
 
 use super::super::meshopt;
 use super::super::morphs::Values;
+use super::super::strain::{self, Extras};
 use super::animation::{Animation, Nodes, y_up};
 use super::buffers::{Buffers, Element};
 use super::container::{Container, Kind, Limit};
@@ -91,6 +92,8 @@ pub(super) struct Document {
     indices: Option<Index<Accessor>>,
     targets: Vec<MorphTarget>,
     target_names: Vec<String>,
+    /// What targets have besides, where they have any.
+    target_extras: Vec<Extras>,
 }
 
 impl Document {
@@ -124,6 +127,7 @@ impl Document {
             indices: None,
             targets: Vec::new(),
             target_names: Vec::new(),
+            target_extras: Vec::new(),
         })
     }
 
@@ -175,6 +179,30 @@ impl Document {
         self.targets.push(MorphTarget { positions, normals, tangents: None });
         self.target_names.push(name);
         Ok(())
+    }
+
+    /// Writes a further attribute of the mesh: V×3 numbers.
+    pub(super) fn base_extra(&mut self, name: &'static str, values: Vec<f32>) -> Result<()> {
+        let index = self.vectors(&Values::F32(values), false)?;
+        self.attributes.insert(Semantic::Extras(name.trim_start_matches('_').into()), index);
+        Ok(())
+    }
+
+    /// Writes what the weight 1 of the last target adds to it.
+    pub(super) fn target_extra(&mut self, name: &'static str, values: Vec<f32>) -> Result<()> {
+        let index = self.vectors(&Values::F32(values), false)?;
+        self.target_extras.resize(self.targets.len(), Extras::new());
+        self.target_extras
+            .iter_mut()
+            .last()
+            .into_iter()
+            .for_each(|extras| extras.push((name, index.value() as u32)));
+        Ok(())
+    }
+
+    /// States how far the strains are from those that came in.
+    pub(super) fn state_strain_error(&mut self, worst: f64, rms: f64) {
+        self.about.extras["strainError"] = json!({ "worst": worst, "rms": rms });
     }
 
     fn vectors(&mut self, values: &Values, bounds: bool) -> Result<Index<Accessor>> {
@@ -265,7 +293,14 @@ impl Document {
             extensions_required: extensions,
             ..Root::default()
         };
-        let json = root.to_vec().map_err(|e| Error::Internal(format!("a glTF document: {e}")))?;
+        let internal = |e: serde_json::Error| Error::Internal(format!("a glTF document: {e}"));
+        let json = if self.target_extras.is_empty() {
+            root.to_vec().map_err(internal)?
+        } else {
+            let mut document = serde_json::to_value(&root).map_err(internal)?;
+            strain::add_to_targets(&mut document, &self.target_extras);
+            serde_json::to_vec(&document).map_err(internal)?
+        };
         let bytes = self.buffers.container.finish(json, progress)?;
         Ok(Written { bytes, targets: Some(targets), error })
     }

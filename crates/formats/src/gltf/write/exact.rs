@@ -8,6 +8,7 @@ use super::targets::{
     MOST_TARGETS, check_finite, differences, floats, frame_name, normal_differences, unit_normals,
 };
 use crate::export::{Exporter, Frame, Options, Scene, Written};
+use crate::gltf::strain;
 use rhytid_core::{Error, Progress, Result, RigidMotion};
 use std::path::Path;
 
@@ -24,6 +25,7 @@ pub(super) struct Exact {
     /// 3V positions of the first frame, and its normals.
     base: Vec<f32>,
     base_normals: Vec<f32>,
+    strain: StrainTargets,
     measure: Measure,
 }
 
@@ -51,6 +53,35 @@ impl Timing {
     }
 }
 
+/// Strains and the directions of the first, of frame after frame: the base has those of the first frame.
+#[derive(Default)]
+pub(super) struct StrainTargets {
+    base: Option<[Vec<f32>; 2]>,
+}
+
+impl StrainTargets {
+    /// Adds those of a frame, 3V numbers each, to the target that was written last, and to the base those of the first.
+    pub(super) fn write(
+        &mut self,
+        document: &mut Document,
+        strains: &[f32],
+        directions: &[[f32; 3]],
+    ) -> Result<()> {
+        let names = [strain::STRAIN, strain::DIRECTION];
+        let of_frame = [strains, directions.as_flattened()];
+        if self.base.is_none() {
+            for (name, numbers) in names.into_iter().zip(of_frame) {
+                document.base_extra(name, numbers.to_vec())?;
+            }
+        }
+        let base = self.base.get_or_insert_with(|| of_frame.map(<[f32]>::to_vec));
+        for ((name, base), numbers) in names.into_iter().zip(base).zip(of_frame) {
+            document.target_extra(name, differences(base, numbers))?;
+        }
+        Ok(())
+    }
+}
+
 impl Exact {
     pub(super) fn new(document: Document, scene: &Scene<'_>) -> Self {
         Self {
@@ -58,6 +89,7 @@ impl Exact {
             timing: Timing::new(scene),
             base: Vec::new(),
             base_normals: Vec::new(),
+            strain: StrainTargets::default(),
             measure: Measure::default(),
         }
     }
@@ -81,7 +113,11 @@ impl Exporter for Exact {
             self.measure.add((k, v), given.map(f64::from), stored);
         }
         let normals = frame.normals.map(|normals| floats(normal_differences(&self.base_normals, normals)));
-        self.document.target(self.timing.name(k), &floats(offsets), normals.as_ref())
+        self.document.target(self.timing.name(k), &floats(offsets), normals.as_ref())?;
+        match frame.strain {
+            Some(strain) => self.strain.write(&mut self.document, &strain::attribute(strain), &strain.first),
+            None => Ok(()),
+        }
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
@@ -115,7 +151,8 @@ pub(super) fn check_frames(path: &Path, kind: Kind, scene: &Scene<'_>, options: 
     }
     let bytes_of = |float: u64, integer: u64| if options.quantize { integer } else { float };
     let of_normals = if scene.rest_normals.is_some() { bytes_of(12, 4) } else { 0 };
-    let per_vertex = bytes_of(12, 8) + of_normals;
+    let of_strain = if scene.strain { 24 } else { 0 };
+    let per_vertex = bytes_of(12, 8) + of_normals + of_strain;
     // Copies of vertices at seams come on top.
     let per_frame = scene.rest.len() as u64 * per_vertex + JSON_PER_TARGET;
     let limit = Limit::of(kind, options);

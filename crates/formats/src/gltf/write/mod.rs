@@ -32,9 +32,17 @@ pub(crate) fn create(
     scene: &Scene<'_>,
     options: &Options,
 ) -> Result<Box<dyn Exporter>> {
-    if let Some(max_error) = options.max_error {
+    let goal = match (options.shapes, options.max_error) {
+        (Some(shapes), _) => {
+            check_count(path, shapes, options)?;
+            Some(compressed::Goal::Shapes(shapes))
+        }
+        (None, Some(max_error)) => Some(compressed::Goal::Within(max_error)),
+        (None, None) => None,
+    };
+    if let Some(goal) = goal {
         let document = Document::create(path, kind, scene, options, About::new(scene).with_time(scene))?;
-        return Ok(Box::new(compressed::Compressed::new(document, scene, options, max_error)?));
+        return Ok(Box::new(compressed::Compressed::new(document, scene, options, goal)?));
     }
     exact::check_frames(path, kind, scene, options)?;
     let document = Document::create(path, kind, scene, options, About::new(scene).with_time(scene))?;

@@ -3,12 +3,13 @@
 use super::animation::Weights;
 use super::container::rewound;
 use super::document::Document;
-use super::exact::Timing;
+use super::exact::{StrainTargets, Timing};
 use super::grid::{Extent, Grid, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
 use super::targets::unit_normals;
 use crate::export::{Exporter, Frame, Scene, Written};
 use crate::gltf::morphs::Values;
+use crate::gltf::strain;
 use rhytid_core::{Error, Progress, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
@@ -18,11 +19,12 @@ pub(super) struct Quantized {
     document: Document,
     timing: Timing,
     normals: bool,
+    strain: bool,
     /// The first frame.
     base: Vec<f32>,
     base_normals: Vec<f32>,
     extent: Option<Extent>,
-    /// Positions, then normals, of each frame so far.
+    /// Positions, then normals, strains and directions, of each frame so far.
     spool: BufWriter<File>,
     frames: usize,
 }
@@ -34,6 +36,7 @@ impl Quantized {
             document,
             timing: Timing::new(scene),
             normals: scene.rest_normals.is_some(),
+            strain: scene.strain,
             base: Vec::new(),
             base_normals: Vec::new(),
             extent: None,
@@ -51,7 +54,11 @@ impl Exporter for Quantized {
         }
         self.extent.get_or_insert_with(|| Extent::new(&self.base)).add(&self.base, frame.positions);
         self.frames += 1;
-        for numbers in [Some(frame.positions), frame.normals].into_iter().flatten() {
+        let strains = frame.strain.map(strain::attribute);
+        let directions = frame.strain.map(|strain| strain.first.as_flattened());
+        for numbers in
+            [Some(frame.positions), frame.normals, strains.as_deref(), directions].into_iter().flatten()
+        {
             let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
             self.spool.write_all(&bytes).map_err(Error::io(self.document.path()))?;
         }
@@ -59,7 +66,7 @@ impl Exporter for Quantized {
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
-        let Self { mut document, timing, normals, base, base_normals, extent, spool, frames } = *self;
+        let Self { mut document, timing, normals, strain, base, base_normals, extent, spool, frames } = *self;
         let path = document.path().to_owned();
         let grid = extent.and_then(|extent| extent.grid()).ok_or_else(|| {
             Error::input(format!(
@@ -75,6 +82,7 @@ impl Exporter for Quantized {
 
         let mut spool = rewound(spool).map_err(Error::io(&path))?;
         let mut measure = Measure::default();
+        let mut strains = StrainTargets::default();
         for k in 0..frames {
             progress.report("quantising", k as u64, frames as u64);
             if progress.cancelled() {
@@ -92,6 +100,11 @@ impl Exporter for Quantized {
                 false => None,
             };
             document.target(timing.name(k), &Values::I16(points), normals.as_ref())?;
+            if strain {
+                let of_frame = read_floats(&mut spool, numbers).map_err(Error::io(&path))?;
+                let directions = read_floats(&mut spool, numbers).map_err(Error::io(&path))?;
+                strains.write(&mut document, &of_frame, directions.as_chunks().0)?;
+            }
         }
         progress.report("quantising", frames as u64, frames as u64);
         let error = Some(measure.deviation(grid.reach()));

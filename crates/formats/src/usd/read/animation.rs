@@ -186,6 +186,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         head: numbers.head.is_some(),
         provenance: provenance(root),
         stated_error: None,
+        stated_strain_error: None,
     };
     Ok((summary, numbers))
 }

@@ -1,7 +1,7 @@
 //! What is written as glTF, and every way to write it.
 
 use crate::animation::{self, Animation, Random, UvKind};
-use rhytid_core::{RigidMotion, UpAxis};
+use rhytid_core::{PrincipalStrains, RigidMotion, UpAxis};
 use rhytid_formats::export::{Options, Written};
 use std::path::Path;
 
@@ -18,6 +18,17 @@ pub(super) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
         }
     }
     animation
+}
+
+/// Numbers that waves of the positions are a good part of, as strains are.
+fn strains(animation: &Animation) -> Vec<PrincipalStrains> {
+    let of_vertex = |[x, y, z]: &[f32; 3]| [0.1 * (x + y).sin(), 0.05 * (y - z)];
+    let of_frame = |[positions, normals]: &[Vec<f32>; 2]| PrincipalStrains {
+        strains: positions.as_chunks().0.iter().map(of_vertex).collect(),
+        first: normals.as_chunks().0.to_vec(),
+        second: normals.as_chunks().0.to_vec(),
+    };
+    animation.frames.iter().map(of_frame).collect()
 }
 
 /// A head that turns and nods more than once around, given with quaternions of either sign.
@@ -74,6 +85,8 @@ pub(super) fn cases() -> Vec<Case> {
             animation.with_normals = normals;
             animation.head = with_head.then(|| head(frames));
             animation.up_axis = if z_up { UpAxis::Z } else { UpAxis::Y };
+            // The waves of the positions are no strains of theirs, but numbers as good as any.
+            animation.strain = (bits % 2 == u % 2).then(|| strains(&animation));
             animation.metres_per_unit = [0.001, 0.0254, 1.0][bits % 3];
             animation.rate = [30.0, 30.0 / 1.001, 120.0][(bits / 3) % 3];
             let max_error = compressed.then_some(0.05);
@@ -87,7 +100,7 @@ pub(super) fn cases() -> Vec<Case> {
                 word(z_up, "z-up "),
                 &format!("{uvs:?} {frames} frames"),
             ];
-            let options = Options { max_error, quantize, meshopt, force: false };
+            let options = Options { max_error, shapes: None, quantize, meshopt, force: false };
             cases.push(Case { animation, options, extension, label: label.concat() });
         }
     }

@@ -31,6 +31,10 @@ fn what_was_written_is_read() {
 
         let stated = written.error.unwrap().worst;
         assert!((summary.stated_error.unwrap() - stated).abs() <= 1e-9 * stated, "{label}");
+        assert_eq!(summary.strain, animation.strain.is_some(), "{label}");
+        let states_strain = summary.strain && options.max_error.is_some();
+        assert_eq!(summary.stated_strain_error.is_some(), states_strain, "{label}");
+        let mut strain_squares = 0.0;
         let mut out = Vec::new();
         // In any order.
         for k in (0..summary.frames).rev() {
@@ -49,6 +53,14 @@ fn what_was_written_is_read() {
                     assert!((found - given).abs() < 1e-5, "{label}: a normal in frame {k}");
                 }
             }
+            reader.strain(k, &mut out).unwrap();
+            let strains = animation.strain.as_ref().map(|strain| strain[k].strains.as_flattened());
+            assert_eq!(out.len(), strains.map_or(0, <[f32]>::len), "{label}");
+            let squares = out.iter().zip(strains.unwrap_or_default()).map(|(a, b)| f64::from(a - b).powi(2));
+            strain_squares += squares.clone().sum::<f64>();
+            if options.max_error.is_none() {
+                assert!(squares.fold(0.0, f64::max) < 1e-12, "{label}: a strain in frame {k}");
+            }
             let head = reader.head(k).unwrap();
             assert_eq!(head.is_some(), animation.head.is_some());
             let (Some(head), Some(given)) = (head, &animation.head) else { continue };
@@ -57,5 +69,8 @@ fn what_was_written_is_read() {
                 assert!((found - given).abs() < 2e-5, "{label}: {head:?} in frame {k}, expected {given:?}");
             }
         }
+        let rms = (strain_squares / (summary.frames * summary.vertices) as f64).sqrt();
+        let stated = summary.stated_strain_error.unwrap_or(rms);
+        assert!((rms - stated).abs() < 1e-6, "{label}: strains {rms} off, stated {stated}");
     }
 }
