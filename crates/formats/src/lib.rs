@@ -65,6 +65,7 @@ pub mod mesh;
 mod named_file;
 mod npy;
 mod outputs;
+mod pc2;
 pub mod project;
 pub mod raw_take;
 pub mod sequence;

@@ -19,7 +19,7 @@ pub(crate) struct Animate {
     #[arg(required_unless_present = "listen")]
     pub take: Option<PathBuf>,
 
-    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
+    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2.
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 

@@ -182,6 +182,10 @@ pub(crate) enum Show {
     Frames,
     /// How much longer (red) or shorter (blue) the skin is than at rest.
     Strain,
+    /// The first principal strain, that of the direction in which the skin is stretched most.
+    Strain1,
+    /// The second principal strain, that of the direction in which it is squeezed most, or stretched least.
+    Strain2,
     /// How far the folds move each vertex.
     Detail,
     /// How far each vertex may be from where a scan of the frame would have it.
@@ -214,7 +218,13 @@ impl Show {
             Self::Wireframe => Some(Look::Wireframe),
             Self::Matcap => Some(Look::Matcap),
             Self::Textured => Some(Look::Textured),
-            Self::Skin | Self::Strain | Self::Detail | Self::Sigma | Self::Error => None,
+            Self::Skin
+            | Self::Strain
+            | Self::Strain1
+            | Self::Strain2
+            | Self::Detail
+            | Self::Sigma
+            | Self::Error => None,
         }
     }
 }

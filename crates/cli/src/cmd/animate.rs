@@ -79,7 +79,8 @@ fn morphs(written: &Written, metres_per_unit: f64) -> String {
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
 pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // Known before the long work rather than after it: whether the file can be written.
-    check_options(args, Format::of(&args.output)?)?;
+    let format = Format::of(&args.output)?;
+    check_options(args, format)?;
     let count = listen::count(args)?;
     match &args.take {
         Some(take) => inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?,
@@ -120,6 +121,12 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     };
     let is_far = warn_far(&rig, &take, &range, ui)?;
     say_what_changes_nothing(args, &take, is_far);
+    if format == Format::Pc2 && args.head == HeadChoice::Keep && take.head.is_some() {
+        log::warn!(
+            "{}: a point cache has no place for the head's motion, which is left out; --head bake puts it into the vertices",
+            args.output.display()
+        );
+    }
     let selection = Selection::new(take.clone(), range.clone(), args.fps, args.velocities)?;
     let frames = selection.inner.len();
 
@@ -150,7 +157,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     };
     let wanted = PlaybackOptions {
         stage: args.stage.into(),
-        normals: !args.no_normals,
+        normals: !args.no_normals && format != Format::Pc2,
         velocities: args.velocities,
         sigma: args.sigma,
         strain: args.strain,
@@ -316,15 +323,19 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         (args.meshopt, "--meshopt"),
         (args.force, "--force"),
     ];
-    let (of_the_other, other) = match format {
-        Format::Usdc | Format::Usda | Format::Usdz => (&for_gltf[..], "glTF (.glb or .gltf)"),
-        Format::Glb | Format::Gltf => {
-            (&[(args.velocities, "--velocities"), (args.sigma, "--sigma")][..], "USD (.usd, .usda or .usdz)")
-        }
+    let for_usd = [(args.velocities, "--velocities"), (args.sigma, "--sigma")];
+    let for_both = [(args.strain, "--strain")];
+    const GLTF: &str = "glTF (.glb or .gltf)";
+    const USD: &str = "USD (.usd, .usda or .usdz)";
+    let of_others = match format {
+        Format::Usdc | Format::Usda | Format::Usdz => vec![(&for_gltf[..], GLTF)],
+        Format::Glb | Format::Gltf => vec![(&for_usd[..], USD)],
+        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_usd, USD), (&for_both, "USD and glTF")],
     };
-    match of_the_other.iter().find(|(given, _)| *given) {
-        Some((_, option)) => Err(Error::input(format!(
-            "{}: {option} is for {other}; leave it out, or choose such a file",
+    let mut given = of_others.iter().flat_map(|(options, of)| options.iter().map(move |option| (option, of)));
+    match given.find(|((given, _), _)| *given) {
+        Some(((_, option), of)) => Err(Error::input(format!(
+            "{}: {option} is for {of}; leave it out, or choose such a file",
             Path::new(&args.output).display()
         ))),
         None => Ok(()),

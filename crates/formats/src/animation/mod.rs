@@ -23,6 +23,7 @@ use crate::animation_reader::AnimationReader;
 use crate::export::{Exporter, Options, Scene, Shapes, Written};
 use crate::gltf::write::{self as gltf, Kind};
 use crate::named_file::Reach;
+use crate::pc2::PointCache;
 use crate::usd::{read, write as usd};
 use checked::Checked;
 use rhytid_core::{Error, Progress, Result};
@@ -41,6 +42,8 @@ pub enum Format {
     Glb,
     /// glTF text, `.gltf`, with its buffer beside it as `NAME.HASH.bin`.
     Gltf,
+    /// A point cache, `.pc2`: positions alone, for a mesh that the other program has.
+    Pc2,
 }
 
 impl Format {
@@ -59,8 +62,9 @@ impl Format {
         match extension.to_ascii_lowercase().as_str() {
             "glb" => Ok(Self::Glb),
             "gltf" => Ok(Self::Gltf),
+            "pc2" => Ok(Self::Pc2),
             _ => Err(Error::input(format!(
-                "{}: animation is written as .usd, .usdc, .usda, .usdz, .glb or .gltf, found the extension \
+                "{}: animation is written as .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2, found the extension \
                  “{extension}”",
                 path.display()
             ))),
@@ -82,6 +86,7 @@ pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<d
         Format::Usdz => Box::new(usd::Face::create(path, usd::Encoding::Package, scene)?),
         Format::Glb => gltf::create(path, Kind::Glb, scene, options)?,
         Format::Gltf => gltf::create(path, Kind::Gltf, scene, options)?,
+        Format::Pc2 => Box::new(PointCache::create(path, scene)?),
     };
     Ok(Box::new(Checked::new(exporter, path, scene)))
 }
@@ -94,7 +99,12 @@ pub fn check_shapes(path: &Path, count: usize, options: &Options) -> Result<()> 
     match Format::of(path)? {
         Format::Usdc | Format::Usda | Format::Usdz => Ok(()),
         Format::Glb | Format::Gltf => gltf::check_count(path, count, options),
+        Format::Pc2 => Err(without_shapes(path)),
     }
+}
+
+fn without_shapes(path: &Path) -> Error {
+    Error::input(format!("{}: a point cache has no sliders; write .usd or .glb", path.display()))
 }
 
 /// Writes a mesh with shapes to `path`, in the format of its extension. Nothing is written if it fails.
@@ -120,6 +130,7 @@ pub fn write_shapes(
         Format::Usdz => usd(usd::Encoding::Package),
         Format::Glb => gltf::write_shapes(path, Kind::Glb, shapes, options, progress),
         Format::Gltf => gltf::write_shapes(path, Kind::Gltf, shapes, options, progress),
+        Format::Pc2 => Err(without_shapes(path)),
     }
 }
 
@@ -141,5 +152,10 @@ pub fn open_within(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>
     match Format::of(path)? {
         Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach),
         Format::Glb | Format::Gltf => crate::gltf::read::open(path),
+        Format::Pc2 => Err(Error::input(format!(
+            "{}: is a point cache, which holds points alone, and neither faces nor a unit, a rate or how it was made: open it in the program \
+             that it is for, or give a .usd of the same take",
+            path.display()
+        ))),
     }
 }

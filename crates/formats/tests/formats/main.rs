@@ -7,6 +7,7 @@ mod edits;
 mod export;
 mod gltf;
 mod meshes;
+mod pc2;
 mod project;
 mod project_errors;
 mod raw_take;

@@ -10,7 +10,7 @@ use rhytid::render::{
     Sphere, Strains, View, around_handles, distances, handles_at_rest, influence_marks, marker_marks,
     tangent_frame_marks,
 };
-use rhytid::{Result, Rig};
+use rhytid::{PrincipalStrains, Result, Rig, StrainGauge};
 use std::time::Duration;
 
 /// What draws.
@@ -33,6 +33,7 @@ pub(super) struct Pictures<'a> {
     /// What the picture is of; `None` for a camera that goes around.
     framed: Option<Vec<[f32; 3]>>,
     strains: Option<Strains>,
+    gauge: Option<StrainGauge>,
     millimetres: f32,
 }
 
@@ -82,7 +83,9 @@ impl<'a> Pictures<'a> {
     ) -> Result<Self> {
         let (device, queue) = (wgpu.device(), wgpu.queue());
         let heat = |show| match show {
-            Show::Strain | Show::Markers => Some(Heat::Signed(args.strain_range)),
+            Show::Strain | Show::Strain1 | Show::Strain2 | Show::Markers => {
+                Some(Heat::Signed(args.strain_range))
+            }
             Show::Detail => Some(Heat::From0(args.detail_range)),
             Show::Sigma => Some(Heat::From0(args.sigma_range)),
             Show::Error => Some(Heat::From0(args.error_range)),
@@ -122,6 +125,11 @@ impl<'a> Pictures<'a> {
                 (false, false) => Some(around_handles(&handles_at_rest(rig), &rig.rest)),
             },
             strains: args.show.contains(&Show::Strain).then(|| Strains::new(&rig.faces, &rig.rest)),
+            gauge: args
+                .show
+                .iter()
+                .any(|show| matches!(show, Show::Strain1 | Show::Strain2))
+                .then(|| StrainGauge::new(&rig.rest, &rig.triangles)),
             millimetres: 1e3 * rig.metres_per_unit as f32,
         })
     }
@@ -145,7 +153,7 @@ impl<'a> Pictures<'a> {
 
     pub(super) fn legends(&self) -> Vec<(Heat, &'static str)> {
         let title = |show: Show| match show {
-            Show::Strain | Show::Markers => "strain",
+            Show::Strain | Show::Strain1 | Show::Strain2 | Show::Markers => "strain",
             Show::Sigma => "sigma, mm",
             Show::Error => "error, mm",
             _ => "detail, mm",
@@ -213,6 +221,12 @@ impl<'a> Pictures<'a> {
         let Shape { positions, .. } = cell.side.of(frame);
         match cell.show {
             Show::Strain => self.strains.as_ref().map(|strains| strains.of(positions)).unwrap_or_default(),
+            Show::Strain1 | Show::Strain2 => {
+                let mut strains = PrincipalStrains::default();
+                self.gauge.iter().for_each(|gauge| gauge.measure(positions.as_chunks().0, &mut strains));
+                let which = usize::from(cell.show == Show::Strain2);
+                strains.strains.iter().map(|of_vertex| of_vertex[which]).collect()
+            }
             Show::Detail => distances(positions, frame.large_scale, self.millimetres),
             Show::Sigma => frame.sigma.iter().map(|sigma| sigma * self.millimetres).collect(),
             Show::Error => distances(positions, frame.truth.positions, self.millimetres),
@@ -247,6 +261,8 @@ fn caption(cell: &Cell, [truth, before, result]: &[String; 3], numbers: &[f32]) 
             vec![whose, format!("RMS {rms:.2}, worst {worst:.2} mm")]
         }
         Show::Strain => vec![format!("strain: {side}")],
+        Show::Strain1 => vec![format!("strain 1: {side}")],
+        Show::Strain2 => vec![format!("strain 2: {side}")],
         Show::Detail => vec!["detail".to_owned()],
         Show::Sigma => vec!["sigma".to_owned()],
         _ => vec![side.clone()],

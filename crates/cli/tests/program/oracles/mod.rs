@@ -5,6 +5,7 @@ mod animation;
 mod faces;
 #[cfg(feature = "film")]
 mod moving;
+mod point_cache;
 mod programs;
 mod strain;
 

@@ -74,6 +74,16 @@ pub(super) fn usd(environment: &str, version: [u64; 3], files: &[PathBuf]) -> Ve
     report["files"].as_array().unwrap().iter().enumerate().map(read).collect()
 }
 
+/// Where Blender shows the vertices of a mesh, in its own space, by a point cache: frames × 3V.
+pub(super) fn blender_point_cache(mesh: &Path, cache: &Path, frames: &Frames) -> Vec<f32> {
+    let python = installed("venv-blender/bin/python");
+    let mut job = frames.job(&[]);
+    (job["mesh"], job["cache"]) = (json!(mesh), json!(cache));
+    let (_report, out) = ask(Command::new(python).arg(program("point_cache.py")), job);
+    let bytes = std::fs::read(out.path().join("positions")).unwrap();
+    bytes.as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect()
+}
+
 /// What an independent script finds of strains: for each case, how far they are from those of the triangles.
 pub(super) fn strain(cases: Vec<Value>) -> Vec<Value> {
     let python = installed("venv/bin/python");
