@@ -51,6 +51,7 @@ const EXPORTS: &[Export] = &[
     within(0.1, "compressed.glb", "--compressed"),
     within(0.02, "fine.gltf", "--compressed --max-error 0.02"),
     within(0.1, "small.glb", "--compressed --quantize --meshopt"),
+    within(0.5, "shapes.glb", "--shapes 6 --quantize"),
 ];
 
 const HEAD_EXPORTS: &[Export] = &[
