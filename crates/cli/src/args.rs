@@ -231,9 +231,9 @@ Examples:
   rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj --edit EDIT.toml")]
     Correct(Correct),
 
-    /// Say why vertices are where they are in a frame: the handles, strain edges and examples that drive them.
+    /// Say why vertices are where they are in a frame.
     ///
-    /// The nearest example is the one that the frame looks most like where the vertex is, and all examples' folds together are what is added to the large
+    /// The handles, strain edges and examples that drive them. The nearest example is the one that the frame looks most like where the vertex is, and all examples' folds together are what is added to the large
     /// scale there. `view` shows the same of the vertex that is clicked.
     #[command(after_help = "\
 Examples:

@@ -1,28 +1,46 @@
 //! Folds that are stronger or weaker than learned: by a gain, and where they are not to be trusted, as the markers that drive them were filled
 //! rather than measured, or the frame is far outside what the examples show.
 
+use crate::local_normals;
 use crate::uncertainty::Uncertainty;
 use rayon::prelude::*;
 use rhytid_core::{Result, Rig, Take};
 use rhytid_formats::edits::Curve;
-use rhytid_kernels::normals::{self, VertexTriangles};
+use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::FAR;
 use std::ops::Range;
 
 /// By how much folds are multiplied at each vertex, over time: `1 + w_v (g − 1)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VertexGain {
-    /// w, V of them: 0 where nothing changes, 1 where all of it does.
-    pub weights: Vec<f32>,
+    /// The vertices where something changes, ascending, and w: 1 where all of it does.
+    weights: Vec<(u32, f32)>,
     /// g over the take's time in seconds.
-    pub by: Curve,
+    by: Curve,
 }
 
 impl VertexGain {
+    /// With w of the V vertices, and g over the take's time in seconds.
+    pub fn new(weights: &[f32], by: Curve) -> Self {
+        let weights = (0..).zip(weights.iter().copied()).filter(|(_, weight)| *weight != 0.0);
+        Self { weights: weights.collect(), by }
+    }
+
+    /// g at a time, in seconds.
+    pub fn at(&self, time: f64) -> f64 {
+        self.by.at(time)
+    }
+
+    /// What folds are multiplied by where it is not 1, if g is `by`: vertices, ascending, and factors.
+    pub fn factors(&self, by: f64) -> impl Iterator<Item = (usize, f64)> {
+        let weights = self.weights.iter().filter(move |_| by != 1.0);
+        weights.map(move |&(v, weight)| (v as usize, 1.0 + f64::from(weight) * (by - 1.0)))
+    }
+
     /// The same over all time, given at each of the H handles: a vertex has the mean of those of the handles that drive its folds.
     pub(crate) fn of_handles(rig: &Rig, gains: &[f32]) -> Self {
         let beyond: Vec<f64> = gains.iter().map(|gain| f64::from(*gain) - 1.0).collect();
-        Self { weights: of_vertices(rig, &beyond), by: Curve::constant(2.0) }
+        Self::new(&of_vertices(rig, &beyond), Curve::constant(2.0))
     }
 }
 
@@ -43,6 +61,8 @@ pub(crate) struct Fade<'a> {
     edges: Vec<f32>,
     /// Where some frame is far from the examples.
     far: Option<Uncertainty>,
+    /// V: the product of all gains.
+    factors: Vec<f64>,
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
 }
@@ -90,6 +110,7 @@ impl<'a> Fade<'a> {
             vertex_triangles: VertexTriangles::new(rig.vertices(), &rig.triangles),
             edges,
             far,
+            factors: vec![gain; rig.vertices()],
             positions: Vec::new(),
             normals: Vec::new(),
         }))
@@ -102,14 +123,12 @@ impl<'a> Fade<'a> {
             && self.edges[frames.start * edges..frames.end * edges].iter().any(|&c| c < 1.0);
         self.gain != 1.0
             || unsure
-            || frames.clone().any(|frame| self.gains_at(frame).next().is_some())
+            || frames.clone().any(|frame| self.is_gained(frame))
             || self.far.as_ref().is_some_and(|far| frames.clone().any(|frame| far.is_far(frame)))
     }
 
-    /// The weights and gains that change something in a frame.
-    fn gains_at(&self, frame: usize) -> impl Iterator<Item = (&'a [f32], f64)> {
-        let gain = move |gain: &'a VertexGain| (gain.weights.as_slice(), gain.by.at(self.times[frame]));
-        self.gains.iter().map(gain).filter(|(_, gain)| *gain != 1.0)
+    fn is_gained(&self, frame: usize) -> bool {
+        self.gains.iter().any(|gain| gain.at(self.times[frame]) != 1.0)
     }
 
     /// A frame's 3V positions and normals (empty where they are not wanted) after the fading, from those before and the 3V
@@ -124,49 +143,54 @@ impl<'a> Fade<'a> {
         if !self.touches(frame..frame + 1) {
             return unchanged;
         }
-        let edges = self.rig.strain_edges.len();
-        let confidence = self.edges.get(frame * edges..(frame + 1) * edges).unwrap_or_default();
-        let far = self.far.as_ref().map(|far| (far, far.samples(frame)));
-        let gains: Vec<(&[f32], f64)> = self.gains_at(frame).collect();
-        let faded = |v: usize, smooth: &[f32; 3], full: &[f32; 3]| {
-            let mut c = if confidence.is_empty() { 1.0 } else { of_vertex(self.rig, v, confidence) };
-            if let Some((far, samples)) = &far {
-                c *= (2.0 - far.times(v, samples) / FAR).clamp(0.0, 1.0);
-            }
-            c = c.min(1.0) * self.gain;
-            for (weights, gain) in &gains {
-                c *= 1.0 + f64::from(weights[v]) * (gain - 1.0);
-            }
-            match c == 1.0 {
-                true => *full,
-                false => std::array::from_fn(|i| {
-                    let (smooth, full) = (f64::from(smooth[i]), f64::from(full[i]));
-                    (smooth + c * (full - smooth)) as f32
-                }),
-            }
-        };
         let before = positions.as_chunks::<3>().0;
-        let pairs = large_scale.as_chunks::<3>().0.par_iter().zip(before);
-        let found = pairs.enumerate().map(|(v, (smooth, full))| faded(v, smooth, full));
-        found.collect_into_vec(&mut self.positions);
-        let (moved, after) = (|v: u32| self.positions[v as usize] != before[v as usize], &self.positions);
-        if after == before {
+        let smooth = large_scale.as_chunks::<3>().0;
+        let time = self.times[frame];
+        let factors = || self.gains.iter().flat_map(move |gain| gain.factors(gain.at(time)));
+        self.factors.fill(self.gain);
+        factors().for_each(|(v, factor)| self.factors[v] *= factor);
+        let of_frame = frame * self.rig.strain_edges.len()..(frame + 1) * self.rig.strain_edges.len();
+        let confidence = self.edges.get(of_frame).unwrap_or_default();
+        let far = self.far.as_ref().map(|far| (far, far.samples(frame)));
+        if self.gain == 1.0 && confidence.is_empty() && far.is_none() {
+            // Only where a gain is.
+            self.positions.clear();
+            self.positions.extend_from_slice(before);
+            for (v, _) in factors() {
+                self.positions[v] = folded(smooth[v], before[v], self.factors[v]);
+            }
+        } else {
+            let faded = |(v, (smooth, full)): (usize, (&[f32; 3], &[f32; 3]))| {
+                let mut c = if confidence.is_empty() { 1.0 } else { of_vertex(self.rig, v, confidence) };
+                if let Some((far, samples)) = &far {
+                    c *= (2.0 - far.times(v, samples) / FAR).clamp(0.0, 1.0);
+                }
+                folded(*smooth, *full, c.min(1.0) * self.factors[v])
+            };
+            smooth.par_iter().zip(before).enumerate().map(faded).collect_into_vec(&mut self.positions);
+        }
+        let moved = |v: &usize| self.positions[*v] != before[*v];
+        let moved: Vec<u32> = (0..before.len()).filter(moved).map(|v| v as u32).collect();
+        if moved.is_empty() {
             return unchanged;
         }
-        if !normals.is_empty() {
-            let triangles = &self.rig.triangles;
-            let normal = |(v, normal): (usize, &[f32; 3])| {
-                let incident = self.vertex_triangles.at(v);
-                match incident.iter().any(|&t| triangles[t as usize].iter().any(|&v| moved(v))) {
-                    true => normals::vertex_normal(after, triangles, incident),
-                    false => *normal,
-                }
-            };
-            let before = normals.as_chunks::<3>().0.par_iter().enumerate();
-            before.map(normal).collect_into_vec(&mut self.normals);
-        }
+        self.normals.clear();
+        self.normals.extend_from_slice(normals.as_chunks().0);
+        let (triangles, moved) = (&self.vertex_triangles, moved.into_iter());
+        local_normals::update(self.rig, triangles, moved, &self.positions, &mut self.normals);
         [self.positions.as_flattened(), self.normals.as_flattened()]
     }
+}
+
+/// A vertex with its folds times so much; every bit of it where that is 1.
+pub(crate) fn folded(smooth: [f32; 3], full: [f32; 3], factor: f64) -> [f32; 3] {
+    if factor == 1.0 {
+        return full;
+    }
+    std::array::from_fn(|i| {
+        let (smooth, full) = (f64::from(smooth[i]), f64::from(full[i]));
+        (smooth + factor * (full - smooth)) as f32
+    })
 }
 
 /// V numbers from those of the H handles: the mean of those of the handles that drive a vertex's folds, 0 where there is none.

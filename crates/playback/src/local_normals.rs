@@ -1,7 +1,8 @@
 //! Normals where a few vertices moved.
 
+use rayon::prelude::*;
 use rhytid_core::Rig;
-use rhytid_kernels::normals::{self, VertexTriangles};
+use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 
 /// Computes the normals of the vertices that moved and of those beside them from the V positions; the others keep every bit. Nothing where there are
 /// no normals.
@@ -15,11 +16,12 @@ pub(crate) fn update(
     if normals.is_empty() {
         return;
     }
-    let around = moved.flat_map(|v| triangles.at(v as usize));
-    let mut vertices: Vec<u32> = around.flat_map(|&t| rig.triangles[t as usize]).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    for v in vertices {
-        normals[v as usize] = normals::vertex_normal(positions, &rig.triangles, triangles.at(v as usize));
+    let mut is_beside = vec![false; positions.len()];
+    for v in moved {
+        let corners = triangles.at(v as usize).iter().flat_map(|&t| rig.triangles[t as usize]);
+        corners.for_each(|v| is_beside[v as usize] = true);
     }
+    normals.par_iter_mut().enumerate().filter(|(v, _)| is_beside[*v]).for_each(|(v, normal)| {
+        *normal = vertex_normal(positions, &rig.triangles, triangles.at(v));
+    });
 }

@@ -364,7 +364,7 @@ fn man_pages_and_completions() {
     let pages = list(&dir.path().join("pages"));
     assert_eq!(
         pages.len(),
-        20 + usize::from(cfg!(feature = "wgpu")) + usize::from(cfg!(feature = "view")),
+        22 + usize::from(cfg!(feature = "wgpu")) + usize::from(cfg!(feature = "view")),
         "{pages:?}"
     );
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));

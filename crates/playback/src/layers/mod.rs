@@ -139,8 +139,7 @@ impl Layers {
 
     /// By how much folds are multiplied, for [`crate::Playback::with_vertex_gains`], of the take that is edited.
     pub fn vertex_gains(&self, take: &Take) -> Vec<VertexGain> {
-        let timed =
-            |(weights, by): &(Vec<f32>, Curve)| VertexGain { weights: weights.clone(), by: timed(take, by) };
+        let timed = |(weights, by): &(Vec<f32>, Curve)| VertexGain::new(weights, timed(take, by));
         self.details.iter().map(timed).collect()
     }
 }

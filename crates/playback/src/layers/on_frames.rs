@@ -1,6 +1,7 @@
 //! What layers do to frames, one frame at a time: for programs that evaluate frames themselves.
 
 use super::Layers;
+use crate::fade::folded;
 use crate::{Correction, Playback, VertexGain};
 use rhytid_core::{DeviceInfo, Progress, Result, Rig, Take};
 use rhytid_kernels::normals::VertexTriangles;
@@ -33,26 +34,19 @@ impl FrameEdits {
 
     /// Whether a frame at this time may change.
     pub fn touches(&self, time: f64) -> bool {
-        !self.corrections.is_empty() || self.gains.iter().any(|gain| gain.by.at(time) != 1.0)
+        !self.corrections.is_empty() || self.gains.iter().any(|gain| gain.at(time) != 1.0)
     }
 
     /// Multiplies the folds of 3V positions, from those of the large scale; whether any gain is not 1.
     pub fn fold(&self, time: f64, large_scale: &[f32], positions: &mut [f32]) -> bool {
-        let mut any = false;
+        let (positions, _) = positions.as_chunks_mut::<3>();
+        let (smooth, _) = large_scale.as_chunks::<3>();
         for gain in &self.gains {
-            let by = gain.by.at(time);
-            if by == 1.0 {
-                continue;
-            }
-            any = true;
-            let pairs = positions.as_chunks_mut::<3>().0.iter_mut().zip(large_scale.as_chunks::<3>().0);
-            for ((x, large), weight) in pairs.zip(&gain.weights).filter(|(_, weight)| **weight != 0.0) {
-                let factor = 1.0 + f64::from(*weight) * (by - 1.0);
-                let times = |c: usize| f64::from(large[c]) + factor * (f64::from(x[c]) - f64::from(large[c]));
-                *x = std::array::from_fn(|c| times(c) as f32);
+            for (v, factor) in gain.factors(gain.at(time)) {
+                positions[v] = folded(smooth[v], positions[v], factor);
             }
         }
-        any
+        self.gains.iter().any(|gain| gain.at(time) != 1.0)
     }
 
     /// Adds what was sculpted to V positions, and updates their normals, as [`Correction::apply`] does.
