@@ -15,6 +15,7 @@ fn read(path: &Path) -> rhytid_core::Result<()> {
     for k in 0..reader.summary().frames.min(8) {
         reader.positions(k, &mut out)?;
         reader.normals(k, &mut out)?;
+        reader.strain(k, &mut out)?;
         reader.head(k)?;
     }
     Ok(())
