@@ -338,7 +338,7 @@ mod tests {
             let [x, y, z] = p.map(f64::from);
             let expected = [(z * z + k * k * (1.0 - z * z)).sqrt() - 1.0, 0.0];
             for (found, expected) in found.strains[v].iter().zip(expected) {
-                assert!((f64::from(*found) - expected).abs() < 5e-3, "{p:?}: {:?}, {expected}", found);
+                assert!((f64::from(*found) - expected).abs() < 5e-3, "{p:?}: {found:?}, {expected}");
             }
             if expected[0] > 0.05 {
                 let circle = normalize([-y, x, 0.0]);

@@ -108,7 +108,7 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres)]
     pub max_error: f64,
 
-    /// glTF: the take as N shapes with curves, for engines and for shape keys, however far they are from it: how far is printed and in the file.
+    /// The take as N shapes with curves, in glTF or USD, for engines and for shape keys, however far they are from it: how far is printed and in the file.
     #[arg(long, value_name = "N", conflicts_with = "compressed", value_parser = parse_shapes)]
     pub shapes: Option<usize>,
 

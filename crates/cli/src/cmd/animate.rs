@@ -176,7 +176,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let mut curves = curves.map(|(path, regions)| (path, StrainCurves::new(&rig, regions)));
     let written =
         playback.export_seen(&selection, wanted, &args.output, &options, &provenance, ui, |frame| {
-            curves.iter_mut().for_each(|(_, curves)| curves.frame(frame))
+            curves.iter_mut().for_each(|(_, curves)| curves.frame(frame));
         })?;
     if let Some((path, curves)) = curves {
         curves.write(path, selection.first, selection.rate)?;
@@ -318,13 +318,12 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     }
     let for_gltf = [
         (args.compressed, "--compressed"),
-        (args.shapes.is_some(), "--shapes"),
         (args.quantize, "--quantize"),
         (args.meshopt, "--meshopt"),
         (args.force, "--force"),
     ];
     let for_usd = [(args.velocities, "--velocities"), (args.sigma, "--sigma")];
-    let for_both = [(args.strain, "--strain")];
+    let for_both = [(args.strain, "--strain"), (args.shapes.is_some(), "--shapes")];
     const GLTF: &str = "glTF (.glb or .gltf)";
     const USD: &str = "USD (.usd, .usda or .usdz)";
     let of_others = match format {

@@ -81,14 +81,26 @@ pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<d
     let format = Format::of(path)?;
     scene.check()?;
     let exporter: Box<dyn Exporter> = match format {
-        Format::Usdc => Box::new(usd::Face::create(path, usd::Encoding::Crate, scene)?),
-        Format::Usda => Box::new(usd::Face::create(path, usd::Encoding::Text, scene)?),
-        Format::Usdz => Box::new(usd::Face::create(path, usd::Encoding::Package, scene)?),
+        Format::Usdc => create_usd(path, usd::Encoding::Crate, scene, options)?,
+        Format::Usda => create_usd(path, usd::Encoding::Text, scene, options)?,
+        Format::Usdz => create_usd(path, usd::Encoding::Package, scene, options)?,
         Format::Glb => gltf::create(path, Kind::Glb, scene, options)?,
         Format::Gltf => gltf::create(path, Kind::Gltf, scene, options)?,
         Format::Pc2 => Box::new(PointCache::create(path, scene)?),
     };
     Ok(Box::new(Checked::new(exporter, path, scene)))
+}
+
+fn create_usd(
+    path: &Path,
+    encoding: usd::Encoding,
+    scene: &Scene<'_>,
+    options: &Options,
+) -> Result<Box<dyn Exporter>> {
+    Ok(match options.shapes {
+        Some(shapes) => Box::new(usd::Baked::create(path, encoding, scene, shapes)?),
+        None => Box::new(usd::Face::create(path, encoding, scene)?),
+    })
 }
 
 /// Whether a file at `path` may hold `count` shapes, before they are made.

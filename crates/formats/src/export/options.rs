@@ -6,7 +6,7 @@ pub struct Options {
     /// glTF: as few morph targets as the largest deviation that this allows, in mesh units. `None` writes a target
     /// for each frame.
     pub max_error: Option<f64>,
-    /// glTF: so many morph targets, or as few as all frames need, however far the frames are from them; how far is in [`super::Written::error`]
+    /// glTF and USD: so many morph targets (blend shapes), or as few as all frames need, however far the frames are from them; how far is in [`super::Written::error`]
     /// and in the file. At least 1; instead of `max_error`.
     pub shapes: Option<usize>,
     /// glTF: integers of 8 and 16 bits (KHR_mesh_quantization).

@@ -2,7 +2,7 @@
 //! by [`crate::mesh`].)
 
 mod meshopt;
-mod morphs;
+pub(crate) mod morphs;
 mod node;
 pub(crate) mod read;
 mod strain;

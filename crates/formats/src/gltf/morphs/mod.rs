@@ -30,9 +30,9 @@ mod strain;
 mod tests;
 mod values;
 
-pub(super) use frames::Frames;
-pub(super) use settings::Settings;
-pub(super) use values::{Morphs, Values};
+pub(crate) use frames::Frames;
+pub(crate) use settings::Settings;
+pub(crate) use values::{Morphs, Target, Values};
 
 use rhytid_core::{Error, Progress, Result};
 
@@ -97,7 +97,7 @@ impl Frames {
     ///
     /// # Errors
     /// [`Error::Input`] if there is no frame or no vertex, or `shapes` is 0; [`Error::Io`]; [`Error::Cancelled`].
-    pub(super) fn bake(mut self, shapes: usize, quantize: bool, progress: &dyn Progress) -> Result<Morphs> {
+    pub(crate) fn bake(mut self, shapes: usize, quantize: bool, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
             return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));

@@ -1,7 +1,8 @@
 //! The animation of one mesh in one layer.
 
-use super::lookup::{attribute, below, default_prim, field, provenance};
+use super::lookup::{attribute, below, default_prim, field, provenance, stated_error};
 use super::opened::{Opened, Samples};
+use super::shapes::Shapes;
 use crate::animation_reader::{AnimationReader, Summary};
 use crate::usd::layer::{Layer, Prim, Value};
 use rhytid_core::{Error, Faces, Result, UpAxis};
@@ -17,7 +18,10 @@ pub(crate) struct Animation {
 
 /// Under which numbers the samples are.
 struct Numbers {
-    points: usize,
+    /// What every frame has: its points, or the weights of shapes.
+    frames: usize,
+    /// Where the points are sums of shapes.
+    shapes: Option<Shapes>,
     normals: Option<usize>,
     velocities: Option<usize>,
     strain: Option<usize>,
@@ -71,11 +75,25 @@ impl AnimationReader for Animation {
     }
 
     fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        self.vectors("points", Some(self.numbers.points), frame, out)
+        let Some(shapes) = &self.numbers.shapes else {
+            return self.vectors("points", Some(self.numbers.frames), frame, out);
+        };
+        let Some(weights) = shapes.weights(self.samples.read(self.numbers.frames, frame)?) else {
+            return Err(self.damaged("weights", frame, "not one for each shape"));
+        };
+        shapes.positions(&weights, out);
+        Ok(())
     }
 
     fn normals(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        self.vectors("normals", self.numbers.normals, frame, out)
+        let Some(shapes) = &self.numbers.shapes else {
+            return self.vectors("normals", self.numbers.normals, frame, out);
+        };
+        let Some(weights) = shapes.weights(self.samples.read(self.numbers.frames, frame)?) else {
+            return Err(self.damaged("weights", frame, "not one for each shape"));
+        };
+        shapes.normals(&weights, out);
+        Ok(())
     }
 
     fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
@@ -137,11 +155,14 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         )));
     };
     let sampled = |prim: &Prim, name: &str| attribute(prim, name).and_then(|attribute| attribute.samples);
-    let points = sampled(mesh, "points").ok_or_else(|| {
+    let shapes = Shapes::of(root, mesh)?;
+    let points = sampled(mesh, "points").or_else(|| shapes.as_ref().map(|shapes| shapes.samples));
+    let frames = points.ok_or_else(|| {
         format!("its mesh {} has no time samples of points, expected an exported animation", mesh.name)
     })?;
     let numbers = Numbers {
-        points,
+        frames,
+        shapes,
         normals: sampled(mesh, "normals"),
         velocities: sampled(mesh, "velocities"),
         strain: sampled(mesh, "primvars:strain"),
@@ -152,7 +173,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
     check_metadata(layer, mesh, first_time_code, frames)?;
     let vertices = match attribute(mesh, "points").and_then(|points| points.default.as_ref()) {
         Some(Value::Float3s(rest)) => rest.len(),
-        _ => match samples.read(points, 0).map_err(Fault::Unread)? {
+        _ => match samples.read(numbers.frames, 0).map_err(Fault::Unread)? {
             Value::Float3s(points) => points.len(),
             _ => 0,
         },
@@ -162,6 +183,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         Some(Value::Double(x)) => *x,
         _ => fallback,
     };
+    let metres_per_unit = number("metersPerUnit", 0.01);
     let up_axis = match field(&layer.metadata, "upAxis") {
         Some(Value::Token(axis)) if axis == "Z" => UpAxis::Z,
         _ => UpAxis::Y,
@@ -177,15 +199,15 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
             Some(Value::Double(x)) => Some(*x),
             _ => None,
         },
-        metres_per_unit: number("metersPerUnit", 0.01),
+        metres_per_unit,
         up_axis,
-        normals: numbers.normals.is_some(),
+        normals: numbers.normals.is_some() || numbers.shapes.as_ref().is_some_and(Shapes::has_normals),
         velocities: numbers.velocities.is_some(),
         strain: numbers.strain.is_some(),
         extents: numbers.extent.is_some(),
         head: numbers.head.is_some(),
         provenance: provenance(root),
-        stated_error: None,
+        stated_error: stated_error(root).map(|millimetres| millimetres / 1000.0 / metres_per_unit),
         stated_strain_error: None,
     };
     Ok((summary, numbers))
@@ -218,7 +240,7 @@ fn check_metadata(layer: &Layer, mesh: &Prim, first: f64, frames: usize) -> Resu
 
 /// The first time code and the number of frames, which all that is sampled has.
 fn check_times(numbers: &Numbers, samples: &dyn Samples) -> Result<(f64, usize), String> {
-    let times = samples.times(numbers.points);
+    let times = samples.times(numbers.frames);
     let Some(&first) = times.first() else {
         return Err("its points have no time samples, expected one for each frame; export it again".into());
     };

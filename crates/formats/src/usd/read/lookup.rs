@@ -40,6 +40,14 @@ pub(super) fn below<'a>(prim: &'a Prim, type_name: &str) -> Vec<&'a Prim> {
     found
 }
 
+/// The largest error that the animation below the default prim `root` states, in millimetres, if it does.
+pub(super) fn stated_error(root: &Prim) -> Option<f64> {
+    match field(dictionary(dictionary(&root.metadata, "customData")?, "rhytidError")?, "worstMillimetres")? {
+        Value::Double(millimetres) => Some(*millimetres),
+        _ => None,
+    }
+}
+
 /// How the animation below the default prim `root` was made, if it says so.
 pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
     let fields = dictionary(dictionary(&root.metadata, "customData")?, "rhytid")?;

@@ -14,6 +14,7 @@ mod open;
 mod opened;
 mod package;
 mod parts;
+mod shapes;
 mod source;
 mod text;
 

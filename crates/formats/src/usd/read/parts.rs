@@ -132,7 +132,14 @@ fn open_part(path: &Path) -> Result<Animation> {
             path.display()
         )));
     }
-    Animation::new(opened, path.display().to_string())
+    let animation = Animation::new(opened, path.display().to_string())?;
+    if animation.summary().stated_error.is_some() {
+        return Err(Error::input(format!(
+            "{}: holds shapes with curves, which would be other shapes in each part; export the parts without --shapes",
+            path.display()
+        )));
+    }
+    Ok(animation)
 }
 
 fn known_provenance<'a>(path: &Path, summary: &'a Summary) -> Result<&'a Provenance> {

@@ -4,7 +4,7 @@ use super::sample::Sample;
 use super::surface::{Surface, extent};
 use crate::export::{Exporter, Frame, Scene, Written};
 use crate::usd::build::{attribute, token};
-use crate::usd::layer::{Attribute, Layer, Prim, Property, Value};
+use crate::usd::layer::{Attribute, Layer, Prim, Property};
 use rhytid_core::{Progress, Result, RigidMotion};
 use std::path::Path;
 
@@ -78,7 +78,7 @@ fn vectors(numbers: &[f32]) -> &[[f32; 3]] {
 }
 
 /// The motion's matrix in the convention of row vectors.
-fn of_rows(motion: &RigidMotion) -> [[f64; 4]; 4] {
+pub(super) fn of_rows(motion: &RigidMotion) -> [[f64; 4]; 4] {
     let columns = motion.matrix();
     std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]))
 }
@@ -86,22 +86,7 @@ fn of_rows(motion: &RigidMotion) -> [[f64; 4]; 4] {
 /// All of the scene but the samples.
 fn layer(scene: &Scene<'_>) -> Result<Layer> {
     let mut surface = Surface::new(scene, "Xform")?;
-    let first = scene.first_time_code;
-    for (name, value) in [
-        ("startTimeCode", first),
-        ("endTimeCode", first + (scene.frames - 1) as f64),
-        ("timeCodesPerSecond", scene.rate),
-        ("framesPerSecond", scene.rate),
-    ] {
-        surface.metadata.push((name.into(), Value::Double(value)));
-    }
-    if scene.head.is_some() {
-        surface
-            .root
-            .push(Attribute { samples: Some(HEAD), ..attribute("matrix4d", "xformOp:transform", None) });
-        let order = Value::Tokens(vec!["xformOp:transform".into()]);
-        surface.root.set_uniform("token[]", "xformOpOrder", order);
-    }
+    surface.play(scene, HEAD);
     for (name, number) in [("points", POINTS), ("normals", NORMALS), ("extent", EXTENT)] {
         animate(&mut surface.mesh, name, number);
     }

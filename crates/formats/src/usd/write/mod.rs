@@ -2,6 +2,7 @@
 //!
 //! Writers share nothing with the readers but the layer, so that neither hides the other's faults.
 
+mod baked;
 mod crate_file;
 mod face;
 mod layer_writer;
@@ -15,6 +16,7 @@ mod surface;
 mod text;
 mod text_value;
 
+pub(crate) use baked::Baked;
 pub(super) use crate_file::CrateWriter;
 pub(crate) use face::Face;
 pub use layer_writer::{Encoding, LayerWriter};

@@ -5,8 +5,8 @@ use super::names::identifiers;
 use super::numbers::integer;
 use super::surface::Surface;
 use crate::export::{Shape, Shapes};
-use crate::usd::build::{prim, token};
-use crate::usd::layer::{Layer, Prim, Value};
+use crate::usd::build::{attribute, prim, token};
+use crate::usd::layer::{Attribute, Layer, Prim, Value};
 use rhytid_core::Result;
 use std::path::Path;
 
@@ -20,7 +20,13 @@ pub(crate) fn write_shapes(path: &Path, encoding: Encoding, shapes: &Shapes<'_>)
 
 fn layer(shapes: &Shapes<'_>) -> Result<Layer> {
     let mut surface = Surface::new(&shapes.rest_scene(), "SkelRoot")?;
-    let names = identifiers(shapes.shapes.iter().map(|shape| shape.name.as_str()));
+    let skeleton = bind(&mut surface, shapes.shapes, None)?;
+    Ok(surface.into_layer(vec![skeleton]))
+}
+
+/// Gives the mesh its shapes, and returns the skeleton that has their weights: all 0, or samples under the number `samples`.
+pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usize>) -> Result<Prim> {
+    let names = identifiers(shapes.iter().map(|shape| shape.name.as_str()));
     let root = format!("/{}", surface.root.name);
     let skeleton = format!("{root}/skeleton");
     let mesh = &mut surface.mesh;
@@ -30,10 +36,10 @@ fn layer(shapes: &Shapes<'_>) -> Result<Layer> {
     let targets = names.iter().map(|name| format!("{mesh_path}/{name}")).collect();
     mesh.relate("skel:blendShapeTargets", targets);
     mesh.relate("skel:skeleton", vec![skeleton.clone()]);
-    for (name, shape) in names.iter().zip(shapes.shapes) {
+    for (name, shape) in names.iter().zip(shapes) {
         mesh.children.push(blend_shape(name, shape)?);
     }
-    Ok(surface.into_layer(vec![skeleton_prim(names, &skeleton)]))
+    Ok(skeleton_prim(names, &skeleton, samples))
 }
 
 /// With the vertices that it moves alone, if a quarter or more stand still.
@@ -62,7 +68,7 @@ fn blend_shape(name: &str, shape: &Shape) -> Result<Prim> {
 }
 
 /// The skeleton at the path `path`, with the weights below it.
-fn skeleton_prim(names: Vec<String>, path: &str) -> Prim {
+fn skeleton_prim(names: Vec<String>, path: &str, samples: Option<usize>) -> Prim {
     const IDENTITY: [[f64; 4]; 4] =
         [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
     let mut skeleton = prim("Skeleton", "skeleton");
@@ -74,9 +80,9 @@ fn skeleton_prim(names: Vec<String>, path: &str) -> Prim {
     skeleton.set_uniform("token", "purpose", token("guide"));
     skeleton.relate("skel:animationSource", vec![format!("{path}/weights")]);
     let mut weights = prim("SkelAnimation", "weights");
-    let zeros = vec![0.0; names.len()];
+    let zeros = samples.is_none().then(|| Value::Floats(vec![0.0; names.len()]));
     weights.set_uniform("token[]", "blendShapes", Value::Tokens(names));
-    weights.set("float[]", "blendShapeWeights", Value::Floats(zeros));
+    weights.push(Attribute { samples, ..attribute("float[]", "blendShapeWeights", zeros) });
     skeleton.children.push(weights);
     skeleton
 }

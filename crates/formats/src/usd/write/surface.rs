@@ -34,6 +34,25 @@ impl Surface {
         Ok(Self { metadata: metadata(scene, &name), root, mesh, looks })
     }
 
+    /// Says when the frames are; a head that moves has its samples under the number `head`.
+    pub(super) fn play(&mut self, scene: &Scene<'_>, head: usize) {
+        let first = scene.first_time_code;
+        for (name, value) in [
+            ("startTimeCode", first),
+            ("endTimeCode", first + (scene.frames - 1) as f64),
+            ("timeCodesPerSecond", scene.rate),
+            ("framesPerSecond", scene.rate),
+        ] {
+            self.metadata.push((name.into(), Value::Double(value)));
+        }
+        if scene.head.is_some() {
+            self.root
+                .push(Attribute { samples: Some(head), ..attribute("matrix4d", "xformOp:transform", None) });
+            let order = Value::Tokens(vec!["xformOp:transform".into()]);
+            self.root.set_uniform("token[]", "xformOpOrder", order);
+        }
+    }
+
     /// The layer, with these prims between the mesh and the materials.
     pub(super) fn into_layer(self, between: Vec<Prim>) -> Layer {
         let mut root = self.root;

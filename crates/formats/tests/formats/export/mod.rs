@@ -3,5 +3,6 @@
 
 mod common;
 mod usd;
+mod usd_baked;
 mod usd_layers;
 mod usd_shapes;
