@@ -1,6 +1,7 @@
 //! A take as so many shapes with curves, as USD's own skeleton library plays it, and read back.
 use super::common::{EXTENSIONS, input_error, python, python_usd_24_3, root, run};
 use crate::animation::{Animation, UvKind, with_everything};
+use rhytid_core::RigidMotion;
 use rhytid_formats::animation;
 use rhytid_formats::export::Options;
 use rhytid_formats::usd;
@@ -37,7 +38,7 @@ fn check(python: &Path) {
             "shapes": SHAPES,
             "rate": made.rate,
             "frames": made.frames.iter().map(|[positions, _]| positions).collect::<Vec<_>>(),
-            "head": made.head.as_ref().unwrap().iter().map(|motion| motion.matrix()).collect::<Vec<_>>(),
+            "head": made.head.as_ref().unwrap().iter().map(RigidMotion::matrix).collect::<Vec<_>>(),
         });
         std::fs::write(folder.path().join("expected.json"), expected.to_string()).unwrap();
         let script = root().join("crates/formats/tests/formats/export/usd_baked_check.py");
