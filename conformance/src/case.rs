@@ -165,6 +165,40 @@ pub fn cases(suite: Suite) -> Vec<Case> {
             r.unit = 1e-12;
             r.learned = true;
         }),
+        Case::new("turning", usual, |r| r.rotations = true).quick(),
+        Case::new("turning-learned-f16", Sizes { frames: 1, ..usual }, |r| {
+            r.small_weights = true;
+            r.learned = true;
+            r.rotations = true;
+        })
+        .with_fp16_basis()
+        .quick(),
+        Case::new("turning-at-rest", usual, |r| {
+            r.motion = Motion::Rest;
+            r.rotations = true;
+        })
+        .quick(),
+        Case::new("turning-collapsed", usual, |r| {
+            r.motion = Motion::Collapsed;
+            r.rotations = true;
+        })
+        .quick(),
+        Case::new("turning-large-units", usual, |r| {
+            r.unit = 1e12;
+            r.rotations = true;
+        }),
+        Case::new("turning-small-units", usual, |r| {
+            r.unit = 1e-12;
+            r.rotations = true;
+        }),
+        Case::new("turning-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |r| {
+            r.rotations = true
+        }),
+        Case::new(
+            "turning-h89-b31",
+            Sizes { vertices: 1025, handles: 89, edges: 243, frames: 31, max_frames: 31, ..usual },
+            |r| r.rotations = true,
+        ),
         Case::new("f16-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |r| {
             r.small_weights = true;
         })

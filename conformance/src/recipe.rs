@@ -66,6 +66,8 @@ pub(crate) struct Recipe {
     pub small_weights: bool,
     /// Whether it is a rig of the learned method.
     pub learned: bool,
+    /// Whether the handles turn.
+    pub rotations: bool,
 }
 
 impl Sizes {
@@ -97,6 +99,7 @@ impl Recipe {
             coincident_poses: false,
             small_weights: false,
             learned: false,
+            rotations: false,
         }
     }
 
@@ -158,6 +161,7 @@ impl Recipe {
             rbf_weights: (0..vertices * centers).map(|_| unit(vector(&mut numbers, 2.0))).collect(),
             // Where they are, the learned method alone wants to know.
             example_handles: vec![[0.0; 3]; examples * handles],
+            rotations: self.rotations,
             learned: None,
             strain_edges,
             rest,

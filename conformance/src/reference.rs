@@ -102,29 +102,32 @@ fn of_vertices(
 fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
     let handles = rig.handles.len();
-    let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]).cycle();
-    let displacements: Vec<[f64; 3]> =
-        found.handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, rest)).collect();
-    let roundings = tolerance::large_scale(handles);
+    let (mut motions, center) = rig.motions(&found.handle_positions);
+    if center.is_some() {
+        // The host made them, in f64.
+        motions.as_flattened_mut().iter_mut().for_each(|x| *x = f64::from(*x as f32));
+    }
+    let center = center.map(|v| rig.rest[v as usize]);
+    let vectors = motions.len() / found.handle_positions.len();
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     let band = linear_band(found);
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let row = &rig.basis[v * handles..][..handles];
-        let u = &displacements[frame * handles..][..handles];
-        let (mut sum, mut sizes, mut flushed) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        for (b, u) in row.iter().zip(u) {
-            for c in 0..3 {
-                let product = b * u[c];
-                sum[c] += product;
-                sizes[c] += product.abs();
-                if b.abs() < smallest {
-                    flushed[c] += product.abs();
-                }
-            }
-        }
+        let of_frame = motions[frame * vectors * handles..][..vectors * handles].chunks_exact(handles);
+        let blended: Vec<[Expected; 3]> = of_frame.map(|u| blended(row, u, smallest)).collect();
         std::array::from_fn(|c| {
-            let value = rig.rest[v][c] + sum[c];
-            let sum = gamma(roundings) * sizes[c] + flushed[c] + roundings * TINY;
+            let Expected { value: mut moved, bound: mut sum } = blended[0][c];
+            if let Some(center) = center {
+                let from_center = vec3::sub(rig.rest[v], center);
+                let mut sizes = moved.abs() + sum;
+                for (column, x) in blended[1..].iter().zip(from_center) {
+                    moved += column[c].value * x;
+                    sum += (column[c].bound + TINY) * x.abs();
+                    sizes += (column[c].value * x).abs() + column[c].bound * x.abs();
+                }
+                sum += gamma(tolerance::TURN) * sizes + TINY;
+            }
+            let value = rig.rest[v][c] + moved;
             let bound = sum + tolerance::POSITION * EPSILON * (value.abs() + sum);
             let Some(band) = &band else { return Expected { value, bound } };
             // It is added to what the basis gives, which is a position in f32 by then.
@@ -132,6 +135,26 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
             let (value, bound) = (value + offset.value, bound + offset.bound);
             Expected { value, bound: bound + tolerance::POSITION * EPSILON * (value.abs() + bound) }
         })
+    })
+}
+
+/// Σ_h B_vh u_h, given a row of the basis.
+fn blended(row: &[f64], u: &[[f64; 3]], smallest: f64) -> [Expected; 3] {
+    let roundings = tolerance::large_scale(row.len());
+    let (mut sum, mut sizes, mut flushed) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+    for (b, u) in row.iter().zip(u) {
+        for c in 0..3 {
+            let product = b * u[c];
+            sum[c] += product;
+            sizes[c] += product.abs();
+            if b.abs() < smallest {
+                flushed[c] += product.abs();
+            }
+        }
+    }
+    std::array::from_fn(|c| Expected {
+        value: sum[c],
+        bound: gamma(roundings) * sizes[c] + flushed[c] + roundings * TINY,
     })
 }
 

@@ -55,6 +55,10 @@ pub fn large_scale(handles: usize) -> f64 {
     handles as f64 + 1.0
 }
 
+/// `large_scale` where the handles turn, relative to what moves the centre and the sizes of the products with the coordinates from it:
+/// the difference, the product, three sums.
+pub const TURN: f64 = 5.0;
+
 /// A vector strain, relative to `(|u₁| + |u₂|) / l`: the displacement, the difference of two, the division, and the length, which the
 /// host rounds by half a unit. Bounds and examples' vector strains are rounded likewise.
 pub const VECTOR_STRAIN: f64 = ONE + ONE + DIVIDE + 0.5;

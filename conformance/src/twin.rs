@@ -64,12 +64,12 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         band_offsets = vectors();
         add_bands(rig, &handle_rest, handle_positions, &mut band_offsets, &mut results.detail);
     }
+    let (motions, center) = rig.motions(handle_positions);
     large_scale::large_scale(
-        large_scale::Params::whole(frames, vertices, handles, !band_offsets.is_empty()),
+        large_scale::Params::whole(frames, vertices, handles, !band_offsets.is_empty()).turning(center),
         &rig.rest,
         &rig.basis,
-        &handle_rest,
-        handle_positions,
+        &motions,
         &band_offsets,
         &mut results.large_scale,
     );

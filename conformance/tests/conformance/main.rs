@@ -11,6 +11,7 @@ mod mutants;
 mod other_data;
 mod other_topology;
 mod real_data;
+mod rotations;
 #[path = "../support/mod.rs"]
 mod support;
 mod toy;

@@ -3,17 +3,17 @@
 use crate::bands::{self, Bands};
 use crate::detail::Detail;
 use crate::group_mesh::GroupMesh;
-use crate::lanes::{load3, store3};
-use crate::lines::{GROUP, Line, Line3, PANEL};
+use crate::lanes::{load3, splat3, store3};
+use crate::lines::{GROUP, Line, Line3, PANEL, PanelRows};
 use crate::prefetch::Prefetch;
 use crate::tile_weights::{GroupCells, TileWeights};
 use crate::times::Times;
-use crate::uploaded::UploadedRig;
+use crate::uploaded::{Inputs, UploadedRig};
 use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::{Rig, Stage};
-use rhytid_kernels::{fine_scale, vec3};
+use rhytid_kernels::{fine_scale, large_scale, vec3};
 use web_time::Instant;
 
 /// Vertices whose results are put into their frames at once: so many that what each frame gets is long.
@@ -51,11 +51,11 @@ impl Group {
         }
     }
 
-    /// The positions and normals from frames × H displacements and frames × F features, of as many frames as fill `positions`, at most [`GROUP`].
+    /// The positions and normals of as many frames as fill `positions`, at most [`GROUP`].
     pub(crate) fn evaluate(
         &mut self,
         rig: &UploadedRig,
-        inputs: (&[[f32; 3]], &[f32]),
+        inputs: Inputs<'_>,
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
         times: &Times,
@@ -78,17 +78,17 @@ impl Group {
     pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
-        inputs: (&[[f32; 3]], &[f32]),
+        inputs: Inputs<'_>,
         stage: Stage,
         out: &mut [[f32; 3]],
     ) {
         let (frames, times) = (out.len() / rig.rest.len(), Times::default());
         match stage {
-            Stage::LargeScale => large_scale(rig, inputs.0, frames, stage, &mut self.fine, &times),
+            Stage::LargeScale => large_scale(rig, inputs, frames, stage, &mut self.fine, &times),
             Stage::LargeScaleNormals => {
                 self.smooth.resize(self.fine.len(), ZERO);
                 let Self { mesh, smooth, fine } = self;
-                large_scale(rig, inputs.0, frames, Stage::LargeScale, smooth, &times);
+                large_scale(rig, inputs, frames, Stage::LargeScale, smooth, &times);
                 fine.par_chunks_mut(PANEL).enumerate().for_each(|(i, out)| {
                     rig.vectors.run(Normals { mesh, positions: smooth, first: i * PANEL, out });
                 });
@@ -103,17 +103,17 @@ impl Group {
     fn positions(
         &mut self,
         rig: &UploadedRig,
-        (u, features): (&[[f32; 3]], &[f32]),
+        inputs: Inputs<'_>,
         frames: usize,
         stage: Stage,
         times: &Times,
     ) {
         let Some(detail) = &rig.detail else {
-            return large_scale(rig, u, frames, stage, &mut self.fine, times);
+            return large_scale(rig, inputs, frames, stage, &mut self.fine, times);
         };
         self.smooth.resize(self.fine.len(), ZERO);
-        large_scale(rig, u, frames, Stage::LargeScale, &mut self.smooth, times);
-        let table = detail.group_table(features);
+        large_scale(rig, inputs, frames, Stage::LargeScale, &mut self.smooth, times);
+        let table = detail.group_table(inputs.features);
         let Self { mesh, smooth, fine } = self;
         let scratch =
             || Scratch { normals: [ZERO; PANEL], details: [ZERO; PANEL], distances: detail.group_scratch() };
@@ -129,31 +129,97 @@ impl Group {
 /// The large scale, V; where the folds are of vector strains, the detail or the positions as well, which need no neighbour.
 fn large_scale(
     rig: &UploadedRig,
-    u: &[[f32; 3]],
+    inputs: Inputs<'_>,
     frames: usize,
     stage: Stage,
     out: &mut [Line3],
     times: &Times,
 ) {
     let start = Instant::now();
-    let handles = u.len() / frames;
-    let mut by_handles = vec![ZERO; handles];
-    for (i, u) in u.iter().enumerate() {
+    let handles = inputs.displacements.len() / frames;
+    let moved = if rig.rotations.is_some() { inputs.motions } else { inputs.displacements };
+    // H vectors for each of a frame's: of the displacements, or of the motions one after the other.
+    let of_frame = moved.len() / frames;
+    let mut by_handles = vec![ZERO; of_frame];
+    for (i, u) in moved.iter().enumerate() {
         for c in 0..3 {
-            by_handles[i % handles][c].0[i / handles] = u[c];
+            by_handles[i % of_frame][c].0[i / of_frame] = u[c];
         }
     }
-    let bands = rig.bands.as_ref().map(|bands| (bands, bands.group_table(u)));
-    let scratch = || (Vec::new(), bands.as_ref().map(|(bands, _)| bands.scratch()));
+    let bands = rig.bands.as_ref().map(|bands| (bands, bands.group_table(inputs.displacements)));
+    let scratch = || (OfHandles::default(), bands.as_ref().map(|(bands, _)| bands.scratch()));
     let panels = out.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL)).enumerate();
     panels.for_each_init(scratch, |(of_basis, of_bands), (panel, (out, rest))| {
-        rig.basis.group(rig.vectors, panel, &by_handles, rest, out, of_basis);
+        of_handles(rig, panel, (&by_handles, handles), rest, out, of_basis);
         if let (Some((bands, table)), Some(scratch)) = (&bands, of_bands) {
             let (influences, first) = (&rig.influences, panel * PANEL);
             rig.vectors.run(AddBands { bands, influences, table, scratch, first, stage, out });
         }
     });
     times.add(Stage::LargeScale, start);
+}
+
+/// What a thread computes of the basis on the way.
+#[derive(Default)]
+struct OfHandles {
+    rows: Vec<PanelRows>,
+    /// What the columns of R − I become.
+    columns: [Vec<Line3>; 3],
+}
+
+/// The large scale of a panel, but for the bands.
+fn of_handles(
+    rig: &UploadedRig,
+    panel: usize,
+    (motions, handles): (&[Line3], usize),
+    rest: &[[f32; 3]],
+    out: &mut [Line3],
+    scratch: &mut OfHandles,
+) {
+    let OfHandles { rows, columns } = scratch;
+    if rig.rotations.is_none() {
+        rig.basis.group(rig.vectors, panel, motions, rest, out, rows);
+        return;
+    }
+    let mut blend = |motion: &[Line3], out: &mut [Line3]| {
+        rig.basis.group(rig.vectors, panel, motion, &[[0.0; 3]; PANEL][..out.len()], out, rows);
+    };
+    let mut motions = motions.chunks_exact(handles);
+    if let Some(motion) = motions.next() {
+        blend(motion, out);
+    }
+    for (column, motion) in columns.iter_mut().zip(motions) {
+        column.resize(PANEL, ZERO);
+        blend(motion, &mut column[..out.len()]);
+    }
+    rig.vectors.run(Turn { columns, rest, center: rig.rest[rig.center], out });
+}
+
+/// A panel that turns.
+struct Turn<'a> {
+    columns: &'a [Vec<Line3>; 3],
+    rest: &'a [[f32; 3]],
+    center: [f32; 3],
+    /// How far the centre would go, and then where the vertices go.
+    out: &'a mut [Line3],
+}
+
+impl WithSimd for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (i, (out, rest)) in self.out.iter_mut().zip(self.rest).enumerate() {
+            let from_center = splat3(simd, &vec3::sub(*rest, self.center));
+            let rest = splat3(simd, rest);
+            for register in 0..GROUP / S::F32_LANES {
+                let load = |lines| load3(simd, lines, register);
+                let columns = self.columns.each_ref().map(|column| load(&column[i]));
+                let moved = large_scale::turned(load(out), columns, from_center);
+                store3(vec3::add(rest, moved), out, register);
+            }
+        }
+    }
 }
 
 /// Each [`CHUNK`] vertices' results in every frame, of frames × V.

@@ -27,6 +27,7 @@
 //! #     pose_features: vec![],
 //! #     rbf_weights: vec![[0.0; 3]; 3],
 //! #     example_handles: vec![],
+//! #     rotations: false,
 //! #     learned: None,
 //! # };
 //! // `rig` is a triangle: its first vertex is a handle, the second follows it half the way, and the third stays.

@@ -2,17 +2,17 @@
 use crate::bands::{self, Bands};
 use crate::detail::Detail;
 use crate::lanes::{load3, store3};
-use crate::lines::{Line, Line3};
+use crate::lines::{Line, Line3, PanelRows};
 use crate::mesh::{BlockMesh, MeshScratch};
 use crate::tile_weights::{FrameCells, TileWeights};
 use crate::times::Times;
-use crate::uploaded::UploadedRig;
+use crate::uploaded::{Inputs, UploadedRig};
 use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Stage;
 use rhytid_kernels::table::TILE;
-use rhytid_kernels::{fine_scale, vec3};
+use rhytid_kernels::{fine_scale, large_scale, vec3};
 use std::cell::RefCell;
 use thread_local::ThreadLocal;
 use web_time::Instant;
@@ -20,6 +20,9 @@ use web_time::Instant;
 /// Vertices whose basis and bands are computed together: a multiple of the panels', and so few that they stay in a core's caches
 /// between the two.
 const CHUNK: usize = 1024;
+
+/// Of a chunk that rests at the origin.
+const NOWHERE: [[f32; 3]; CHUNK] = [[0.0; 3]; CHUNK];
 
 /// The large scale of one frame, V where it was needed, and the threads' scratch: kept, since new memory is slow when it is first
 /// written.
@@ -44,11 +47,11 @@ impl OneFrame {
         Self { smooth: Vec::new(), scratch: ThreadLocal::new() }
     }
 
-    /// The positions and normals from H displacements and F features.
+    /// The positions and normals from what one frame's handles make.
     pub(crate) fn evaluate(
         &mut self,
         rig: &UploadedRig,
-        inputs: (&[[f32; 3]], &[f32]),
+        inputs: Inputs<'_>,
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
         times: &Times,
@@ -63,16 +66,16 @@ impl OneFrame {
     pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
-        inputs: (&[[f32; 3]], &[f32]),
+        inputs: Inputs<'_>,
         stage: Stage,
         out: &mut [[f32; 3]],
     ) {
         let times = Times::default();
         match stage {
-            Stage::LargeScale => large_scale(rig, inputs.0, stage, out, &times),
+            Stage::LargeScale => large_scale(rig, inputs, stage, out, &times),
             Stage::LargeScaleNormals => {
                 self.smooth.resize(out.len(), [0.0; 3]);
-                large_scale(rig, inputs.0, Stage::LargeScale, &mut self.smooth, &times);
+                large_scale(rig, inputs, Stage::LargeScale, &mut self.smooth, &times);
                 self.normals(rig, &self.smooth, out);
             }
             _ => self.positions(rig, inputs, stage, out, &times),
@@ -83,15 +86,15 @@ impl OneFrame {
     fn positions(
         &mut self,
         rig: &UploadedRig,
-        (u, features): (&[[f32; 3]], &[f32]),
+        inputs: Inputs<'_>,
         stage: Stage,
         out: &mut [[f32; 3]],
         times: &Times,
     ) {
-        let Some(detail) = &rig.detail else { return large_scale(rig, u, stage, out, times) };
+        let Some(detail) = &rig.detail else { return large_scale(rig, inputs, stage, out, times) };
         self.smooth.resize(out.len(), [0.0; 3]);
-        large_scale(rig, u, Stage::LargeScale, &mut self.smooth, times);
-        let table = detail.frame_table(features);
+        large_scale(rig, inputs, Stage::LargeScale, &mut self.smooth, times);
+        let table = detail.frame_table(inputs.features);
         let blocks = rig.meshes.par_iter().zip(out.par_chunks_mut(rig.block));
         times.shared(|times| {
             blocks.for_each(|(mesh, out)| {
@@ -113,15 +116,15 @@ impl OneFrame {
 }
 
 /// The large scale; where the folds are of vector strains, the detail or the positions as well, which need no neighbour.
-fn large_scale(rig: &UploadedRig, u: &[[f32; 3]], stage: Stage, out: &mut [[f32; 3]], times: &Times) {
+fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[f32; 3]], times: &Times) {
     let start = Instant::now();
-    let bands = rig.bands.as_ref().map(|bands| (bands, bands.frame_table(u)));
-    let scratch = || (Vec::new(), bands.as_ref().map(|(bands, _)| bands.scratch()));
+    let bands = rig.bands.as_ref().map(|bands| (bands, bands.frame_table(inputs.displacements)));
+    let scratch = || (OfHandles::default(), bands.as_ref().map(|(bands, _)| bands.scratch()));
     let blocks = out.par_chunks_mut(rig.block).enumerate();
     blocks.for_each_init(scratch, |(of_basis, of_bands), (i, block)| {
         for (j, out) in block.chunks_mut(CHUNK).enumerate() {
             let first = i * rig.block + j * CHUNK;
-            rig.basis.frame(rig.vectors, first, u, &rig.rest[first..first + out.len()], out, of_basis);
+            of_handles(rig, first, inputs, out, of_basis);
             if let (Some((bands, table)), Some(scratch)) = (&bands, &mut *of_bands) {
                 let influences = &rig.influences;
                 rig.vectors.run(AddBands { bands, influences, table, scratch, first, stage, out });
@@ -129,6 +132,47 @@ fn large_scale(rig: &UploadedRig, u: &[[f32; 3]], stage: Stage, out: &mut [[f32;
         }
     });
     times.add(Stage::LargeScale, start);
+}
+
+/// What a thread computes of the basis on the way.
+#[derive(Default)]
+struct OfHandles {
+    rows: Vec<PanelRows>,
+    /// What the columns of R − I become.
+    columns: [Vec<[f32; 3]>; 3],
+}
+
+/// The large scale of consecutive vertices from the first one of a panel, but for the bands.
+fn of_handles(
+    rig: &UploadedRig,
+    first: usize,
+    inputs: Inputs<'_>,
+    out: &mut [[f32; 3]],
+    scratch: &mut OfHandles,
+) {
+    let rest = &rig.rest[first..first + out.len()];
+    if rig.rotations.is_none() {
+        rig.basis.frame(rig.vectors, first, inputs.displacements, rest, out, &mut scratch.rows);
+        return;
+    }
+    let OfHandles { rows, columns } = scratch;
+    let mut blend = |motion: &[[f32; 3]], out: &mut [[f32; 3]]| {
+        rig.basis.frame(rig.vectors, first, motion, &NOWHERE[..out.len()], out, rows);
+    };
+    let mut motions = inputs.motions.chunks_exact(inputs.displacements.len());
+    if let Some(motion) = motions.next() {
+        blend(motion, out);
+    }
+    for (column, motion) in columns.iter_mut().zip(motions) {
+        column.resize(out.len(), [0.0; 3]);
+        blend(motion, column);
+    }
+    let center = rig.rest[rig.center];
+    let columns = columns.each_ref().map(|column| &column[..out.len()]);
+    for (i, (out, rest)) in out.iter_mut().zip(rest).enumerate() {
+        let moved = large_scale::turned(*out, columns.map(|column| column[i]), vec3::sub(*rest, center));
+        *out = vec3::add(*rest, moved);
+    }
 }
 
 /// A chunk's bands.

@@ -3,8 +3,8 @@ use crate::group::Group;
 use crate::lines::GROUP;
 use crate::one_frame::OneFrame;
 use crate::times::Times;
-use crate::uploaded::UploadedRig;
-use rhytid_core::{HandleFrames, Result, Rig, Session, Stage, UploadOptions};
+use crate::uploaded::{Inputs, UploadedRig};
+use rhytid_core::{HandleFrames, Result, Rig, Rotations, Session, Stage, UploadOptions};
 use rhytid_kernels::{strain, vec3};
 use std::ops::Range;
 use std::time::Duration;
@@ -27,6 +27,8 @@ pub struct CpuSession {
     features: Vec<f32>,
     /// frames × H.
     displacements: Vec<[f32; 3]>,
+    /// frames × 4 × H where the handles turn.
+    motions: Vec<[f32; 3]>,
     /// max_frames × V.
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -46,6 +48,7 @@ impl CpuSession {
             group: (max_frames >= FEWEST).then(|| Group::new(rig)),
             features: Vec::new(),
             displacements: Vec::new(),
+            motions: Vec::new(),
             positions: vec![[0.0; 3]; max_frames * vertices],
             normals: vec![[0.0; 3]; max_frames * vertices],
             frames: 0,
@@ -64,6 +67,21 @@ impl CpuSession {
             first = next;
         }
         runs
+    }
+}
+
+/// What is of a run's frames, of what is of the batch's.
+fn inputs<'a>(
+    run: &Range<usize>,
+    frames: usize,
+    [displacements, motions]: [&'a [[f32; 3]]; 2],
+    features: &'a [f32],
+) -> Inputs<'a> {
+    let of = |length: usize| run.start * (length / frames)..run.end * (length / frames);
+    Inputs {
+        displacements: &displacements[of(displacements.len())],
+        motions: &motions[of(motions.len())],
+        features: &features[of(features.len())],
     }
 }
 
@@ -90,12 +108,11 @@ impl Session for CpuSession {
         let displacement = |(p, rest): (&[f32; 3], &[f32; 3])| vec3::sub(*p, *rest);
         let rest = self.handle_rest.iter().cycle();
         self.displacements = handle_positions.iter().zip(rest).map(displacement).collect();
+        let motions = |rotations: &Rotations| rotations.motions(handle_positions);
+        self.motions = self.rig.rotations.as_ref().map(motions).unwrap_or_default();
         for run in self.runs() {
             let of = |n: usize| run.start * n..run.end * n;
-            let inputs = (
-                &self.displacements[of(self.handle_rest.len())],
-                &self.features[of(self.strain_edges.len())],
-            );
+            let inputs = inputs(&run, self.frames, [&self.displacements, &self.motions], &self.features);
             let results = of(self.rig.rest.len());
             let (positions, normals) = (&mut self.positions[results.clone()], &mut self.normals[results]);
             match &mut self.group {
@@ -120,10 +137,8 @@ impl Session for CpuSession {
                 let (out, _) = out.as_chunks_mut::<3>();
                 for run in self.runs() {
                     let of = |n: usize| run.start * n..run.end * n;
-                    let inputs = (
-                        &self.displacements[of(self.handle_rest.len())],
-                        &self.features[of(self.strain_edges.len())],
-                    );
+                    let inputs =
+                        inputs(&run, self.frames, [&self.displacements, &self.motions], &self.features);
                     let out = &mut out[of(self.rig.rest.len())];
                     match &mut self.group {
                         Some(group) if run.len() > 1 => group.stage(&self.rig, inputs, stage, out),

@@ -6,8 +6,19 @@ use crate::large_scale::Basis;
 use crate::mesh::BlockMesh;
 use crate::tile_weights::TileWeights;
 use crate::vectors::Vectors;
-use rhytid_core::{BasisStorage, Rig};
+use rhytid_core::{BasisStorage, Rig, Rotations};
 use rhytid_kernels::normals::VertexTriangles;
+
+/// What is made of some frames' handle positions before any vertex is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inputs<'a> {
+    /// frames × H.
+    pub displacements: &'a [[f32; 3]],
+    /// frames × 4 × H where the handles turn; else empty.
+    pub motions: &'a [[f32; 3]],
+    /// frames × F.
+    pub features: &'a [f32],
+}
 
 /// What every frame reads.
 #[derive(Debug)]
@@ -16,6 +27,10 @@ pub(crate) struct UploadedRig {
     /// V rest positions.
     pub rest: Vec<[f32; 3]>,
     pub basis: Basis,
+    /// Where the handles turn.
+    pub rotations: Option<Rotations>,
+    /// The vertex that they turn about; 0 where they do not.
+    pub center: usize,
     /// α.
     pub influences: TileWeights,
     /// Where something was learned that is no row of the basis.
@@ -33,10 +48,14 @@ impl UploadedRig {
         let vertices = rig.vertices();
         let block = block_length(vertices);
         let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
+        let rotations = Rotations::new(rig);
+        let center = rotations.as_ref().map_or(0, |rotations| rig.handles[rotations.center()] as usize);
         Self {
             vectors: Vectors::Widest,
             rest: rig.rest.clone(),
             basis: Basis::new(rig, storage),
+            rotations,
+            center,
             influences: TileWeights::new(vertices, &rig.influence_edges, &rig.influence_weights),
             bands: Bands::new(rig, storage),
             detail: Detail::new(rig),

@@ -120,6 +120,8 @@ pub struct Settings {
     /// ℓ = √(k_b/k_s) in mesh units; `None` derives it from the handles' spacing
     /// (see `default_bending_length` of `rhytid-solve`).
     pub bending_length: Option<f64>,
+    /// Whether the large scale turns with the handles: bends keep lengths and areas that a shell without does not.
+    pub rotations: bool,
     /// How the examples are learned from.
     pub method: Method,
     /// Components without a handle.
@@ -139,6 +141,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             bending_length: None,
+            rotations: false,
             method: Method::default(),
             bind: Bind::default(),
             align: true,

@@ -3,8 +3,9 @@
 mod contents;
 mod extent;
 
-use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Stage, UploadOptions};
+use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Rotations, Stage, UploadOptions};
 use extent::{Extent, extent};
+use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, TILE, WORKGROUP_SIZE};
 use rhytid_kernels::{
     bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
@@ -40,6 +41,10 @@ pub struct Plan {
     fp16_basis: bool,
     /// H×3.
     handle_rest: Vec<[f32; 3]>,
+    /// Where the handles turn.
+    rotations: Option<Rotations>,
+    /// The vertex that they turn about; 0 where they do not.
+    center: u32,
     parts: Vec<Range<usize>>,
     /// Where the rows of each tile's fans begin, and where the last ones end.
     fan_offsets: Vec<u32>,
@@ -61,6 +66,8 @@ struct Sizes {
     /// Whether the rig has bands, and whether they have its folds.
     bands: bool,
     vector_folds: bool,
+    /// Vectors of each handle in a frame that the large scale reads.
+    vectors: usize,
 }
 
 /// A buffer to make.
@@ -157,6 +164,7 @@ impl Plan {
             centers: rig.centers(),
             bands: rig.bands().is_some(),
             vector_folds: rig.vector_folds(),
+            vectors: if rig.rotations { MOTION } else { 1 },
         };
         let fp16_basis = options.basis == BasisStorage::F16;
         let limit = limits.max_binding_bytes.min(LARGEST_BINDING) as usize;
@@ -187,7 +195,7 @@ impl Plan {
             part.len() <= most_tiles * TILE && bytes_of_rows(part).iter().all(|&bytes| bytes <= limit)
         });
         let frame_bytes = (sizes.vertices * 12)
-            .max(sizes.handles * 16)
+            .max(sizes.vectors * sizes.handles * 16)
             .max(sizes.table_len() * 4)
             .max(sizes.vector_table_len() * 4);
         let bytes_of_rows = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
@@ -199,10 +207,14 @@ impl Plan {
         let frames_per_slice =
             (limit / frame_bytes).min(limits.max_workgroups as usize).min(options.max_frames);
 
+        let rotations = Rotations::new(rig);
+        let center = rotations.as_ref().map_or(0, |rotations| rig.handles[rotations.center()]);
         let mut plan = Self {
             sizes,
             fp16_basis,
             handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
+            rotations,
+            center,
             parts,
             fan_offsets,
             influence_offsets,
@@ -284,6 +296,7 @@ impl Plan {
             Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
             Buffer::HandlePositions => frames * handles * 12,
             Buffer::Displacements => frames * handles * 16,
+            Buffer::Motions => frames * MOTION * handles * 16,
             Buffer::SquaredDifferences => frames * self.sizes.table_len() * 4,
             Buffer::Features => frames * edges * 4,
             Buffer::BandOffsets
@@ -329,7 +342,10 @@ impl Plan {
 
     /// The bytes of all inputs of a frame.
     pub fn input_bytes(&self) -> usize {
-        self.sizes.handles * (12 + 16)
+        let Sizes { handles, bands, vectors, .. } = self.sizes;
+        // Where the handles turn, the bands alone read displacements.
+        let of_bands = usize::from(bands && self.rotations.is_some());
+        handles * (12 + 16 * (vectors + of_bands))
     }
 
     /// What to run for a batch of `frames` frames, in this order; what is of a stage [on demand](Plan::is_on_demand), when that is
@@ -348,7 +364,10 @@ impl Plan {
                     Each::Feature => std::slice::from_ref(&features),
                     Each::Vertex => &self.parts[..],
                 };
-                let frames_at_once = if entry.batched && frames > 1 { FRAMES_AT_ONCE } else { 1 };
+                // What sums four frames sums the four vectors of one where the handles turn.
+                let turns = kernel == Kernel::LargeScale && self.sizes.vectors == MOTION;
+                let of_frame = if turns { MOTION as u32 } else { 1 };
+                let frames_at_once = if entry.batched && of_frame * frames > 1 { FRAMES_AT_ONCE } else { 1 };
                 for part in parts.iter().filter(|part| !part.is_empty()) {
                     let buffers = entry.bindings.iter();
                     let buffers =
@@ -362,7 +381,7 @@ impl Plan {
                         params: self.params(kernel, frames, part),
                         workgroups: [
                             (part.len() as u32).div_ceil(in_workgroup),
-                            frames.div_ceil(frames_at_once),
+                            (of_frame * frames).div_ceil(frames_at_once),
                         ],
                     });
                 }
@@ -379,7 +398,7 @@ impl Plan {
 
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
-        let Sizes { vertices, handles, edges, centers, bands, vector_folds } = self.sizes;
+        let Sizes { vertices, handles, edges, centers, bands, vector_folds, vectors } = self.sizes;
         let [vertices, handles, strain_edges, centers, features] =
             [vertices, handles, edges, centers, self.sizes.features()].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
@@ -406,6 +425,8 @@ impl Plan {
                 handles,
                 fp16_basis: u32::from(self.fp16_basis),
                 banded: u32::from(bands),
+                rotating: u32::from(vectors == MOTION),
+                center: self.center,
             }),
             Kernel::Normals => words(&normals::Params { frames, vertices, first_vertex, part_vertices }),
             Kernel::Differences => words(&differences::Params { frames, strain_edges, centers }),
@@ -451,14 +472,17 @@ impl Plan {
         })
     }
 
-    /// The buffer that is bound in the place of `buffer`: the kernel `normals` runs on two pairs, and where there are no bands the
-    /// large scale does not read what they add.
+    /// The buffer that is bound in the place of `buffer`: the kernel `normals` runs on two pairs, where there are no bands the
+    /// large scale does not read what they add, and where the handles turn it reads more of them.
     fn buffer_for(&self, stage: Stage, kernel: Kernel, buffer: Buffer) -> Buffer {
         match (stage, buffer) {
             (Stage::LargeScaleNormals, Buffer::Positions) => Buffer::LargeScalePositions,
             (Stage::LargeScaleNormals, Buffer::VertexNormals) => Buffer::LargeScaleNormals,
             (_, Buffer::BandOffsets) if kernel == Kernel::LargeScale && !self.sizes.bands => {
                 Buffer::HandleRest
+            }
+            (_, Buffer::Displacements) if kernel == Kernel::LargeScale && self.rotations.is_some() => {
+                Buffer::Motions
             }
             _ => buffer,
         }

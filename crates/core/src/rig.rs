@@ -54,6 +54,8 @@ pub struct Rig<T: Real = f32> {
     pub rbf_weights: Vec<[T; 3]>,
     /// P×H positions of the handles in the examples, in mesh units: evaluated, they give the examples back.
     pub example_handles: Vec<[T; 3]>,
+    /// Whether the large scale turns at each handle as the handles around it do ([`Rotations`](crate::Rotations)).
+    pub rotations: bool,
     /// What the learned method adds; `None` for the chapter's.
     pub learned: Option<Learned<T>>,
 }
@@ -136,6 +138,7 @@ impl<T: Real> Rig<T> {
             pose_features: self.pose_features.iter().map(number).collect(),
             rbf_weights: self.rbf_weights.iter().map(vector).collect(),
             example_handles: self.example_handles.iter().map(vector).collect(),
+            rotations: self.rotations,
             learned: self.learned.as_ref().map(Learned::cast),
         }
     }

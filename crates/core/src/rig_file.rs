@@ -10,10 +10,13 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
-/// The newest version that this program writes and reads: that of a rig of the learned method.
-pub const VERSION: u32 = 5;
+/// The newest version that this program writes and reads: that of a rig whose handles turn.
+pub const VERSION: u32 = 6;
 
-/// The version of a rig of the chapter's method, which has not changed.
+/// The version of another rig of the learned method.
+const LEARNED_VERSION: u32 = 5;
+
+/// The version of another rig of the chapter's method, which has not changed.
 const CHAPTER_VERSION: u32 = 2;
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
@@ -28,6 +31,9 @@ struct Metadata {
     up_axis: UpAxis,
     method: String,
     bending_length: f64,
+    /// From version 6 on.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    rotations: bool,
     /// `null` for an infinite β, which JSON cannot hold.
     beta: Option<f64>,
     labels: Vec<String>,
@@ -112,12 +118,17 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
     let (v, h, f, n) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len(), rig.centers());
     let k = rig.influences();
     let metadata = Metadata {
-        version: if rig.learned.is_some() { VERSION } else { CHAPTER_VERSION },
+        version: match rig.learned {
+            _ if rig.rotations => VERSION,
+            Some(_) => LEARNED_VERSION,
+            None => CHAPTER_VERSION,
+        },
         name: rig.name.clone(),
         metres_per_unit: rig.metres_per_unit,
         up_axis: rig.up_axis,
         method: if rig.learned.is_some() { "learned" } else { "chapter" }.into(),
         bending_length: rig.bending_length,
+        rotations: rig.rotations,
         beta: rig.beta.is_finite().then_some(rig.beta),
         labels: rig.labels.clone(),
         examples: rig.example_names.clone(),
@@ -243,7 +254,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         false => None,
     };
     let learned = match metadata.learned {
-        None if version != CHAPTER_VERSION => {
+        None if version != CHAPTER_VERSION && metadata.method != "chapter" => {
             return Err(fail(
                 "its metadata cannot be read (missing field `learned`); solve the rig again".into(),
             ));
@@ -287,6 +298,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         uvs,
         materials,
         bending_length: metadata.bending_length,
+        rotations: metadata.rotations,
         beta: metadata.beta.unwrap_or(f64::INFINITY),
         triangles: arrays.u32s("triangles", &[None, Some(3)])?.as_chunks().0.to_vec(),
         basis: arrays.f32s("basis", &[v, h])?,

@@ -63,6 +63,7 @@ impl<T: Real> Rig<T> {
             pose_features: self.pose_features.clone(),
             rbf_weights: rows.of(&self.rbf_weights, n),
             example_handles: self.example_handles.clone(),
+            rotations: self.rotations,
             learned: self.learned.as_ref().map(|learned| rows.of_learned(learned, self.influences())),
         }
     }

@@ -87,6 +87,7 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
         example_handles: (0..size.examples * handles.len())
             .map(|i| handle_rest[i % handles.len()].map(|x| x + 0.3 * wave(i)))
             .collect(),
+        rotations: false,
         learned: None,
         influence_edges: influences.edges,
         influence_weights: influences.weights,

@@ -222,6 +222,8 @@ buffers! {
     HandlePositions = handle_positions,
     /// How far they are from rest.
     Displacements = displacements,
+    /// How they move the surface where they turn: bound in the place of the displacements.
+    Motions = motions,
     /// How far each frame's features are from the centres', squared.
     SquaredDifferences = squared_differences,
     /// The strains.

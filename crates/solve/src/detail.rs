@@ -45,11 +45,10 @@ pub(crate) fn detail(
 ) -> Result<Vec<[f64; 3]>> {
     let vertices = rig.vertices();
     let mut detail = vec![[0.0; 3]; examples.len() * vertices];
-    let handle_rest = at_handles(rig, &rig.rest);
     for (j, example) in examples.iter().enumerate() {
         progress.step("detail", j as u64, examples.len() as u64)?;
         let handle_positions = at_handles(rig, &example.positions);
-        let mut smooth = smooth(rig, &handle_rest, &handle_positions);
+        let mut smooth = smooth(rig, &handle_positions);
         add(&handle_positions, &mut smooth);
         detail[j * vertices..][..vertices].par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(
             |(v, d)| {
@@ -71,16 +70,20 @@ pub(crate) fn at_handles(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[f64; 3]
 }
 
 /// The positions of all vertices that the basis gives.
-fn smooth(rig: &Rig<f64>, handle_rest: &[[f64; 3]], handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+pub(crate) fn smooth(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let handles = rig.handles.len();
     let mut smooth = vec![[0.0; 3]; rig.vertices()];
     let vectors = Arch::new();
+    let (motions, center) = rig.motions(handle_positions);
     let parts = smooth.par_chunks_mut(VERTICES_AT_ONCE).zip(rig.rest.par_chunks(VERTICES_AT_ONCE));
     parts.zip(rig.basis.par_chunks(VERTICES_AT_ONCE * handles)).for_each(|((smooth, rest), basis)| {
+        // The part's vertices, and behind them the centre.
+        let with_center: Vec<_> = rest.iter().chain(center.map(|v| &rig.rest[v as usize])).copied().collect();
         let params = large_scale::Params::whole(1, rest.len(), handles, false);
+        let params = params.turning(center.map(|_| rest.len() as u32));
         vectors.dispatch(
             #[inline(always)]
-            || large_scale::large_scale(params, rest, basis, handle_rest, handle_positions, &[], smooth),
+            || large_scale::large_scale(params, &with_center, basis, &motions, &[], smooth),
         );
     });
     smooth

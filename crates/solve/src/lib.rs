@@ -259,6 +259,7 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
             .iter()
             .flat_map(|e| handles.iter().map(|&v| e.positions[v as usize]))
             .collect(),
+        rotations: face.settings.rotations,
         learned: None,
     };
     Ok(Shell { rig, topology, parts, pinned, cells, laplacian })

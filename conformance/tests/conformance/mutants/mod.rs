@@ -125,6 +125,23 @@ fn the_last_frame_dropped_fails_in_its_stage() {
 }
 
 #[test]
+fn handles_that_do_not_turn_or_turn_about_another_vertex_fail() {
+    let [rotating, center] = ["rotating", "center"]
+        .map(|name| Kernel::LargeScale.entry().params.iter().position(|param| *param == name).unwrap());
+    let faults: [(&str, fn(&mut u32)); 2] = [("rotating", |x| *x = 0), ("center", |x| *x = (*x + 1) % 201)];
+    for ((what, fault), at) in faults.into_iter().zip([rotating, center]) {
+        let step = (Stage::LargeScale, Kernel::LargeScale);
+        let device = device(of_step(step, move |d| fault(&mut d.params[at])));
+        for case in ["turning", "turning-learned-f16"] {
+            let outcomes = run_case(&device, &quick(case));
+            assert_eq!(failed(&outcomes).first(), Some(&"large_scale"), "{what} of {case}");
+        }
+        // It is nothing to handles that do not turn.
+        assert_eq!(failed(&run_case(&device, &batch())), [""; 0], "{what}");
+    }
+}
+
+#[test]
 fn a_kernel_left_out_fails_in_its_stage() {
     for (stage, kernel) in steps() {
         let fault = dispatch(move |dispatches| dispatches.retain(|d| !is_of(d, (stage, kernel))));

@@ -44,23 +44,14 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     fp16.into_iter().map(|bits| f16::from_bits(bits).to_f32()).collect()
                 }
             };
-            params.frames = params.frames.min(frames);
+            // The vectors of a frame in which the handles turn are summed as four frames are.
+            params.frames = params.frames.min(frames / params.vectors() as u32);
             params.part_vertices = params.part_vertices.min(invocations);
             let positions = results.as_chunks_mut().0;
-            // The displacements are positions of handles that rest at the origin.
             let displacements: Vec<[f32; 3]> =
                 numbers(2).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
-            let at_origin = vec![[0.0; 3]; handles];
             let offsets = vectors(3);
-            large_scale::large_scale(
-                params,
-                vectors(0),
-                &basis,
-                &at_origin,
-                &displacements,
-                offsets,
-                positions,
-            );
+            large_scale::large_scale(params, vectors(0), &basis, &displacements, offsets, positions);
         }
         Kernel::VectorDifferences => {
             let mut params: vector_differences::Params = parameters(dispatch);

@@ -88,6 +88,7 @@ pub(crate) fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
         tangent_neighbors: (0..v).map(|i| ((i + 1) % v) as u32).collect(),
         pose_features: (0..(p + 1) * f).map(|_| 0.3 * numbers.unit()).collect(),
         example_handles: vec![[0.0; 3]; p * h],
+        rotations: false,
         learned: None,
         rbf_weights: (0..v * (p + 1)).map(|_| numbers.vector(0.1)).collect(),
     }

@@ -115,6 +115,7 @@ pub(crate) fn rig(size: Size) -> Rig {
         triangles,
         pose_features: [vec![0.0; edges], random.numbers(poses * edges)].concat(),
         example_handles: vec![[0.0; 3]; poses * handles],
+        rotations: false,
         learned: None,
         rbf_weights: vectors(random.numbers(vertices * centers * 3).iter().map(|w| 0.02 * w).collect()),
     }

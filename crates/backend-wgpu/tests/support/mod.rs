@@ -86,6 +86,7 @@ pub(crate) fn rig(seed: u64, sizes: Sizes) -> Rig {
             .collect(),
         pose_features: (0..centers * edges).map(|_| 0.3 * numbers.next()).collect(),
         example_handles: vec![[0.0; 3]; examples * handles],
+        rotations: false,
         learned: None,
         rbf_weights: (0..vertices * centers)
             .map(|_| std::array::from_fn(|_| 0.05 * numbers.next()))

@@ -27,6 +27,7 @@ fn rig() -> Rig<f64> {
         pose_features: [REST, FIRST, LAST].as_flattened().to_vec(),
         rbf_weights: Vec::new(),
         example_handles: Vec::new(),
+        rotations: false,
         learned: None,
     }
 }

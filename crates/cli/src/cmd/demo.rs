@@ -270,6 +270,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
         large_scale: LargeScaleSection {
             bending_length: face.settings.bending_length,
             bind: face.settings.bind,
+            rotations: face.settings.rotations,
         },
         strain: StrainSection { edges: Edges::Auto },
         fine_scale: FineScaleSection { max_influences: face.settings.max_influences },

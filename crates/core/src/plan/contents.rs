@@ -1,10 +1,10 @@
 //! The contents of the planned buffers: of a rig once, of a batch each time.
-use super::{Buffer, Input, Plan, Role, Sizes, Slice, TILE};
+use super::{Buffer, Input, Plan, PlannedBuffer, Role, Sizes, Slice, TILE};
 use crate::{HandleFrames, Rig};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{detail, normals, strain};
+use rhytid_kernels::{detail, normals, strain, vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -83,6 +83,7 @@ impl Plan {
             }
             Buffer::HandlePositions
             | Buffer::Displacements
+            | Buffer::Motions
             | Buffer::SquaredDifferences
             | Buffer::SquaredVectorDifferences
             | Buffer::BandOffsets
@@ -100,21 +101,34 @@ impl Plan {
         let handles = self.sizes.handles;
         self.slices(frames.frames).enumerate().flat_map(move |(slice, Slice { frames: of_slice, .. })| {
             let positions = &frames.positions[of_slice.start * handles * 3..of_slice.end * handles * 3];
-            let rest = self.handle_rest.iter().cycle();
-            let displacements = positions
-                .as_chunks::<3>()
-                .0
-                .iter()
-                .zip(rest)
-                .flat_map(|(p, rest)| [p[0] - rest[0], p[1] - rest[1], p[2] - rest[2], 0.0]);
-            let displacements = displacements.collect::<Vec<f32>>();
-            let of_slice = |buffer| self.bound(buffer, &(0..self.sizes.vertices), slice);
-            [
-                Input { buffer: of_slice(Buffer::HandlePositions), numbers: Cow::Borrowed(positions) },
-                Input { buffer: of_slice(Buffer::Displacements), numbers: Cow::Owned(displacements) },
-            ]
+            let (vectors, _) = positions.as_chunks::<3>();
+            let displacements = || {
+                let moved = vectors.iter().zip(self.handle_rest.iter().cycle());
+                moved.flat_map(|(p, rest)| padded(vec3::sub(*p, *rest))).collect()
+            };
+            let motions = || {
+                let motions = self.rotations.iter().flat_map(|rotations| rotations.motions(vectors));
+                motions.flat_map(padded).collect()
+            };
+            let numbers = [
+                (Buffer::HandlePositions, Cow::Borrowed(positions)),
+                (Buffer::Displacements, Cow::Owned(displacements())),
+                (Buffer::Motions, Cow::Owned(motions())),
+            ];
+            numbers.into_iter().filter_map(move |(buffer, numbers)| {
+                let is = |planned: &PlannedBuffer| {
+                    planned.buffer == buffer && planned.role == Role::Input { slice }
+                };
+                let buffer = self.buffers.iter().position(is)?;
+                Some(Input { buffer, numbers })
+            })
         })
     }
+}
+
+/// As devices read vectors, four numbers at a time.
+fn padded([x, y, z]: [f32; 3]) -> [f32; 4] {
+    [x, y, z, 0.0]
 }
 
 /// The tiles of a part.

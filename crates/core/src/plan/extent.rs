@@ -38,7 +38,7 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::FoldWeights
         | Buffer::FanOffsets
         | Buffer::Fans => Extent::Part,
-        Buffer::HandlePositions | Buffer::Displacements => Extent::Input,
+        Buffer::HandlePositions | Buffer::Displacements | Buffer::Motions => Extent::Input,
         Buffer::SquaredDifferences | Buffer::SquaredVectorDifferences | Buffer::BandOffsets => {
             Extent::Scratch
         }

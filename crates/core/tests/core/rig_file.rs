@@ -112,6 +112,16 @@ fn a_rig_of_the_chapters_method_is_a_file_of_version_2() {
     assert_eq!((&metadata["version"], &metadata["method"]), (&json!(2), &json!("chapter")));
     assert!(metadata.get("learned").is_none() && header.get("anchors").is_none());
 
+    // Older programs would not turn its handles.
+    for turning in [Rig { rotations: true, ..chapter }, Rig { rotations: true, ..RIG.clone() }] {
+        let bytes = rig_file::encode(&turning).unwrap();
+        assert_eq!(rig_file::decode(&bytes, "x").unwrap(), turning);
+        let (header, _) = parse(&bytes);
+        let metadata: Value =
+            serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
+        assert_eq!((&metadata["version"], &metadata["rotations"]), (&json!(6), &json!(true)));
+    }
+
     // Without a share there are no weights of examples.
     let mut linear = RIG.clone();
     let learned = linear.learned.as_mut().unwrap();
@@ -226,13 +236,13 @@ fn files_cut_short_anywhere() {
 
 #[test]
 fn other_versions_and_other_files() {
-    for version in [0, 1, 6, u32::MAX] {
+    for version in [0, 1, 7, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        refused(&bytes, &[&format!("version {version}, expected 2 to 5"), "solve the rig again"]);
+        refused(&bytes, &[&format!("version {version}, expected 2 to 6"), "solve the rig again"]);
     }
     // A newer file may have other metadata altogether, and arrays that are missing here.
-    let newer = with_metadata(|m| *m = json!({"version": 7}));
-    refused(&newer, &["version 7, expected 2 to 5"]);
+    let newer = with_metadata(|m| *m = json!({"version": 8}));
+    refused(&newer, &["version 8, expected 2 to 6"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],

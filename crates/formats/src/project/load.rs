@@ -80,6 +80,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
         examples,
         settings: Settings {
             bending_length: project.large_scale.bending_length,
+            rotations: project.large_scale.rotations,
             method: match project.method {
                 Method::Learned => rhytid_core::Method::Learned(project.learned.settings()),
                 Method::Chapter => rhytid_core::Method::Chapter,

@@ -229,7 +229,7 @@ fn corners_of(value: &DeValue<'_>) -> Option<[[f64; 3]; 2]> {
 }
 
 fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {
-    section.allow(&["bending_length", "bind"])?;
+    section.allow(&["bending_length", "bind", "rotations"])?;
     let bending_length = match section.get("bending_length") {
         None => None,
         Some(_) => Some(section.positive("bending_length", "a length in mesh units, a number above 0")?),
@@ -241,7 +241,8 @@ fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {
         Some("nearest") => Bind::Nearest,
         Some(other) => return Err(section.wrong("bind", &quoted(other), binds)),
     };
-    Ok(LargeScaleSection { bending_length, bind })
+    let rotations = section.truth("rotations")?.unwrap_or_default();
+    Ok(LargeScaleSection { bending_length, bind, rotations })
 }
 
 fn strain(section: &Section<'_>) -> Result<StrainSection> {

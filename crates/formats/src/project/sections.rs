@@ -109,6 +109,9 @@ pub struct LargeScaleSection {
     /// What becomes of components without a handle.
     #[serde(serialize_with = "serialize_bind")]
     pub bind: Bind,
+    /// Whether the handles turn.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub rotations: bool,
 }
 
 /// `[strain]`.

@@ -79,7 +79,7 @@ fn full() -> Project {
             bounds: Some([[-9.0, 5.5, -12.0], [9.0, 20.0, -2.0]]),
             groups: vec!["skull".into(), "ears".into()],
         },
-        large_scale: LargeScaleSection { bending_length: Some(3.0), bind: Bind::Nearest },
+        large_scale: LargeScaleSection { bending_length: Some(3.0), bind: Bind::Nearest, rotations: false },
         strain: StrainSection { edges: Edges::File("edges.csv".into()) },
         fine_scale: FineScaleSection { max_influences: 8 },
         learned: LearnedSection {
@@ -135,7 +135,7 @@ fn what_is_left_out_has_its_default() {
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
             pins: PinsSection::default(),
-            large_scale: LargeScaleSection { bending_length: None, bind: Bind::Auto },
+            large_scale: LargeScaleSection { bending_length: None, bind: Bind::Auto, rotations: false },
             strain: StrainSection { edges: Edges::Auto },
             fine_scale: FineScaleSection { max_influences: 16 },
             learned: LearnedSection::default(),
@@ -239,6 +239,7 @@ fn any_project() -> impl Strategy<Value = Project> {
         large_scale: LargeScaleSection {
             bending_length: choices.0,
             bind: if choices.1 { Bind::Nearest } else { Bind::Rigid },
+            rotations: choices.1,
         },
         strain: StrainSection {
             edges: choices.2.filter(|path| path.as_os_str() != "auto").map_or(Edges::Auto, Edges::File),

@@ -61,7 +61,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
             "bending_length",
             "bending-length",
             "face.toml, line 13: unknown key \"bending-length\" in [large_scale] \
-             (did you mean \"bending_length\"?), expected bending_length, bind",
+             (did you mean \"bending_length\"?), expected bending_length, bind, rotations",
         ),
         ("vertices", "colour", "face.toml, line 6: unknown key \"colour\" in [handles], expected vertices"),
         (

@@ -1,4 +1,5 @@
-// README.md beside this file says what is computed. One work item: VERTICES vertices (x) of FRAMES frames (y).
+// README.md beside this file says what is computed. One work item: VERTICES vertices (x) of FRAMES frames (y), or of one frame (y) whose four
+// vectors of each handle are summed as those of FRAMES = 4 frames are.
 #ifndef FRAMES
 #define FRAMES 1
 #endif
@@ -23,6 +24,8 @@ typedef struct {
     uint handles;
     uint fp16_basis;
     uint banded;
+    uint rotating;
+    uint center;
 } Params;
 
 // Row h of the tile of 16 vertices, for those from vertex i on; fp16 where params.fp16_basis is 1.
@@ -41,7 +44,8 @@ __kernel __attribute__((reqd_work_group_size(256 / VERTICES, 1, 1))) void large_
     const Params params)
 {
     uint i = VERTICES * get_global_id(0);
-    uint frame = FRAMES * get_global_id(1);
+    uint first = FRAMES * get_global_id(1);
+    uint last = params.frames * (params.rotating != 0 ? 4 : 1) - 1;
     if (i >= params.part_vertices) {
         return;
     }
@@ -56,19 +60,30 @@ __kernel __attribute__((reqd_work_group_size(256 / VERTICES, 1, 1))) void large_
     for (uint h = 0; h < params.handles; h++) {
         Floats b = basis_at(basis, params, i, h);
         for (uint g = 0; g < FRAMES; g++) {
-            uint at = min(frame + g, params.frames - 1) * params.handles + h;
+            uint at = min(first + g, last) * params.handles + h;
             float4 u = ((__global const float4 *)displacements)[at];
             x[g].all += b * u.x;
             y[g].all += b * u.y;
             z[g].all += b * u.z;
         }
     }
-    for (uint g = 0; g < FRAMES; g++) {
+    for (uint g = 0; g < (params.rotating != 0 ? 1 : FRAMES); g++) {
+        uint frame = params.rotating != 0 ? get_global_id(1) : first + g;
         for (uint lane = 0; lane < VERTICES; lane++) {
-            if (frame + g < params.frames && i + lane < params.part_vertices) {
+            if (frame < params.frames && i + lane < params.part_vertices) {
                 uint v = params.first_vertex + i + lane;
-                uint result = 3 * ((frame + g) * params.vertices + v);
-                float3 position = vload3(v, rest) + (float3)(x[g].of[lane], y[g].of[lane], z[g].of[lane]);
+                uint result = 3 * (frame * params.vertices + v);
+                float3 position = vload3(v, rest);
+                float3 moved = (float3)(x[g].of[lane], y[g].of[lane], z[g].of[lane]);
+#if FRAMES == 4
+                if (params.rotating != 0) {
+                    float3 from_center = position - vload3(params.center, rest);
+                    moved += from_center.x * (float3)(x[1].of[lane], y[1].of[lane], z[1].of[lane]);
+                    moved += from_center.y * (float3)(x[2].of[lane], y[2].of[lane], z[2].of[lane]);
+                    moved += from_center.z * (float3)(x[3].of[lane], y[3].of[lane], z[3].of[lane]);
+                }
+#endif
+                position += moved;
                 if (params.banded != 0) {
                     position += vload3(result / 3, band_offsets);
                 }

@@ -1,5 +1,6 @@
 #version 450
-// README.md beside this file says what is computed. One invocation: four vertices (x) of FRAMES frames (y).
+// README.md beside this file says what is computed. One invocation: four vertices (x) of FRAMES frames (y), or of one frame (y) whose four
+// vectors of each handle are summed as those of FRAMES = 4 frames are.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint FRAMES = 1;
 
@@ -11,6 +12,8 @@ layout(push_constant, std430) uniform Params {
     uint handles;
     uint fp16_basis;
     uint banded;
+    uint rotating;
+    uint center;
 } params;
 layout(std430, binding = 0) readonly buffer Rest { float rest[]; };
 layout(std430, binding = 1) readonly buffer Basis { uvec2 basis[]; };
@@ -31,7 +34,9 @@ vec4 basis_at(uint i, uint h) {
 void main() {
     // Those past the end compute the last four once more, so that all of a workgroup go the same way.
     uint i = min(4 * gl_GlobalInvocationID.x, (params.part_vertices - 1) / 4 * 4);
-    uint frame = FRAMES * gl_GlobalInvocationID.y;
+    bool rotating = params.rotating != 0;
+    uint first = FRAMES * gl_GlobalInvocationID.y;
+    uint last = params.frames * (rotating ? 4 : 1) - 1;
     vec4 x[4];
     vec4 y[4];
     vec4 z[4];
@@ -43,19 +48,28 @@ void main() {
     for (uint h = 0; h < params.handles; h++) {
         vec4 b = basis_at(i, h);
         for (uint g = 0; g < FRAMES; g++) {
-            vec4 u = displacements[min(frame + g, params.frames - 1) * params.handles + h];
+            vec4 u = displacements[min(first + g, last) * params.handles + h];
             x[g] += b * u.x;
             y[g] += b * u.y;
             z[g] += b * u.z;
         }
     }
-    for (uint g = 0; g < FRAMES; g++) {
+    for (uint g = 0; g < (rotating ? 1 : FRAMES); g++) {
+        uint frame = rotating ? gl_GlobalInvocationID.y : first + g;
         for (uint lane = 0; lane < 4; lane++) {
-            if (frame + g < params.frames && 4 * gl_GlobalInvocationID.x + lane < params.part_vertices) {
+            if (frame < params.frames && 4 * gl_GlobalInvocationID.x + lane < params.part_vertices) {
                 uint v = params.first_vertex + i + lane;
-                uint result = 3 * ((frame + g) * params.vertices + v);
+                uint result = 3 * (frame * params.vertices + v);
                 vec3 position = vec3(rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]);
-                position += vec3(x[g][lane], y[g][lane], z[g][lane]);
+                vec3 moved = vec3(x[g][lane], y[g][lane], z[g][lane]);
+                if (rotating) {
+                    uint c = 3 * params.center;
+                    vec3 from_center = position - vec3(rest[c], rest[c + 1], rest[c + 2]);
+                    for (uint k = 0; k < 3; k++) {
+                        moved += from_center[k] * vec3(x[1 + k][lane], y[1 + k][lane], z[1 + k][lane]);
+                    }
+                }
+                position += moved;
                 if (params.banded != 0) {
                     position += vec3(band_offsets[result], band_offsets[result + 1], band_offsets[result + 2]);
                 }

@@ -1,4 +1,5 @@
-// README.md beside this file says what is computed. One invocation: four vertices (x) of FRAMES frames (y).
+// README.md beside this file says what is computed. One invocation: four vertices (x) of FRAMES frames (y), or of one frame (y) whose four
+// vectors of each handle are summed as those of FRAMES = 4 frames are.
 override FRAMES: u32 = 1;
 
 struct Params {
@@ -9,6 +10,8 @@ struct Params {
     handles: u32,
     fp16_basis: u32,
     banded: u32,
+    rotating: u32,
+    center: u32,
 }
 
 @group(0) @binding(0) var<storage, read> rest: array<f32>;
@@ -32,26 +35,37 @@ fn basis_at(i: u32, h: u32) -> vec4f {
 fn large_scale(@builtin(global_invocation_id) id: vec3u) {
     // Those past the end compute the last four once more, so that all of a workgroup go the same way.
     let i = min(4 * id.x, (params.part_vertices - 1) / 4 * 4);
-    let frame = FRAMES * id.y;
+    let rotating = params.rotating != 0;
+    let first = FRAMES * id.y;
+    let last = params.frames * select(1u, 4u, rotating) - 1;
     var x: array<vec4f, 4>;
     var y: array<vec4f, 4>;
     var z: array<vec4f, 4>;
     for (var h = 0u; h < params.handles; h++) {
         let b = basis_at(i, h);
         for (var g = 0u; g < FRAMES; g++) {
-            let u = displacements[min(frame + g, params.frames - 1) * params.handles + h];
+            let u = displacements[min(first + g, last) * params.handles + h];
             x[g] += b * u.x;
             y[g] += b * u.y;
             z[g] += b * u.z;
         }
     }
-    for (var g = 0u; g < FRAMES; g++) {
+    for (var g = 0u; g < select(FRAMES, 1u, rotating); g++) {
+        let frame = select(first + g, id.y, rotating);
         for (var lane = 0u; lane < 4; lane++) {
-            if frame + g < params.frames && 4 * id.x + lane < params.part_vertices {
+            if frame < params.frames && 4 * id.x + lane < params.part_vertices {
                 let v = params.first_vertex + i + lane;
-                let result = 3 * ((frame + g) * params.vertices + v);
+                let result = 3 * (frame * params.vertices + v);
                 var position = vec3f(rest[3 * v], rest[3 * v + 1], rest[3 * v + 2]);
-                position += vec3f(x[g][lane], y[g][lane], z[g][lane]);
+                var moved = vec3f(x[g][lane], y[g][lane], z[g][lane]);
+                if rotating {
+                    let c = 3 * params.center;
+                    let from_center = position - vec3f(rest[c], rest[c + 1], rest[c + 2]);
+                    for (var k = 0u; k < 3; k++) {
+                        moved += from_center[k] * vec3f(x[1 + k][lane], y[1 + k][lane], z[1 + k][lane]);
+                    }
+                }
+                position += moved;
                 if params.banded != 0 {
                     position += vec3f(band_offsets[result], band_offsets[result + 1], band_offsets[result + 2]);
                 }

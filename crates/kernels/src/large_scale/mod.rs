@@ -1,6 +1,6 @@
 #![doc = include_str!("README.md")]
 use crate::params::parameter_block;
-use crate::{Real, vec3};
+use crate::{Number, Real, vec3};
 
 parameter_block!(
     /// Frames in the batch.
@@ -17,7 +17,14 @@ parameter_block!(
     fp16_basis,
     /// 1 where `band_offsets` are added, 0 where there are none.
     banded,
+    /// 1 where the handles turn, and `displacements` has four vectors of each in a frame; 0 where it has one.
+    rotating,
+    /// Where the handles turn, the vertex that rest positions are taken from.
+    center,
 );
+
+/// Vectors of each handle in a frame where the handles turn: a displacement, and the columns of R − I.
+pub const MOTION: usize = 4;
 
 impl Params {
     /// For a rig in one piece.
@@ -31,34 +38,54 @@ impl Params {
             handles: handles as u32,
             fp16_basis: 0,
             banded: u32::from(banded),
+            rotating: 0,
+            center: 0,
         }
+    }
+
+    /// The same where the handles turn, if they do; `center` is a vertex.
+    pub fn turning(self, center: Option<u32>) -> Self {
+        Self { rotating: u32::from(center.is_some()), center: center.unwrap_or(0), ..self }
+    }
+
+    /// Vectors of each handle in a frame.
+    pub fn vectors(&self) -> usize {
+        if self.rotating != 0 { MOTION } else { 1 }
     }
 }
 
-/// The twin. `basis` has the rows of the part alone; `band_offsets` is frames × V, or empty.
+/// The twin. `basis` has the rows of the part alone; `displacements` is frames × H, or frames × 4 × H; `band_offsets` is frames × V, or
+/// empty.
 // Where the processor's own instructions are chosen, the twin is to be compiled for them: without, a fused multiply-add is a call.
 #[inline(always)]
 pub fn large_scale<T: Real>(
     params: Params,
     rest: &[[T; 3]],
     basis: &[T],
-    handle_rest: &[[T; 3]],
-    handle_positions: &[[T; 3]],
+    displacements: &[[T; 3]],
     band_offsets: &[[T; 3]],
     large_scale_positions: &mut [[T; 3]],
 ) {
     let (vertices, handles) = (params.vertices as usize, params.handles as usize);
     for frame in 0..params.frames as usize {
-        let p = &handle_positions[frame * handles..][..handles];
+        let of_frame = params.vectors() * handles;
+        let of_frame = &displacements[frame * of_frame..][..of_frame];
         for i in 0..params.part_vertices as usize {
             let v = params.first_vertex as usize + i;
             let row = &basis[i * handles..][..handles];
-            let mut sum = [T::ZERO; 3];
-            for h in 0..handles {
-                let u = vec3::sub(p[h], handle_rest[h]);
-                for c in 0..3 {
-                    sum[c] = row[h].mul_add(u[c], sum[c]);
+            let blended = |vector: usize| {
+                let mut sum = [T::ZERO; 3];
+                for (b, u) in row.iter().zip(&of_frame[vector * handles..][..handles]) {
+                    for c in 0..3 {
+                        sum[c] = b.mul_add(u[c], sum[c]);
+                    }
                 }
+                sum
+            };
+            let mut sum = blended(0);
+            if params.rotating != 0 {
+                let from_center = vec3::sub(rest[v], rest[params.center as usize]);
+                sum = turned(sum, [1, 2, 3].map(blended), from_center);
             }
             let mut position = vec3::add(rest[v], sum);
             if params.banded != 0 {
@@ -67,4 +94,16 @@ pub fn large_scale<T: Real>(
             large_scale_positions[frame * vertices + v] = position;
         }
     }
+}
+
+/// How far a vertex goes that goes so far `at_center`, where the surface turns: the columns of R − I, and where it is from the centre.
+#[inline(always)]
+pub fn turned<T: Number>(at_center: [T; 3], columns: [[T; 3]; 3], from_center: [T; 3]) -> [T; 3] {
+    let mut sum = at_center;
+    for (column, x) in columns.into_iter().zip(from_center) {
+        for c in 0..3 {
+            sum[c] = column[c].mul_add(x, sum[c]);
+        }
+    }
+    sum
 }

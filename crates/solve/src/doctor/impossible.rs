@@ -153,6 +153,17 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
             }
         }
     }
+    if let Method::Learned(LearnedSettings { share, reach, .. }) = settings.method
+        && settings.rotations
+        && (share.is_some_and(|share| share < 1.0) || (share.is_none() && reach.is_infinite()))
+    {
+        error(
+            "settings",
+            "rotations go with share = 1 alone: of what is learned, the rest would be in the basis, whose rows say how far a vertex turns \
+             with each handle; set share to 1, leave it out with a finite reach, or do without rotations"
+                .into(),
+        );
+    }
     if !positive(face.metres_per_unit) {
         error("settings", format!("a unit is {} metres, expected a number above 0", face.metres_per_unit));
     }

@@ -25,6 +25,7 @@ pub use parts::FreePart;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Example, Face, FoldStrains, Learned, LearnedSettings, Progress, Result, Rig};
+use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;
 
@@ -89,7 +90,7 @@ pub fn learn(
     let follows = |v: usize| matches!(listens[v], Listens::As(_)) && !pinned[v];
     bind_nearest(&rig.rest, &rig.triangles, &parts.driven, follows, rig.handles.len(), &mut rig.basis);
     progress.step("residual", 0, 1)?;
-    let mut smooth_residual = residual(rig, examples, &displacements);
+    let mut smooth_residual = residual(rig, examples);
     progress.step("residual", 1, 1)?;
     // The choice below is for the skin: eyes and teeth have large areas and nothing to choose.
     let mut area = laplacian.mass.clone();
@@ -131,7 +132,7 @@ pub fn learn(
     let (mut detail, fold_ridge) = (Vec::new(), settings.fold_ridge);
     let folds = if settings.fold_strains == FoldStrains::Vectors {
         progress.step("detail", 0, 1)?;
-        let left = residual(rig, examples, &displacements);
+        let left = residual(rig, examples);
         progress.step("detail", 1, 1)?;
         let edges = rig.strain_edges.len() as u32;
         folds::vector_folds(
@@ -288,31 +289,44 @@ fn products(of_frame: &[[f64; 3]], of_examples: &[[f64; 3]]) -> Vec<f64> {
 }
 
 /// W, V×P×3: what the shell leaves of each example, in the space of the mesh.
-fn residual(rig: &Rig<f64>, examples: &[Example], displacements: &[Vec<[f64; 3]>]) -> Vec<[f64; 3]> {
+fn residual(rig: &Rig<f64>, examples: &[Example]) -> Vec<[f64; 3]> {
     let (count, handles) = (examples.len(), rig.handles.len());
     let mut residual = vec![[0.0; 3]; rig.vertices() * count];
     if count == 0 {
         return residual;
     }
-    // Handle by handle, x, y, z of one example after the other.
-    let by_handle: Vec<f64> =
-        (0..handles).flat_map(|h| displacements.iter().flat_map(move |u| u[h])).collect();
+    // One vector of each handle in each example, or four where the handles turn.
+    let of_examples: Vec<_> = examples.iter().map(|e| rig.motions(&at_handles(rig, &e.positions))).collect();
+    let center = of_examples[0].1.map(|v| rig.rest[v as usize]);
+    let per_example = of_examples[0].0.len() / handles;
+    // Handle by handle, x, y, z of one example's vectors after the other.
+    let of_handle = |h: usize| of_examples.iter().flat_map(move |(of, _)| of.iter().skip(h).step_by(handles));
+    let by_handle: Vec<f64> = (0..handles).flat_map(of_handle).flatten().copied().collect();
+    let numbers = 3 * per_example * count;
     let vectors = Arch::new();
     residual.par_chunks_mut(count).enumerate().for_each_init(
-        || vec![0.0; 3 * count],
+        || vec![0.0; numbers],
         |moved, (v, of_vertex)| {
             let row = &rig.basis[v * handles..][..handles];
             vectors.dispatch(
                 #[inline(always)]
                 || {
                     moved.fill(0.0);
-                    for (b, u) in row.iter().zip(by_handle.chunks_exact(3 * count)) {
+                    for (b, u) in row.iter().zip(by_handle.chunks_exact(numbers)) {
                         moved.iter_mut().zip(u).for_each(|(moved, u)| *moved += b * u);
                     }
                 },
             );
-            for ((w, example), moved) in of_vertex.iter_mut().zip(examples).zip(moved.as_chunks::<3>().0) {
-                *w = [0, 1, 2].map(|c| example.positions[v][c] - (rig.rest[v][c] + moved[c]));
+            let moved = moved.as_chunks::<3>().0.chunks_exact(per_example);
+            for ((w, example), moved) in of_vertex.iter_mut().zip(examples).zip(moved) {
+                let rest = rig.rest[v];
+                let moved = match (moved, center) {
+                    (&[at_center, x, y, z], Some(center)) => {
+                        large_scale::turned(at_center, [x, y, z], vec3::sub(rest, center))
+                    }
+                    _ => moved[0],
+                };
+                *w = vec3::sub(example.positions[v], vec3::add(rest, moved));
             }
         },
     );

@@ -1,0 +1,360 @@
+//! How the surface turns at each handle (`docs/method.md`, rotations), and what devices are given of it: once per frame, on the host,
+//! in f64 and by sums, products and roots alone, so that every device has the same bits.
+use crate::Rig;
+use rhytid_kernels::{Real, vec3};
+
+/// How much the turn of all handles counts at each along an axis, as a part of what its neighbours count there on the average. It says what
+/// they do not, such as the turn about a line that they lie in. A whole one would halve every turn of a flat neighbourhood, which counts nothing
+/// across.
+const OF_ALL: f64 = 0.1;
+
+/// How much no turn counts in the turn of all handles, as a part of what they count: where they lie in a line, the smallest turn is taken.
+const NO_TURN: f64 = 1e-9;
+
+/// What the rotations of a rig's handles are estimated from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rotations {
+    /// H rest positions, in mesh units.
+    rest: Vec<[f64; 3]>,
+    /// H edges from their mean.
+    from_mean: Vec<[f64; 3]>,
+    /// Where the neighbours of each handle begin, and where the last ones end: H + 1.
+    offsets: Vec<usize>,
+    /// The other ends of each handle's strain edges.
+    neighbors: Vec<Neighbor>,
+    /// Index of the handle nearest to the mean.
+    center: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Neighbor {
+    handle: usize,
+    /// The edge to it at rest.
+    edge: [f64; 3],
+    /// One over the square of its length: each direction counts as much.
+    weight: f64,
+}
+
+/// A 3×3 matrix, row by row.
+type Matrix = [[f64; 3]; 3];
+
+impl Rotations {
+    /// Of a rig whose handles turn; `None` where they do not.
+    pub fn new<T: Real>(rig: &Rig<T>) -> Option<Self> {
+        if !rig.rotations {
+            return None;
+        }
+        let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(T::widen)).collect();
+        let from_mean = from_mean(&rest);
+        let square = |h: &usize| vec3::dot(from_mean[*h], from_mean[*h]);
+        let center = (0..rest.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0);
+        let mut of_handles = vec![Vec::new(); rest.len()];
+        for &[a, b] in &rig.strain_edges {
+            let [a, b] = [a, b].map(|h| h as usize);
+            let edge = vec3::sub(rest[b], rest[a]);
+            let weight = 1.0 / vec3::dot(edge, edge);
+            // Two handles at one place have no edge to turn.
+            if weight.is_finite() {
+                of_handles[a].push(Neighbor { handle: b, edge, weight });
+                of_handles[b].push(Neighbor { handle: a, edge: edge.map(|x| -x), weight });
+            }
+        }
+        let ends = of_handles.iter().scan(0, |end, neighbors| {
+            *end += neighbors.len();
+            Some(*end)
+        });
+        let offsets = std::iter::once(0).chain(ends).collect();
+        Some(Self { rest, from_mean, offsets, neighbors: of_handles.concat(), center })
+    }
+
+    /// The index of the handle near the middle of all that vertices are turned about: the point itself does not matter, as long as what is
+    /// subtracted from rest positions leaves nothing large.
+    pub fn center(&self) -> usize {
+        self.center
+    }
+
+    /// R_h − I of each handle, H, where the handles are at H `positions`.
+    pub fn turns(&self, positions: &[[f64; 3]]) -> Vec<Matrix> {
+        let mut all = [[0.0; 3]; 3];
+        from_mean(positions)
+            .iter()
+            .zip(&self.from_mean)
+            .for_each(|(now, rest)| add(&mut all, 1.0, *now, *rest));
+        let spread: f64 = self.from_mean.iter().map(|x| vec3::dot(*x, *x)).sum();
+        (0..3).for_each(|c| all[c][c] += NO_TURN * spread);
+        let all = turn(&all);
+        let of_handle = |h: usize| {
+            let neighbors = &self.neighbors[self.offsets[h]..self.offsets[h + 1]];
+            let mut own = [[0.0; 3]; 3];
+            for neighbor in neighbors {
+                let now = vec3::sub(positions[neighbor.handle], positions[h]);
+                add(&mut own, neighbor.weight, now, neighbor.edge);
+            }
+            let counts = OF_ALL / 3.0 * neighbors.len().max(1) as f64;
+            for (i, row) in own.iter_mut().enumerate() {
+                for (j, x) in row.iter_mut().enumerate() {
+                    *x += counts * (all[i][j] + f64::from(u8::from(i == j)));
+                }
+            }
+            turn(&own)
+        };
+        (0..self.rest.len()).map(of_handle).collect()
+    }
+
+    /// What the kernel `large_scale` reads of frames × H positions, frames × 4 × H: of each frame where the handles take
+    /// the centre from rest, and then the columns of R_h − I.
+    pub fn motions<T: Real>(&self, positions: &[[T; 3]]) -> Vec<[T; 3]> {
+        let handles = self.rest.len();
+        let mut motions = vec![[T::ZERO; 3]; 4 * positions.len()];
+        let frames = motions.chunks_exact_mut(4 * handles.max(1)).zip(positions.chunks_exact(handles.max(1)));
+        for (motions, positions) in frames {
+            let positions: Vec<[f64; 3]> = positions.iter().map(|p| p.map(T::widen)).collect();
+            for (h, turn) in self.turns(&positions).iter().enumerate() {
+                let to_center = vec3::sub(self.rest[self.center], self.rest[h]);
+                let u = vec3::sub(positions[h], self.rest[h]);
+                let moved = vec3::add(u, turn.map(|row| vec3::dot(row, to_center)));
+                motions[h] = moved.map(T::round_from);
+                for c in 0..3 {
+                    motions[(1 + c) * handles + h] = turn.map(|row| T::round_from(row[c]));
+                }
+            }
+        }
+        motions
+    }
+}
+
+impl<T: Real> Rig<T> {
+    /// What the kernel `large_scale` reads of frames × H handle positions: frames × H displacements from rest or, where the handles turn,
+    /// [`Rotations::motions`] and the vertex that they turn about.
+    pub fn motions(&self, handle_positions: &[[T; 3]]) -> (Vec<[T; 3]>, Option<u32>) {
+        if let Some(rotations) = Rotations::new(self) {
+            return (rotations.motions(handle_positions), Some(self.handles[rotations.center()]));
+        }
+        let rest = self.handles.iter().map(|&v| self.rest[v as usize]).cycle();
+        (handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, rest)).collect(), None)
+    }
+}
+
+fn from_mean(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let sum = points.iter().fold([0.0; 3], |sum, x| vec3::add(sum, *x));
+    let mean = sum.map(|x| x / points.len() as f64);
+    points.iter().map(|x| vec3::sub(*x, mean)).collect()
+}
+
+/// Adds w a bᵀ; where a is b, what is added is symmetric, exactly.
+fn add(sum: &mut Matrix, w: f64, a: [f64; 3], b: [f64; 3]) {
+    for i in 0..3 {
+        for j in 0..3 {
+            sum[i][j] += w * (a[i] * b[j]);
+        }
+    }
+}
+
+/// R − I of the rotation R nearest to `m`, the one with the largest tr(Rᵀ m): Horn's quaternion. Of what is symmetric and has no
+/// negative eigenvalue it is 0, exactly.
+fn turn(m: &Matrix) -> Matrix {
+    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = *m;
+    let [w, x, y, z] = largest_eigenvector([
+        [xx + yy + zz, zy - yz, xz - zx, yx - xy],
+        [zy - yz, xx - yy - zz, xy + yx, zx + xz],
+        [xz - zx, xy + yx, yy - xx - zz, yz + zy],
+        [yx - xy, zx + xz, yz + zy, zz - xx - yy],
+    ]);
+    [
+        [-2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), -2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), -2.0 * (x * x + y * y)],
+    ]
+}
+
+/// The eigenvector of the largest eigenvalue of a symmetric matrix, of length 1; the first axis where all are equal. By Jacobi's
+/// rotations, which converge quadratically.
+fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> [f64; 4] {
+    const SWEEPS: usize = 12;
+    // Row i is the eigenvector of a[i][i].
+    let mut vectors = [[0.0; 4]; 4];
+    (0..4).for_each(|i| vectors[i][i] = 1.0);
+    for _ in 0..SWEEPS {
+        let mut is_diagonal = true;
+        for p in 0..3 {
+            for q in p + 1..4 {
+                let (app, aqq, apq) = (a[p][p], a[q][q], a[p][q]);
+                if apq.abs() <= f64::EPSILON * f64::EPSILON * (app.abs() + aqq.abs()) {
+                    continue;
+                }
+                is_diagonal = false;
+                let theta = (aqq - app) / (2.0 * apq);
+                let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+                let c = 1.0 / (t * t + 1.0).sqrt();
+                let s = t * c;
+                for row in &mut a {
+                    let (x, y) = (row[p], row[q]);
+                    (row[p], row[q]) = (c * x - s * y, s * x + c * y);
+                }
+                for i in 0..4 {
+                    let (x, y) = (a[p][i], a[q][i]);
+                    (a[p][i], a[q][i]) = (c * x - s * y, s * x + c * y);
+                    let (x, y) = (vectors[p][i], vectors[q][i]);
+                    (vectors[p][i], vectors[q][i]) = (c * x - s * y, s * x + c * y);
+                }
+                (a[p][q], a[q][p]) = (0.0, 0.0);
+            }
+        }
+        if is_diagonal {
+            break;
+        }
+    }
+    let largest = (0..4).fold(0, |best, i| if a[i][i] > a[best][best] { i } else { best });
+    let length = vectors[largest].iter().map(|x| x * x).sum::<f64>().sqrt();
+    vectors[largest].map(|x| x / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Faces, UpAxis};
+
+    /// Handles at these places and nothing else; strain edges between all that lie apart, and not farther than that.
+    fn rotations(rest: &[[f64; 3]], farthest: f64) -> Rotations {
+        let h = rest.len();
+        let pairs = (0..h as u32).flat_map(|a| (0..a).map(move |b| [b, a]));
+        let joined = |&[a, b]: &[u32; 2]| {
+            let length = off(rest[a as usize], rest[b as usize]);
+            length > 0.0 && length <= farthest
+        };
+        let rig = Rig::<f64> {
+            name: String::new(),
+            metres_per_unit: 0.01,
+            up_axis: UpAxis::Y,
+            labels: Vec::new(),
+            example_names: Vec::new(),
+            faces: Faces::default(),
+            uvs: None,
+            materials: None,
+            bending_length: 1.0,
+            beta: 0.0,
+            handles: (0..h as u32).collect(),
+            triangles: Vec::new(),
+            rest: rest.to_vec(),
+            basis: Vec::new(),
+            strain_edges: pairs.filter(joined).collect(),
+            influence_edges: Vec::new(),
+            influence_weights: Vec::new(),
+            tangent_neighbors: Vec::new(),
+            pose_features: Vec::new(),
+            rbf_weights: Vec::new(),
+            example_handles: Vec::new(),
+            rotations: true,
+            learned: None,
+        };
+        Rotations::new(&rig).unwrap()
+    }
+
+    /// About an axis of length 1, by Rodrigues' formula.
+    fn rodrigues(axis: [f64; 3], angle: f64, x: [f64; 3]) -> [f64; 3] {
+        let across = vec3::cross(axis, x);
+        let along = vec3::dot(axis, x);
+        std::array::from_fn(|c| {
+            x[c] * angle.cos() + across[c] * angle.sin() + axis[c] * along * (1.0 - angle.cos())
+        })
+    }
+
+    fn applied(turn: &Matrix, x: [f64; 3]) -> [f64; 3] {
+        vec3::add(x, turn.map(|row| vec3::dot(row, x)))
+    }
+
+    fn off(a: [f64; 3], b: [f64; 3]) -> f64 {
+        vec3::length(vec3::sub(a, b))
+    }
+
+    const AXIS: [f64; 3] = [2.0 / 7.0, -3.0 / 7.0, 6.0 / 7.0];
+    const FIVE: [[f64; 3]; 5] =
+        [[1.0, 2.0, 0.5], [3.0, -1.0, 0.2], [-2.0, 0.3, -0.4], [0.1, -2.0, 1.0], [0.0, 0.0, 0.3]];
+
+    #[test]
+    fn a_turn_of_all_is_found_at_each_whatever_its_angle() {
+        for rest in [&FIVE[..], &FIVE[..3]] {
+            let rotations = rotations(rest, 99.0);
+            for degrees in [0.0f64, 1e-7, 30.0, 90.0, 170.0, 179.0, -120.0] {
+                let turned = |x| rodrigues(AXIS, degrees.to_radians(), x);
+                let now: Vec<[f64; 3]> =
+                    rest.iter().map(|x| vec3::add(turned(*x), [5.0, -7.0, 2.0])).collect();
+                for turn in rotations.turns(&now) {
+                    for x in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+                        assert!(off(applied(&turn, x), turned(x)) < 1e-7, "{degrees}: {turn:?}");
+                    }
+                }
+            }
+            assert!(rotations.turns(rest).iter().flatten().flatten().all(|x| *x == 0.0));
+        }
+    }
+
+    /// What a handle's neighbours do relative to all is nearly all of its turn, but for what [`OF_ALL`] takes of it.
+    #[test]
+    fn a_strip_that_is_bent_turns_by_its_own_angle() {
+        let places = (0..7).flat_map(|i| [-0.75, 0.75].map(|y| [f64::from(i) - 3.0, y, 0.0]));
+        let rest: Vec<[f64; 3]> = places.collect();
+        // A quarter of a circle.
+        let radius = 6.0 / std::f64::consts::FRAC_PI_2;
+        let bent = |x: &[f64; 3]| {
+            let angle = x[0] / radius;
+            [radius * angle.sin(), x[1], radius * (1.0 - angle.cos())]
+        };
+        let now: Vec<[f64; 3]> = rest.iter().map(bent).collect();
+        let strip = rotations(&rest, 1.6);
+        for (turn, x) in strip.turns(&now).iter().zip(&rest) {
+            let [_, _, up] = applied(turn, [1.0, 0.0, 0.0]);
+            // The ends see one side of themselves.
+            let expected = (x[0].abs().min(2.5).copysign(x[0])) / radius;
+            assert!(
+                (up.asin() - expected).abs() < 0.15 * expected.abs() + 1e-9,
+                "{} for {expected}",
+                up.asin()
+            );
+        }
+    }
+
+    #[test]
+    fn what_determines_no_rotation_takes_the_smallest() {
+        let all_at_one = vec![[1.0, 2.0, 3.0]; 4];
+        for (rest, now) in [
+            (vec![[1.0, 2.0, 3.0]], vec![[9.0, 9.0, 9.0]]),
+            (all_at_one.clone(), FIVE[..4].to_vec()),
+            (FIVE[..4].to_vec(), all_at_one),
+        ] {
+            let turns = rotations(&rest, 99.0).turns(&now);
+            assert!(turns.iter().flatten().flatten().all(|x| *x == 0.0), "{turns:?}");
+        }
+        // Two handles turn as the line between them does, and not about it.
+        let turns = rotations(&[[0.0; 3], [2.0, 0.0, 0.0]], 99.0).turns(&[[1.0, 1.0, 1.0], [1.0, 4.0, 1.0]]);
+        for turn in turns {
+            for (x, expected) in [
+                ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+                ([0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]),
+                ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]),
+            ] {
+                assert!(off(applied(&turn, x), expected) < 1e-6, "{turn:?}");
+            }
+        }
+    }
+
+    /// Handles that move steadily turn steadily, also through a half turn.
+    #[test]
+    fn neighbouring_frames_have_neighbouring_rotations() {
+        let rotations = rotations(&FIVE, 99.0);
+        let frame = |i: usize| {
+            let t = i as f64 / 1000.0;
+            let turned = FIVE.iter().enumerate().map(|(h, x)| {
+                let own = rodrigues(AXIS, 6.0 * t, *x);
+                [own[0] + (5.0 * t + h as f64).sin(), own[1], own[2] + 0.3 * (9.0 * t * h as f64).cos()]
+            });
+            rotations.turns(&turned.collect::<Vec<_>>())
+        };
+        let frames: Vec<Vec<Matrix>> = (0..=1000).map(frame).collect();
+        for [before, after] in frames.array_windows() {
+            for (a, b) in before.iter().flatten().flatten().zip(after.iter().flatten().flatten()) {
+                assert!((a - b).abs() < 0.03, "{a} and then {b}");
+            }
+        }
+    }
+}
