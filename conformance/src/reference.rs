@@ -102,11 +102,7 @@ fn of_vertices(
 fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
     let handles = rig.handles.len();
-    let (mut motions, center) = rig.motions(&found.handle_positions);
-    if center.is_some() {
-        // The host made them, in f64.
-        motions.as_flattened_mut().iter_mut().for_each(|x| *x = f64::from(*x as f32));
-    }
+    let (motions, center) = rig.motions(&found.handle_positions);
     let center = center.map(|v| rig.rest[v as usize]);
     let vectors = motions.len() / found.handle_positions.len();
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };

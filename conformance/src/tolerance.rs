@@ -50,7 +50,7 @@ pub const STRAIN_PRODUCTS: f64 = 7.0;
 /// `strain`, relative to itself: the length, its sum with the rest length, the rest length, and two divisions.
 pub const STRAIN_QUOTIENT: f64 = LENGTH + ONE + REST_LENGTH + 2.0 * DIVIDE;
 
-/// `large_scale`, relative to `Σ|b u|`: the displacement, the product, H − 1 sums.
+/// `large_scale`, relative to `Σ|b u|`: the displacement (or what a handle that turns has in its place, which the host rounds), the product, H − 1 sums.
 pub fn large_scale(handles: usize) -> f64 {
     handles as f64 + 1.0
 }

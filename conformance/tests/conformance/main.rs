@@ -1,6 +1,7 @@
 //! The conformance suite itself: its cases, its references, what it notices, and the method on golden, random and real faces.
 //! (Devices are tested in `tests/devices.rs`.)
 
+mod bends;
 mod coverage;
 mod cpu;
 mod explain;

@@ -83,7 +83,7 @@ impl BasisStorage {
     /// How far rounding the basis of `rig`, and c where it has a linear band, can move any vertex along an axis, as a part of
     /// the largest displacement of a handle: `max_v (Σ_h |B_vh − B'_vh| + Σ_p |c_vp − c'_vp| Σ_e ω_ve |E_pe|)`, B' and c'
     /// being as they are kept, and |E_pe| the most that feature e of example p can make of
-    /// displacements of 1. 0 for
+    /// displacements of 1. Where handles turn, that they do so moves vertices more, and the rounding with it. 0 for
     /// [`BasisStorage::F32`].
     pub fn largest_error(self, rig: &Rig) -> f64 {
         if self == Self::F32 {

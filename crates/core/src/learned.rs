@@ -198,7 +198,7 @@ impl<T: Real> Rig<T> {
     }
 
     /// What the large scale adds to each of the V vertices when `handle` moves along `axis` (0 to 2) and no other does, by mesh
-    /// unit: it is linear as far as the rig's reach goes, so that there these columns together are all of it.
+    /// unit: it is linear as far as the rig's reach goes, so that there these columns together are all of it, but for how handles turn.
     pub fn large_scale_column(&self, handle: usize, axis: usize) -> Vec<[T; 3]> {
         let (handles, k, edges) = (self.handles.len(), self.influences(), self.strain_edges.len());
         let learned = self.learned.as_ref().filter(|learned| !learned.example_weights.is_empty());

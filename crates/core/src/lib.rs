@@ -64,6 +64,6 @@ pub use raw_take::RawTake;
 pub use rig::Rig;
 pub use rig_check::CheckedRig;
 pub use rigid::RigidMotion;
+pub use rotations::{Rotations, nearest_turn};
 pub use strain_gauge::{PrincipalStrains, StrainGauge};
-pub use rotations::Rotations;
 pub use take::Take;

@@ -82,7 +82,7 @@ impl Rotations {
             .for_each(|(now, rest)| add(&mut all, 1.0, *now, *rest));
         let spread: f64 = self.from_mean.iter().map(|x| vec3::dot(*x, *x)).sum();
         (0..3).for_each(|c| all[c][c] += NO_TURN * spread);
-        let all = turn(&all);
+        let all = nearest_turn(&all);
         let of_handle = |h: usize| {
             let neighbors = &self.neighbors[self.offsets[h]..self.offsets[h + 1]];
             let mut own = [[0.0; 3]; 3];
@@ -96,7 +96,7 @@ impl Rotations {
                     *x += counts * (all[i][j] + f64::from(u8::from(i == j)));
                 }
             }
-            turn(&own)
+            nearest_turn(&own)
         };
         (0..self.rest.len()).map(of_handle).collect()
     }
@@ -152,7 +152,7 @@ fn add(sum: &mut Matrix, w: f64, a: [f64; 3], b: [f64; 3]) {
 
 /// R − I of the rotation R nearest to `m`, the one with the largest tr(Rᵀ m): Horn's quaternion. Of what is symmetric and has no
 /// negative eigenvalue it is 0, exactly.
-fn turn(m: &Matrix) -> Matrix {
+pub fn nearest_turn(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = *m;
     let [w, x, y, z] = largest_eigenvector([
         [xx + yy + zz, zy - yz, xz - zx, yx - xy],

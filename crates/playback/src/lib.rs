@@ -42,6 +42,7 @@ mod local_normals;
 mod manifests;
 mod pipeline;
 mod playback;
+mod refined;
 mod regions;
 mod selection;
 mod shapes;

@@ -4,6 +4,7 @@ use crate::bake::Bake;
 use crate::correction::{Correction, Sculpted};
 use crate::evaluator::Evaluator;
 use crate::fade::{Fade, VertexGain};
+use crate::refined::Refined;
 use crate::selection::Selection;
 use crate::uncertainty::Uncertainty;
 use crate::untangle::Untangle;
@@ -76,6 +77,8 @@ pub struct PlaybackOptions {
     pub detail: f64,
     /// What becomes of the head's motion: [`HeadMotion::Bake`] puts it into the frames.
     pub head: HeadMotion,
+    /// Each frame is refined on the host ([`rhytid_solve::Refine`]), which a rig without examples can be.
+    pub refine: bool,
 }
 
 impl Default for PlaybackOptions {
@@ -90,6 +93,7 @@ impl Default for PlaybackOptions {
             fade_detail: false,
             detail: 1.0,
             head: HeadMotion::Keep,
+            refine: false,
         }
     }
 }
@@ -335,6 +339,13 @@ impl<'a> Playback<'a> {
             }
             _ => None,
         };
+        if options.refine && !self.corrections.is_empty() {
+            return Err(Error::input(
+                "what was sculpted would be refined away: leave --refine or the [[correction]] out",
+            ));
+        }
+        let mut refined = options.refine.then(|| Refined::new(self.rig, progress)).transpose()?;
+        let per_frame = 3 * self.rig.handles.len();
         let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
         let mut bake = Bake::default();
         let mut velocities = options.velocities.then(|| Velocities::new(selection.rate));
@@ -376,7 +387,12 @@ impl<'a> Playback<'a> {
             times: &selection.take.times,
         };
         self.evaluate_edited(&handles, (stage, normals), on_top, progress, |positions, normals| {
-            let shown = [positions, normals];
+            let shown = match &mut refined {
+                Some(refined) => {
+                    refined.frame(&handles[evaluated * per_frame..][..per_frame], [positions, normals])
+                }
+                None => [positions, normals],
+            };
             let [positions, normals] = match head {
                 Some(head) => bake.frame(&head[evaluated], shown),
                 None => shown,

@@ -195,8 +195,10 @@ impl<'a> Untangle<'a> {
 struct Frame<'a> {
     rig: &'a Rig,
     learned: &'a Learned,
-    /// u, H in mesh units.
-    displacements: Vec<[f64; 3]>,
+    /// u, H in mesh units; where the handles turn, what the kernel `large_scale` reads, 4 × H.
+    motions: Vec<[f64; 3]>,
+    /// The vertex that they turn about.
+    center: Option<u32>,
     /// D, F + H.
     vectors: Vec<[f64; 3]>,
     /// ‖D_e − D_pe‖² and ‖D_pe‖², (F + H)×P.
@@ -207,6 +209,13 @@ impl<'a> Frame<'a> {
     fn new(rig: &'a Rig, learned: &'a Learned, example_vectors: &[[f32; 3]], handles: &[[f32; 3]]) -> Self {
         let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]);
         let moved = |(x, rest): (&[f32; 3], [f32; 3])| vec3::sub(x.map(f64::from), rest.map(f64::from));
+        let (motions, center) = match rig.rotations {
+            true => {
+                let (motions, center) = rig.motions(handles);
+                (motions.into_iter().map(|x| x.map(f64::from)).collect(), center)
+            }
+            false => (handles.iter().zip(rest).map(moved).collect(), None),
+        };
         let vectors = rig.vector_strains(handles);
         let squares = |(d, of_examples): (&[f64; 3], &[[f32; 3]])| {
             let square = |d: [f64; 3]| vec3::dot(d, d);
@@ -220,7 +229,8 @@ impl<'a> Frame<'a> {
         Self {
             rig,
             learned,
-            displacements: handles.iter().zip(rest).map(moved).collect(),
+            motions,
+            center,
             squares: vectors.iter().zip(of_examples).flat_map(squares).collect(),
             vectors,
         }
@@ -240,10 +250,16 @@ impl<'a> Frame<'a> {
 
     /// Where the shell has a vertex, in mesh units.
     fn shell(&self, v: usize) -> [f64; 3] {
-        let mut x = self.rig.rest[v].map(f64::from);
+        let rest = self.rig.rest[v].map(f64::from);
+        let handles = self.rig.handles.len();
+        let row = &self.rig.basis[v * handles..][..handles];
+        let from_center = self.center.map(|c| vec3::sub(rest, self.rig.rest[c as usize].map(f64::from)));
+        let scales = std::iter::once(1.0).chain(from_center.into_iter().flatten());
+        let mut x = rest;
         let mut add = |weight: f64, moved: &[f64; 3]| (0..3).for_each(|c| x[c] += weight * moved[c]);
-        let row = &self.rig.basis[v * self.displacements.len()..];
-        row.iter().zip(&self.displacements).for_each(|(b, u)| add(f64::from(*b), u));
+        for (scale, of_handles) in scales.zip(self.motions.chunks_exact(handles)) {
+            row.iter().zip(of_handles).for_each(|(b, u)| add(scale * f64::from(*b), u));
+        }
         // The basis has ΔB in it.
         let listens = self.rig.influences() + self.learned.anchors_per_vertex();
         let gains = &self.learned.feature_gains[v * listens..];

@@ -52,6 +52,20 @@ impl System {
         self.mass[v as usize]
     }
 
+    /// `ℓ² M⁻¹ C x` of the shell's, of V positions; 0 at vertices without area.
+    pub fn bending(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let Energy::Shell(bending) = self.energy else { return vec![[0.0; 3]; positions.len()] };
+        let of_vertex = |v: usize| {
+            let mut sum = [0.0; 3];
+            for (w, c) in self.laplacian_row(v as u32) {
+                (0..3).for_each(|i| sum[i] += c * positions[w as usize][i]);
+            }
+            let scale = if self.mass[v] > 0.0 { bending / self.mass[v] } else { 0.0 };
+            sum.map(|x| scale * x)
+        };
+        (0..positions.len()).into_par_iter().map(of_vertex).collect()
+    }
+
     /// Where A has entries.
     pub fn pattern(&self) -> &Graph {
         &self.pattern
@@ -87,7 +101,8 @@ impl System {
         }
     }
 
-    fn laplacian_row(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {
+    /// Row `v` of C.
+    pub fn laplacian_row(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {
         let range = self.rings.offsets[v as usize]..self.rings.offsets[v as usize + 1];
         self.rings.neighbors(v).iter().copied().zip(self.laplacian[range].iter().copied())
     }

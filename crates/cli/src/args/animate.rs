@@ -71,6 +71,10 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "EDIT.toml", conflicts_with = "listen")]
     pub edit: Option<PathBuf>,
 
+    /// Refine each frame on the processor, for bends of more than 60° on a rig without examples: as rigid as possible, and stiff in bending.
+    #[arg(long)]
+    pub refine: bool,
+
     /// What becomes of the head's motion, where the take has it.
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]
     pub head: HeadChoice,

@@ -104,6 +104,13 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     if args.stage == StageChoice::Shell {
         rig = rig.shell();
     }
+    if args.refine && !rig.example_names.is_empty() {
+        return Err(Error::input(format!(
+            "--refine is for rigs without examples, found {} in {}, which show better what becomes of the face; leave it out",
+            human::counted(rig.example_names.len(), "example"),
+            args.rig.display()
+        )));
+    }
     let hash = rig_file::hash(&args.rig)?;
     // Before what is recorded could be lost by it.
     let gains = gains(args)?;
@@ -146,6 +153,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         normals: args.no_normals.then_some(false),
         velocities: args.velocities.then_some(true),
         strain: args.strain.then_some(true),
+        refine: args.refine.then_some(true),
         head: HeadMotion::from(args.head).into(),
     };
     let options = export::Options {
@@ -164,6 +172,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         fade_detail: args.fade_detail,
         detail: args.detail,
         head: args.head.into(),
+        refine: args.refine,
     };
 
     let devices = inputs::devices(device, ui)?;

@@ -126,6 +126,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             strain: false,
             strain_curves: None,
             groups: None,
+            refine: false,
             compressed,
             max_error: 0.1,
             quantize: false,

@@ -97,6 +97,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         fade_detail: provenance.fade_detail,
         detail: provenance.detail.unwrap_or(1.0),
         head: request.head,
+        refine: provenance.refine.unwrap_or(false),
     };
     let mut compared = Compared::default();
     let mut buffer = Vec::new();

@@ -50,6 +50,9 @@ pub struct Provenance {
     /// Whether there are principal strains; `None` for no, which files do not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strain: Option<bool>,
+    /// Whether frames were refined; `None` for no, which files do not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refine: Option<bool>,
     /// What became of the head's motion. Files from before there was this choice do not say: it was
     /// [`HeadMotion::Keep`].
     #[serde(default = "keep")]

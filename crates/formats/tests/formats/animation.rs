@@ -172,6 +172,7 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
             normals: Some(false),
             velocities: Some(true),
             strain: Some(true),
+            refine: Some(true),
             head: HeadMotion::Drop.into(),
         },
     }

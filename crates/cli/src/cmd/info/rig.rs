@@ -24,6 +24,7 @@ pub(super) struct RigInfo {
     share: Option<f64>,
     ridge: Option<f64>,
     bending_length: f64,
+    rotations: bool,
     beta: f64,
     f16_error: f64,
     device_bytes: usize,
@@ -60,6 +61,7 @@ impl RigInfo {
             share: rig.learned.as_ref().map(|learned| learned.share),
             ridge: rig.learned.as_ref().map(|learned| learned.ridge),
             bending_length: rig.bending_length,
+            rotations: rig.rotations,
             beta: rig.beta,
             f16_error,
             device_bytes,
@@ -88,6 +90,7 @@ impl RigInfo {
             row("influences", format!("{} per vertex", self.influences)),
             row("method", self.method_in_words()),
             row("bending length", format!("{} {unit}", human::number(self.bending_length))),
+            row("rotations", if self.rotations { "yes" } else { "no" }.to_owned()),
             row("beta", format!("{} per {unit}", human::number(self.beta))),
             row(
                 "basis as fp16",

@@ -82,6 +82,7 @@ pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
         normals: flag("normals"),
         velocities: flag("velocities"),
         strain: flag("strain"),
+        refine: flag("refine"),
         // Older files have neither of these.
         fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
         head: text("head").map_or(HeadMotion::Keep.into(), |word| Word::of(&word)),

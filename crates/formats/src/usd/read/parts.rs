@@ -167,6 +167,7 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         ("--detail", y.detail.unwrap_or(1.0).to_string(), x.detail.unwrap_or(1.0).to_string()),
         ("--detail-of", y.detail_of.clone().unwrap_or_default(), x.detail_of.clone().unwrap_or_default()),
         ("the hash of --edit", of(&y.edit_hash), of(&x.edit_hash)),
+        ("with --refine", has(y.refine.unwrap_or(false)), has(x.refine.unwrap_or(false))),
         ("--head", y.head.to_string(), x.head.to_string()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
         ("framesPerSecond", rate(b.frames_per_second), rate(a.frames_per_second)),

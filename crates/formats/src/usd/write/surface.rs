@@ -96,6 +96,7 @@ pub(crate) fn custom_data(provenance: &Provenance) -> Value {
     fields.extend(provenance.normals.map(|yes| ("normals".into(), Value::Bool(yes))));
     fields.extend(provenance.velocities.map(|yes| ("velocities".into(), Value::Bool(yes))));
     fields.extend(provenance.strain.map(|yes| ("strain".into(), Value::Bool(yes))));
+    fields.extend(provenance.refine.map(|yes| ("refine".into(), Value::Bool(yes))));
     Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])
 }
 

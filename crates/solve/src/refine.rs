@@ -1,0 +1,149 @@
+//! Frames of bends that one rotation a handle is not enough for, refined offline: the shell's energy where every vertex has a rotation of its
+//! own (`docs/method.md`, rotations).
+use crate::cholesky::Factor;
+use crate::dissection::{Dissection, dissect};
+use crate::driven::DrivenComponents;
+use crate::system::System;
+use rayon::prelude::*;
+use rhytid_core::{Error, Progress, Result, Rig, human, laplacian, nearest_turn};
+use rhytid_kernels::vec3;
+
+/// A step that moves no vertex by more than this part of the handles' spacing is the last.
+const STILL: f64 = 1e-4;
+
+/// Steps at most.
+const MOST_STEPS: usize = 60;
+
+/// ℓ of what is refined, as a part of the rig's: of a sheet that is rolled and a cylinder that is bent, this one was nearest to both.
+const BENDING: f64 = 0.25;
+
+/// What refines frames of a rig without examples.
+///
+/// In turn, the rotation R_i is found at each vertex that takes the edges to its neighbours from the rest pose r to the positions x as well as can
+/// be, and the positions for which `Σ_ij w_ij ‖x_i − x_j − R_i (r_i − r_j)‖² + ℓ² Σ_i M_i ‖(Δx)_i − R_i (Δr)_i‖²` is least with the handles where they
+/// are, by one factor for all frames: as rigid as possible (Sorkine and Alexa 2007), and stiff in bending as the shell is, without which the
+/// surface is pulled to a tip at each handle.
+pub struct Refine {
+    rest: Vec<[f64; 3]>,
+    /// Δr of the rest pose, with ℓ² M: what is turned.
+    bending: Vec<[f64; 3]>,
+    system: System,
+    factor: Factor,
+    /// The vertices that are free, in the factor's order.
+    order: Vec<u32>,
+    /// V: which those are.
+    is_free: Vec<bool>,
+    handles: Vec<u32>,
+    /// How little is nothing.
+    still: f64,
+}
+
+impl Refine {
+    /// For a rig without examples, with a quarter of its bending length. What is in no part with a handle, or does not move, stays where frames
+    /// have it.
+    ///
+    /// # Errors
+    /// As [`Refine::with_bending_length`].
+    pub fn new(rig: &Rig<f64>, progress: &dyn Progress) -> Result<Self> {
+        Self::with_bending_length(rig, BENDING * rig.bending_length, progress)
+    }
+
+    /// The same, with ℓ in mesh units: with 0 it resists stretching alone.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the rig has examples, which show better than an energy what becomes of the surface, or if the system is not
+    /// positive definite in floating point; [`Error::Cancelled`].
+    pub fn with_bending_length(rig: &Rig<f64>, bending_length: f64, progress: &dyn Progress) -> Result<Self> {
+        if !rig.example_names.is_empty() {
+            return Err(Error::input(format!(
+                "the rig has {}, and what is refined would lose what was learned of them; refine a rig without examples",
+                human::counted(rig.example_names.len(), "example")
+            )));
+        }
+        let mut is_free = DrivenComponents::new(&rig.rest, &rig.triangles, &rig.handles).driven;
+        let rows = rig.basis.chunks_exact(rig.handles.len());
+        is_free.iter_mut().zip(rows).for_each(|(free, row)| *free &= row.iter().any(|b| *b != 0.0));
+        rig.handles.iter().for_each(|&v| is_free[v as usize] = false);
+        let free = (0..rig.vertices() as u32).filter(|&v| is_free[v as usize]).collect();
+        let system = System::new(laplacian::laplacian(&rig.rest, &rig.triangles), bending_length);
+        let Dissection { order, root } = dissect(&rig.rest, system.pattern(), free);
+        let factor = Factor::new(&system.lower(&order), &root, progress)?;
+        let bending = system.bending(&rig.rest);
+        let spacing = rig.feature_lengths().last().copied().unwrap_or(1.0);
+        Ok(Self {
+            rest: rig.rest.clone(),
+            bending,
+            system,
+            factor,
+            order,
+            is_free,
+            handles: rig.handles.clone(),
+            still: STILL * spacing,
+        })
+    }
+
+    /// Refines the V positions of a frame whose H handles are at `handle_positions`, and says in how many steps.
+    pub fn frame(&self, handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]) -> usize {
+        self.handles.iter().zip(handle_positions).for_each(|(&v, x)| positions[v as usize] = *x);
+        for step in 1..=MOST_STEPS {
+            if self.step(positions) < self.still {
+                return step;
+            }
+        }
+        MOST_STEPS
+    }
+
+    /// The rotations, and then the positions; how far a vertex goes at the most.
+    fn step(&self, positions: &mut [[f64; 3]]) -> f64 {
+        let turns: Vec<[[f64; 3]; 3]> =
+            (0..self.rest.len()).into_par_iter().map(|v| self.turn(positions, v)).collect();
+        // What the turned rest pose pulls at, less what the vertices that are not free do.
+        let turned: Vec<[f64; 3]> =
+            turns.par_iter().zip(&self.bending).map(|(turn, b)| applied(turn, *b)).collect();
+        let fixed: Vec<[f64; 3]> = positions
+            .iter()
+            .zip(&self.is_free)
+            .map(|(x, is_free)| if *is_free { [0.0; 3] } else { *x })
+            .collect();
+        let bending = self.system.bending(&fixed);
+        let right = |&v: &u32| {
+            let (r, own) = (self.rest[v as usize], &turns[v as usize]);
+            let mut sum = [0.0; 3];
+            for (w, c) in self.system.laplacian_row(v) {
+                let edge = vec3::sub(r, self.rest[w as usize]);
+                let [a, b] = [applied(own, edge), applied(&turns[w as usize], edge)];
+                let bends = vec3::sub(turned[w as usize], bending[w as usize]);
+                for i in 0..3 {
+                    sum[i] += c * (0.5 * (a[i] + b[i]) + fixed[w as usize][i] + bends[i]);
+                }
+            }
+            sum
+        };
+        let mut x: Vec<[f64; 3]> = self.order.par_iter().map(right).collect();
+        self.factor.solve(x.as_flattened_mut(), 3);
+        let mut farthest = 0.0f64;
+        for (&v, x) in self.order.iter().zip(x) {
+            let before = std::mem::replace(&mut positions[v as usize], x);
+            farthest = farthest.max(vec3::length(vec3::sub(x, before)));
+        }
+        farthest
+    }
+
+    /// R − I of a vertex: how the edges to its neighbours turn from rest.
+    fn turn(&self, positions: &[[f64; 3]], v: usize) -> [[f64; 3]; 3] {
+        let mut sum = [[0.0; 3]; 3];
+        for (w, c) in self.system.laplacian_row(v as u32) {
+            let w = w as usize;
+            let (now, rest) = (vec3::sub(positions[v], positions[w]), vec3::sub(self.rest[v], self.rest[w]));
+            for (row, x) in sum.iter_mut().zip(now) {
+                row.iter_mut().zip(rest).for_each(|(sum, r)| *sum += c * (x * r));
+            }
+        }
+        nearest_turn(&sum)
+    }
+}
+
+/// x, turned.
+fn applied(turn: &[[f64; 3]; 3], x: [f64; 3]) -> [f64; 3] {
+    vec3::add(x, turn.map(|row| vec3::dot(row, x)))
+}
