@@ -192,7 +192,7 @@ pub fn cases(suite: Suite) -> Vec<Case> {
             r.rotations = true;
         }),
         Case::new("turning-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |r| {
-            r.rotations = true
+            r.rotations = true;
         }),
         Case::new(
             "turning-h89-b31",

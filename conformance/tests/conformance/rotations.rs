@@ -5,7 +5,9 @@ use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{Numbers, evaluate, worst_difference};
-use rhytid_core::{Animator, Backend, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_core::{
+    Animator, Backend, Face, LearnedSettings, Method, NoProgress, Rig, Settings, Stage, UploadOptions,
+};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 
@@ -79,9 +81,9 @@ proptest! {
         let pose = moved(&handles_at_rest(&rig));
         let mut expected = moved(&rig.rest);
         let h = rig.handles.len();
-        for v in 0..rig.vertices() {
-            if rig.basis[v * h..][..h].iter().all(|b| *b == 0.0) {
-                expected[v] = rig.rest[v];
+        for ((row, rest), expected) in rig.basis.chunks(h).zip(&rig.rest).zip(&mut expected) {
+            if row.iter().all(|b| *b == 0.0) {
+                *expected = *rest;
             }
         }
         let found = evaluate(&rig, &pose).large_scale;
@@ -134,4 +136,19 @@ fn an_unseen_capture_is_no_nearer() {
     });
     assert!((found[0][0] - 0.182).abs() < 0.001, "{found:?}");
     assert!(found[1][0] > found[0][0] && found[1][0] < 0.25, "{found:?}");
+}
+
+/// What is learned without the clamp goes into the basis, by which turns are blended.
+#[test]
+fn a_share_below_1_is_refused() {
+    for (share, reach) in [(Some(0.2), 1.0), (None, f64::INFINITY)] {
+        let mut face = crate::support::random_face::random_face(1, 7, 8, 2, 0.1);
+        face.settings.method =
+            Method::Learned(LearnedSettings { share, reach, ..LearnedSettings::default() });
+        face.settings.rotations = true;
+        let error = solve(&face, &NoProgress).unwrap_err().to_string();
+        assert!(error.contains("rotations go with share = 1 alone"), "{error}");
+        face.settings.rotations = false;
+        solve(&face, &NoProgress).unwrap();
+    }
 }

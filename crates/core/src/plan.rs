@@ -41,8 +41,8 @@ pub struct Plan {
     fp16_basis: bool,
     /// H×3.
     handle_rest: Vec<[f32; 3]>,
-    /// Where the handles turn.
-    rotations: Option<Rotations>,
+    /// Where the handles turn; in a box, since few do.
+    rotations: Option<Box<Rotations>>,
     /// The vertex that they turn about; 0 where they do not.
     center: u32,
     parts: Vec<Range<usize>>,
@@ -207,7 +207,7 @@ impl Plan {
         let frames_per_slice =
             (limit / frame_bytes).min(limits.max_workgroups as usize).min(options.max_frames);
 
-        let rotations = Rotations::new(rig);
+        let rotations = Rotations::new(rig).map(Box::new);
         let center = rotations.as_ref().map_or(0, |rotations| rig.handles[rotations.center()]);
         let mut plan = Self {
             sizes,

@@ -1,6 +1,8 @@
 //! How the surface turns at each handle (`docs/method.md`, rotations), and what devices are given of it: once per frame, on the host,
 //! in f64 and by sums, products and roots alone, so that every device has the same bits.
 use crate::Rig;
+use rayon::prelude::*;
+use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::{Real, vec3};
 
 /// How much the turn of all handles counts at each along an axis, as a part of what its neighbours count there on the average. It says what
@@ -105,9 +107,9 @@ impl Rotations {
     /// the centre from rest, and then the columns of R_h − I.
     pub fn motions<T: Real>(&self, positions: &[[T; 3]]) -> Vec<[T; 3]> {
         let handles = self.rest.len();
-        let mut motions = vec![[T::ZERO; 3]; 4 * positions.len()];
-        let frames = motions.chunks_exact_mut(4 * handles.max(1)).zip(positions.chunks_exact(handles.max(1)));
-        for (motions, positions) in frames {
+        let mut motions = vec![[T::ZERO; 3]; MOTION * positions.len()];
+        let frames = motions.par_chunks_exact_mut(MOTION * handles.max(1));
+        frames.zip(positions.par_chunks_exact(handles.max(1))).for_each(|(motions, positions)| {
             let positions: Vec<[f64; 3]> = positions.iter().map(|p| p.map(T::widen)).collect();
             for (h, turn) in self.turns(&positions).iter().enumerate() {
                 let to_center = vec3::sub(self.rest[self.center], self.rest[h]);
@@ -118,7 +120,7 @@ impl Rotations {
                     motions[(1 + c) * handles + h] = turn.map(|row| T::round_from(row[c]));
                 }
             }
-        }
+        });
         motions
     }
 }

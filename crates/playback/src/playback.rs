@@ -440,6 +440,7 @@ mod tests {
             fade_detail: false,
             detail: 1.0,
             head: HeadMotion::Keep,
+            refine: false,
         };
         let (provenance, corners) =
             (Provenance::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());

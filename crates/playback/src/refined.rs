@@ -47,3 +47,57 @@ impl<'a> Refined<'a> {
         [self.positions.as_flattened(), self.normals.as_flattened()]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Playback, PlaybackOptions, Selection, choose_devices};
+    use rhytid_core::NoProgress;
+
+    #[test]
+    fn frames_are_what_refine_makes_of_them_and_normals_are_theirs() {
+        let mut face = rhytid_demo::face(1_000);
+        face.examples.clear();
+        face.settings.rotations = true;
+        let exact = rhytid_solve::solve(&face, &NoProgress).unwrap();
+        let (rig, refine) = (exact.cast::<f32>(), Refine::new(&exact, &NoProgress).unwrap());
+        let take = rhytid_demo::performance(&face).slice(30..33);
+        let handles = take.handle_positions(&rig.labels).unwrap();
+        let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
+        let mut playback = Playback::new(&rig, &devices, 3).unwrap();
+        let selection = Selection::all(take).unwrap();
+        let frames = |playback: &mut Playback<'_>, refine| {
+            let options = PlaybackOptions { refine, ..PlaybackOptions::default() };
+            let mut frames: Vec<[Vec<f32>; 2]> = Vec::new();
+            let each = |frame: rhytid_formats::export::Frame<'_>| {
+                frames.push([frame.positions.to_vec(), frame.normals.unwrap_or_default().to_vec()]);
+                Ok(())
+            };
+            playback.play(&selection, options, &NoProgress, each).unwrap();
+            frames
+        };
+        let [before, after] = [false, true].map(|refine| frames(&mut playback, refine));
+        let widened = |x: &[f32]| x.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect::<Vec<_>>();
+        let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+        for ((before, after), handles) in before.iter().zip(&after).zip(handles.chunks(3 * rig.handles.len()))
+        {
+            let mut expected = widened(&before[0]);
+            refine.frame(&widened(handles), &mut expected);
+            let [positions, normals] = after.each_ref().map(|x| x.as_chunks::<3>().0);
+            let farthest = |a: &[[f64; 3]], b: &[[f64; 3]]| {
+                let apart = a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| (a - b).abs());
+                apart.fold(0.0, f64::max)
+            };
+            let found = widened(&after[0]);
+            assert!(farthest(&found, &expected) < 1e-5);
+            assert!(farthest(&found, &widened(&before[0])) > 1e-3, "it changes nothing");
+            for (h, &v) in rig.handles.iter().enumerate() {
+                assert_eq!(positions[v as usize], handles[3 * h..][..3]);
+            }
+            for (v, found) in normals.iter().enumerate() {
+                let incident = vertex_triangles.at(v);
+                assert_eq!(*found, normals::vertex_normal(positions, &rig.triangles, incident));
+            }
+        }
+    }
+}

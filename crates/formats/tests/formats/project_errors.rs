@@ -171,6 +171,7 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
             "3.0\nbind = \"Rigid\"",
             "line 14: [large_scale] bind is \"Rigid\", expected \"auto\", \"rigid\" or \"nearest\"",
         ),
+        ("3.0", "3.0\nrotations = 1", "line 14: [large_scale] rotations is 1, expected true or false"),
         (
             "[large_scale]",
             "[strain]\nedges = 1\n[large_scale]",

@@ -19,6 +19,7 @@ pub(super) struct ProjectInfo {
     /// Null where it is derived from the spacing of the handles.
     bending_length: Option<f64>,
     bind: &'static str,
+    rotations: bool,
     /// Null where they are found by the solve.
     strain_edges: Option<usize>,
     max_influences: usize,
@@ -44,6 +45,7 @@ impl ProjectInfo {
                 Bind::Rigid => "rigid",
                 Bind::Nearest => "nearest",
             },
+            rotations: face.settings.rotations,
             strain_edges: match face.settings.strain_edges {
                 StrainEdges::Auto => None,
                 StrainEdges::Given(edges) => Some(edges.len()),
@@ -66,6 +68,7 @@ impl ProjectInfo {
             row("method", self.method.to_owned()),
             row("bending length", bending_length),
             row("without a handle", self.bind.to_owned()),
+            row("rotations", if self.rotations { "yes" } else { "no" }.to_owned()),
             row("strain edges", self.strain_edges.map_or_else(|| "auto".to_owned(), human::count)),
             row("influences", format!("at most {} per vertex", self.max_influences)),
         ]);
