@@ -52,7 +52,7 @@ impl<'a> Refined<'a> {
 mod tests {
     use super::*;
     use crate::{Playback, PlaybackOptions, Selection, choose_devices};
-    use rhytid_core::NoProgress;
+    use rhytid_core::{NoProgress, Take};
 
     #[test]
     fn frames_are_what_refine_makes_of_them_and_normals_are_theirs() {
@@ -61,7 +61,15 @@ mod tests {
         face.settings.rotations = true;
         let exact = rhytid_solve::solve(&face, &NoProgress).unwrap();
         let (rig, refine) = (exact.cast::<f32>(), Refine::new(&exact, &NoProgress).unwrap());
-        let take = rhytid_demo::performance(&face).slice(30..33);
+        let bent = |x: [f64; 3]| [1.3 * x[0], x[1] + 0.3 * x[0], x[2] - 0.4 * x[0].abs()];
+        let bent: Vec<[f64; 3]> = rig.handles.iter().map(|&v| bent(exact.rest[v as usize])).collect();
+        let take = Take {
+            labels: rig.labels.clone(),
+            times: vec![0.0, 0.1, 0.2],
+            positions: [&bent[..], &bent[..], &bent[..]].concat(),
+            confidence: None,
+            head: None,
+        };
         let handles = take.handle_positions(&rig.labels).unwrap();
         let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
         let mut playback = Playback::new(&rig, &devices, 3).unwrap();
@@ -90,7 +98,7 @@ mod tests {
             };
             let found = widened(&after[0]);
             assert!(farthest(&found, &expected) < 1e-5);
-            assert!(farthest(&found, &widened(&before[0])) > 1e-3, "it changes nothing");
+            assert!(farthest(&found, &widened(&before[0])) > 1e-2, "it changes nothing");
             for (h, &v) in rig.handles.iter().enumerate() {
                 assert_eq!(positions[v as usize], handles[3 * h..][..3]);
             }

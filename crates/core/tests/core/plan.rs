@@ -45,6 +45,11 @@ fn of_lengths(mut rig: Rig) -> Rig {
     rig
 }
 
+/// The same, whose handles turn.
+fn turning(rig: &Rig) -> Rig {
+    Rig { rotations: true, ..rig.clone() }
+}
+
 #[test]
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let (vectors, lengths) = (rig(), of_lengths(rig()));
@@ -52,8 +57,11 @@ fn an_ordinary_rig_is_one_part_and_one_slice() {
     let without_detail: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| *stage != Stage::Detail).collect();
     // Nothing is made for what does not run: bands in the chapter's method, its detail where they have the folds.
     for (rig, kernels, buffers, in_order) in [
-        (vectors, 7, 26, &without_detail[..]),
+        (vectors.clone(), 7, 26, &without_detail[..]),
         (lengths, 9, 30, &Stage::ALL[..]),
+        // Where handles turn, the bands alone read displacements.
+        (turning(&vectors), 7, 27, &without_detail[..]),
+        (turning(&chapter), 7, 23, &Stage::ALL[..]),
         (chapter, 7, 23, &Stage::ALL[..]),
     ] {
         let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
@@ -79,11 +87,12 @@ fn an_ordinary_rig_is_one_part_and_one_slice() {
 #[test]
 fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
     let (vectors, lengths) = (large_rig(1000), of_lengths(large_rig(1000)));
+    let turning = turning(&vectors);
     let vertices = vectors.vertices();
     for (max_binding_bytes, max_workgroups, max_frames) in
         [(1 << 14, u32::MAX, 1), (100_000, u32::MAX, 31), (1 << 20, 3, 7), (40_000, 5, 100)]
     {
-        for (rig, basis) in [&vectors, &lengths]
+        for (rig, basis) in [&vectors, &lengths, &turning]
             .into_iter()
             .flat_map(|rig| [(rig, BasisStorage::F32), (rig, BasisStorage::F16)])
         {
@@ -109,13 +118,26 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                 assert!(covered.iter().all(|&n| n == 1), "{covered:?}");
                 let handles = rig.handles.len();
                 let positions: Vec<f32> = (0..frames * handles * 3).map(|i| i as f32).collect();
-                let mut written = [Vec::new(), Vec::new()];
+                let mut written = [Vec::new(), Vec::new(), Vec::new()];
+                let mut motions = Vec::new();
                 for input in plan.inputs(HandleFrames { positions: &positions, frames }) {
                     let buffer = &plan.buffers()[input.buffer];
                     assert!(buffer.bytes >= 4 * input.numbers.len() as u64);
-                    written[usize::from(buffer.buffer == Buffer::Displacements)]
-                        .extend_from_slice(&input.numbers);
+                    let which = match buffer.buffer {
+                        Buffer::HandlePositions => 0,
+                        Buffer::Displacements => 1,
+                        _ => 2,
+                    };
+                    if which == 2 {
+                        assert_eq!(buffer.buffer, Buffer::Motions);
+                    }
+                    written[which].extend_from_slice(&input.numbers);
                 }
+                if rig.rotations {
+                    let (of_rig, _) = rig.motions(positions.as_chunks().0);
+                    motions = of_rig.into_iter().flat_map(|[x, y, z]| [x, y, z, 0.0]).collect();
+                }
+                assert_eq!(written[2], motions);
                 assert_eq!(written[0], positions);
                 for (i, u) in written[1].chunks_exact(4).enumerate() {
                     let rest = rig.rest[rig.handles[i % handles] as usize];
@@ -141,8 +163,12 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                         let [of_slice, v, first, part] = dispatch.params[..4].try_into().unwrap();
                         assert_eq!(v as usize, vertices);
                         let in_workgroup = 64 * dispatch.kernel.entry().at_once;
-                        let workgroups =
-                            [part.div_ceil(in_workgroup), of_slice.div_ceil(dispatch.frames_at_once)];
+                        // A frame's four vectors of each handle are summed as those of four frames.
+                        let in_a_frame = if rig.rotations && name == "large_scale" { 4 } else { 1 };
+                        let workgroups = [
+                            part.div_ceil(in_workgroup),
+                            (in_a_frame * of_slice).div_ceil(dispatch.frames_at_once),
+                        ];
                         assert_eq!(dispatch.workgroups, workgroups);
                         assert!(dispatch.workgroups.iter().all(|&n| n <= max_workgroups));
                         for frame in first_frame..first_frame + of_slice as usize {
