@@ -313,7 +313,7 @@ impl ViewApp {
             }
             #[cfg(not(target_arch = "wasm32"))]
             Command::Screenshot | Command::SaveFrame | Command::SaveExample | Command::SavePulls => {
-                self.save(command)
+                self.save(command);
             }
             _ => {
                 if let Some(scene) = &mut self.scene {

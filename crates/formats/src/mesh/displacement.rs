@@ -68,7 +68,7 @@ impl DisplacementMap {
             let at = uvs.corners.as_ref().map_or(vertex, |corners| corners[corner]);
             DVec2::from_array(uvs.values[at as usize].map(f64::from))
         };
-        let mut values = vec![(DVec3::ZERO, 0.0); vertices];
+        let mut values = vec![(DVec3::ZERO, 0.0_f64); vertices];
         // The surface's normal about each vertex, and where u and v grow, each triangle by its area.
         let mut frames = vec![[DVec3::ZERO; 3]; vertices];
         let mut first = 0;
@@ -93,13 +93,13 @@ impl DisplacementMap {
             }
             first += *count as usize;
         }
-        let moved = |(x, ([u, v, n], (sum, count))): (&mut [f64; 3], ([DVec3; 3], (DVec3, f64)))| {
+        for (x, (frame, (sum, count))) in mesh.positions.iter_mut().zip(frames.iter().zip(values)) {
+            let [u, v, n] = *frame;
             let n = n.normalize_or_zero();
             let [t, b] = [u, v].map(|along| (along - along.dot(n) * n).normalize_or_zero());
             let value = sum * (full / count.max(1.0));
             *x = (DVec3::from_array(*x) + value.x * t + value.y * b + value.z * n).to_array();
-        };
-        mesh.positions.iter_mut().zip(frames.into_iter().zip(values)).for_each(moved);
+        }
         Ok(())
     }
 
