@@ -74,6 +74,7 @@
 //! | `film` | pictures as films, off by default: [`render::Film`] |
 //! | `live` | marker positions over the network while they are captured: [`live`] |
 //! | `view` | a window on a rig, in which markers are dragged, off by default: [`view`] |
+//! | `transfer` | the wrinkles of one face on another one with another mesh: [`transfer`] |
 //! | `report` | what a clean-up did, and what an evaluation found, as pages, with pictures where `render` is: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]
@@ -111,6 +112,9 @@ pub use rhytid_report as report;
 #[cfg(feature = "solve")]
 #[doc(inline)]
 pub use rhytid_solve as solve;
+#[cfg(feature = "transfer")]
+#[doc(inline)]
+pub use rhytid_transfer as transfer;
 #[cfg(feature = "view")]
 #[doc(inline)]
 pub use rhytid_view as view;

@@ -45,6 +45,7 @@ mod pins;
 mod placement;
 mod rbf;
 mod refine;
+mod soft_shell;
 mod sparse;
 mod system;
 pub mod tangent_frames;
@@ -57,6 +58,7 @@ pub use learned::{Candidate, Confidence, FAR, FreePart, PlannedScan, ScanPlan, S
 pub use placement::{Placed, Skin};
 pub use refine::Refine;
 pub use rhytid_registration::OntoSurface;
+pub use soft_shell::SoftShell;
 pub use topology::Topology;
 pub use triangulate::triangulate;
 

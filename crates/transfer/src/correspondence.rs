@@ -1,0 +1,210 @@
+//! Which place of the first face each vertex of the second has, and how the surface turns, grows and stretches on the way.
+use crate::gradients::{Local, gradients, local, turned_over};
+use crate::landmarks::Landmarks;
+use crate::skin::Skin;
+use crate::warp::warp;
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+use rhytid_core::{Face, Progress, Result, Rig};
+use rhytid_kernels::normals::VertexTriangles;
+use rhytid_registration::Similarity;
+use rhytid_solve::internals::DrivenComponents;
+use rhytid_solve::{Topology, triangulate};
+use serde::Serialize;
+
+/// A counterpart is looked for within this many spacings of the handles; beyond the border of the first face, within fewer.
+const WITHIN: f64 = 0.5;
+const BEYOND: f64 = 0.125;
+
+/// An edge is torn whose ends come apart by more than this, in its lengths: so much, and so many times what edges of the first face do there.
+/// This is looked for again where some were found, so often at most.
+const TORN: [f64; 2] = [1.0, 2.0];
+const PASSES: usize = 8;
+
+/// Why a vertex has no counterpart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Missing {
+    /// Its part of the mesh has no landmark: eyes, teeth, lashes.
+    OtherPart,
+    /// The first face ends before it: the back of a head beside a mask.
+    BeyondTheBorder,
+    /// What is near faces another way: the mouth's lining, the nostrils.
+    FacesAway,
+    /// Nothing is near.
+    TooFar,
+    /// What is near does not move as what the vertices around it have: the other lip.
+    Elsewhere,
+}
+
+/// A place on the first face: its three vertices and their weights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Place {
+    /// Vertices of a triangle, or three times the same.
+    pub corners: [u32; 3],
+    /// Their weights, from 0 to 1, with a sum of 1.
+    pub weights: [f64; 3],
+    /// How far the vertex is from there once the faces lie on each other, in units of the second.
+    pub distance: f64,
+}
+
+impl Place {
+    /// At a vertex.
+    pub(crate) fn at(vertex: u32) -> Self {
+        Self { corners: [vertex; 3], weights: [1.0, 0.0, 0.0], distance: 0.0 }
+    }
+
+    /// The mean of what the corners have.
+    pub(crate) fn mean<T: std::ops::Mul<f64, Output = T> + std::iter::Sum + Copy>(&self, values: &[T]) -> T {
+        self.corners.iter().zip(self.weights).map(|(&v, w)| values[v as usize] * w).sum()
+    }
+}
+
+/// What of the second face is where on the first.
+pub(crate) struct Correspondence {
+    /// Of each vertex of the second face.
+    pub places: Vec<Result<Place, Missing>>,
+    /// How the surface changes from the first face to the second there; the similarity's where it has no place.
+    pub locals: Vec<Local>,
+    /// Of the landmarks' vertices of the second face, how the first's vertex changes.
+    pub at_landmarks: Vec<Local>,
+    /// Which vertices of the second face are in a part with a landmark.
+    pub takes_part: Vec<bool>,
+    /// From the first face to the second.
+    pub overall: Similarity,
+    /// Whether both have the same faces, so that vertices correspond by their numbers.
+    pub same_topology: bool,
+    /// Triangles of the first face that the warp turns over.
+    pub turned_over: Vec<usize>,
+    /// How far each landmark of the first face is from its partner after the warp.
+    pub landmark_distances: Vec<f64>,
+}
+
+/// The correspondence of two faces by their landmarks; `spacing` is how far handles of the second are apart, about.
+///
+/// # Errors
+/// As [`warp`].
+pub(crate) fn correspondence(
+    from: &Rig,
+    to: &Face,
+    landmarks: &Landmarks,
+    overall: Similarity,
+    spacing: f64,
+    progress: &dyn Progress,
+) -> Result<Correspondence> {
+    let rest: Vec<DVec3> = from.rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
+    let triangles = triangulate(&to.neutral);
+    let side = |i: usize| -> Vec<u32> { landmarks.pairs.iter().map(|pair| pair[i]).collect() };
+    let takes_part = DrivenComponents::new(&to.neutral.positions, &triangles, &side(1)).driven;
+    let same_topology = from.faces == to.neutral.faces && rest.len() == to_rest.len();
+    let whole = DMat3::from_quat(overall.rotation) * overall.scale;
+    let (at_from, warped, places) = if same_topology {
+        let places = (0..rest.len() as u32).map(|v| Ok(Place::at(v))).collect();
+        (VertexTriangles::new(rest.len(), &from.triangles), to_rest, places)
+    } else {
+        let scaled: Vec<DVec3> = rest.iter().map(|p| overall.apply(*p)).collect();
+        let points: Vec<[f64; 3]> = scaled.iter().map(DVec3::to_array).collect();
+        let from_part = DrivenComponents::new(&points, &from.triangles, &side(0)).driven;
+        let here = Skin::new(scaled, &from.triangles, from_part);
+        let there = Skin::new(to_rest, &triangles, takes_part.clone());
+        let warped = warp(&here, &there, &landmarks.pairs, spacing, progress)?;
+        progress.step("correspondence", 0, 1)?;
+        let places = places(&here, &warped, &there, spacing);
+        progress.step("correspondence", 1, 1)?;
+        (here.at_vertices, warped, places)
+    };
+    let of_vertices = gradients(&rest, &warped, &from.triangles, &at_from, whole);
+    let as_a_whole =
+        Local { rotation: DMat3::from_quat(overall.rotation), scale: overall.scale, anisotropy: 1.0 };
+    let at = |place: &Result<Place, Missing>| {
+        place.as_ref().ok().and_then(|place| local(place.mean(&of_vertices))).unwrap_or(as_a_whole)
+    };
+    let is_near = |t: &[u32; 3]| t.iter().any(|&v| warped[v as usize] != overall.apply(rest[v as usize]));
+    Ok(Correspondence {
+        locals: places.par_iter().map(at).collect(),
+        at_landmarks: side(0).into_iter().map(|v| at(&Ok(Place::at(v)))).collect(),
+        places,
+        takes_part,
+        overall,
+        same_topology,
+        turned_over: turned_over(&rest, &warped, &from.triangles, &of_vertices, is_near),
+        landmark_distances: landmarks
+            .pairs
+            .iter()
+            .map(|&[a, b]| warped[a as usize].distance(DVec3::from_array(to.neutral.positions[b as usize])))
+            .collect(),
+    })
+}
+
+/// For each vertex of `there` the closest place of `here`, whose vertices are `warped`, that faces as it does.
+fn places(here: &Skin<'_>, warped: &[DVec3], there: &Skin<'_>, spacing: f64) -> Vec<Result<Place, Missing>> {
+    let surface = here.facing(warped);
+    let place = |v: usize| {
+        if !there.takes_part[v] {
+            return Err(Missing::OtherPart);
+        }
+        let (p, within) = (there.positions[v], WITHIN * spacing);
+        let Some(closest) = surface.closest(p, there.normals[v], within) else {
+            let is_near = surface.has_any(p, within);
+            return Err(if is_near { Missing::FacesAway } else { Missing::TooFar });
+        };
+        let distance = closest.point.distance(p);
+        if distance > BEYOND * spacing && here.is_border(&closest) {
+            return Err(Missing::BeyondTheBorder);
+        }
+        Ok(Place { corners: here.triangles[closest.triangle], weights: closest.weights, distance })
+    };
+    (0..there.positions.len()).into_par_iter().map(place).collect()
+}
+
+impl Correspondence {
+    /// Takes out places that are not where those of the vertices around are, as on the other lip: most of the edges to them would be torn when the first
+    /// face moves. Of each example these are displacements of the second face's vertices, in its units, and the [`stretches`] of the first's.
+    pub(crate) fn take_out_tears(
+        &mut self,
+        rest: &[[f64; 3]],
+        triangles: &[[u32; 3]],
+        examples: &[(Vec<DVec3>, Vec<f64>)],
+    ) {
+        let around = Topology::new(rest.len(), triangles);
+        let at = |v: usize| DVec3::from_array(rest[v]);
+        for _ in 0..PASSES {
+            let is_torn = |&v: &usize| {
+                let Ok(place) = &self.places[v] else { return false };
+                let is_torn = |w: usize, there: &Place| {
+                    let edge = at(v).distance(at(w));
+                    examples.iter().any(|(moved, stretches)| {
+                        let corners = place.corners.iter().chain(&there.corners);
+                        let most = corners.map(|&c| stretches[c as usize]).fold(0.0, f64::max);
+                        moved[v].distance(moved[w]) > (TORN[0] + TORN[1] * most) * edge
+                    })
+                };
+                let others = around.neighbors(v).iter().map(|&w| w as usize);
+                let others = others.filter_map(|w| Some(is_torn(w, self.places[w].as_ref().ok()?)));
+                let (torn, whole): (Vec<bool>, Vec<bool>) = others.partition(|torn| *torn);
+                torn.len() > whole.len()
+            };
+            let torn: Vec<usize> = (0..rest.len()).into_par_iter().filter(is_torn).collect();
+            if torn.is_empty() {
+                return;
+            }
+            torn.into_iter().for_each(|v| self.places[v] = Err(Missing::Elsewhere));
+        }
+    }
+}
+
+/// By how much the ends of the edges at each vertex come apart at most, in their lengths, where its V positions are these.
+pub(crate) fn stretches(rest: &[DVec3], positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<f64> {
+    let mut most = vec![0.0_f64; rest.len()];
+    for &[a, b, c] in triangles {
+        for [v, w] in [[a, b], [b, c], [c, a]].map(|edge| edge.map(|v| v as usize)) {
+            let moved =
+                DVec3::from_array(positions[v]) - rest[v] - (DVec3::from_array(positions[w]) - rest[w]);
+            let stretch = moved.length() / rest[v].distance(rest[w]).max(f64::MIN_POSITIVE);
+            most[v] = most[v].max(stretch);
+            most[w] = most[w].max(stretch);
+        }
+    }
+    most
+}

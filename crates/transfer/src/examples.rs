@@ -1,0 +1,193 @@
+//! Examples of the second face, made of the first's.
+use crate::correspondence::{Correspondence, Place};
+use crate::gradients::{Local, gradients, local};
+use crate::shapes::Evaluated;
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+use rhytid_core::{Example, Face, Handles, Progress, Result, Rig, laplacian};
+use rhytid_kernels::normals::VertexTriangles;
+use rhytid_solve::{SoftShell, shell};
+
+/// What is without a counterpart goes on as what has one beside it, and fades over this many spacings of the handles.
+const FADES: f64 = 0.5;
+
+/// How much harder what has a counterpart is held where that is filled.
+const HELD: f64 = 1e8;
+
+/// A shell of the second face that the first's examples move.
+pub(crate) struct Base {
+    /// B, V×n, for the n handles whose places are known.
+    basis: Vec<f64>,
+    /// These handles, as vertices of the second face, and where each is on the first.
+    handles: Vec<(u32, Place, Local)>,
+    /// Which vertices stay in all examples.
+    stays: Vec<bool>,
+}
+
+/// `s R (x − x₀)` at a place of the first face: a displacement as it is on the second.
+fn carried(positions: &[[f64; 3]], rest: &[DVec3], place: &Place, local: &Local) -> DVec3 {
+    let moved = place.corners.iter().zip(place.weights);
+    let d: DVec3 =
+        moved.map(|(&v, w)| (DVec3::from_array(positions[v as usize]) - rest[v as usize]) * w).sum();
+    local.rotation * d * local.scale
+}
+
+/// What the first face does in one of its examples, at each vertex of the second; 0 without a counterpart.
+pub(crate) fn carried_everywhere(
+    found: &Correspondence,
+    positions: &[[f64; 3]],
+    rest: &[DVec3],
+) -> Vec<DVec3> {
+    let places = found.places.par_iter().zip(&found.locals);
+    places
+        .map(|(place, local)| place.as_ref().map_or(DVec3::ZERO, |p| carried(positions, rest, p, local)))
+        .collect()
+}
+
+/// Makes the examples.
+pub(crate) struct Maker<'a> {
+    pub from: &'a Rig,
+    /// Its vertices at rest.
+    pub rest: &'a [DVec3],
+    pub to: &'a Face,
+    pub correspondence: &'a Correspondence,
+    pub shapes: &'a [Evaluated],
+    /// Triangles of the second face.
+    pub triangles: &'a [[u32; 3]],
+    pub spacing: f64,
+}
+
+impl Maker<'_> {
+    /// The shell, held at the handles whose places are known: `known` has them as handles, places and what the surface does there.
+    ///
+    /// # Errors
+    /// As [`shell`].
+    pub(crate) fn base(&self, known: Vec<(usize, Place, Local)>, progress: &dyn Progress) -> Result<Base> {
+        let (rest, to_rest) = (self.rest, &self.to.neutral.positions);
+        let handles = &self.to.handles;
+        let held = Handles {
+            labels: known.iter().map(|(h, ..)| handles.labels[*h].clone()).collect(),
+            vertices: known.iter().map(|(h, ..)| handles.vertices[*h]).collect(),
+        };
+        // For what stays: that is found of examples, and what has no counterpart is at rest in these.
+        let provisional = self.shapes.iter().enumerate().map(|(p, shape)| {
+            let moved = carried_everywhere(self.correspondence, &shape.full, rest);
+            let at = |(p, u): (&[f64; 3], DVec3)| (DVec3::from_array(*p) + u).to_array();
+            let mut positions: Vec<[f64; 3]> = to_rest.iter().zip(moved).map(at).collect();
+            for (h, place, local) in &known {
+                let v = handles.vertices[*h] as usize;
+                let moved = carried(&shape.full, rest, place, local);
+                positions[v] = (DVec3::from_array(to_rest[v]) + moved).to_array();
+            }
+            Example { name: p.to_string(), positions, mirror: false }
+        });
+        let face = Face { handles: held, examples: provisional.collect(), ..self.to.clone() };
+        let shell = shell(&face, progress)?;
+        let (basis, n) = (shell.rig.basis, face.handles.vertices.len());
+        let stays =
+            |v: usize| self.correspondence.takes_part[v] && basis[v * n..][..n].iter().all(|b| *b == 0.0);
+        Ok(Base {
+            stays: (0..to_rest.len()).map(stays).collect(),
+            basis,
+            handles: known.into_iter().map(|(h, place, local)| (handles.vertices[h], place, local)).collect(),
+        })
+    }
+
+    /// The examples: the shell as the first face's handles move it, and on it the folds; with `smooth_band` all that the first face does.
+    ///
+    /// # Errors
+    /// As [`SoftShell::drawn`].
+    pub(crate) fn examples(
+        &self,
+        base: &Base,
+        smooth_band: bool,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Example>> {
+        let (rest, count) = (self.rest, self.shapes.len());
+        let to_rest: Vec<DVec3> = self.to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
+        let n = base.handles.len();
+        let (at_from, at_to) = (
+            VertexTriangles::new(rest.len(), &self.from.triangles),
+            VertexTriangles::new(to_rest.len(), self.triangles),
+        );
+        let Correspondence { places, locals, .. } = self.correspondence;
+        let mut shells = Vec::with_capacity(count);
+        let mut left = vec![[0.0; 3]; to_rest.len() * count];
+        for (p, shape) in self.shapes.iter().enumerate() {
+            progress.step("make examples", p as u64, count as u64)?;
+            let leads = if smooth_band { &shape.full } else { &shape.smooth };
+            let u: Vec<DVec3> =
+                base.handles.iter().map(|(_, place, local)| carried(leads, rest, place, local)).collect();
+            let moved =
+                |v: usize| -> DVec3 { base.basis[v * n..][..n].iter().zip(&u).map(|(b, u)| *u * *b).sum() };
+            let moved: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(moved).collect();
+            // How each surface is turned by its smooth motion: folds turn with it.
+            let (turned_from, turned_to) = if smooth_band {
+                (Vec::new(), Vec::new())
+            } else {
+                let smooth: Vec<DVec3> = shape.smooth.iter().copied().map(DVec3::from_array).collect();
+                let there: Vec<DVec3> = to_rest.iter().zip(&moved).map(|(p, u)| *p + *u).collect();
+                (
+                    gradients(rest, &smooth, &self.from.triangles, &at_from, DMat3::IDENTITY),
+                    gradients(&to_rest, &there, self.triangles, &at_to, DMat3::IDENTITY),
+                )
+            };
+            let turn = |gradient: DMat3| local(gradient).map_or(DMat3::IDENTITY, |local| local.rotation);
+            let of_vertex = |v: usize| {
+                let Ok(place) = &places[v] else { return DVec3::ZERO };
+                let local = &locals[v];
+                if smooth_band {
+                    return carried(&shape.full, rest, place, local) - moved[v];
+                }
+                let fold = |v: u32| {
+                    DVec3::from_array(shape.full[v as usize]) - DVec3::from_array(shape.smooth[v as usize])
+                };
+                let fold: DVec3 = place.corners.iter().zip(place.weights).map(|(&v, w)| fold(v) * w).sum();
+                let back = turn(place.mean(&turned_from)).transpose();
+                turn(turned_to[v]) * (local.rotation * (back * fold)) * local.scale
+            };
+            let of_vertices: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(of_vertex).collect();
+            left.iter_mut()
+                .skip(p)
+                .step_by(count)
+                .zip(of_vertices)
+                .for_each(|(left, d)| *left = d.to_array());
+            shells.push(moved);
+        }
+        progress.step("make examples", count as u64, count as u64)?;
+        self.fill(&mut left, progress)?;
+        let example = |(p, moved): (usize, Vec<DVec3>)| {
+            let at = |(v, u): (usize, &DVec3)| match base.stays[v] && places[v].is_err() {
+                true => to_rest[v].to_array(),
+                false => (to_rest[v] + *u + DVec3::from_array(left[v * count + p])).to_array(),
+            };
+            let positions = moved.iter().enumerate().map(at).collect();
+            Example { name: self.from.example_names[p].clone(), positions, mirror: false }
+        };
+        Ok(shells.into_iter().enumerate().map(example).collect())
+    }
+
+    /// Continues a field, V×P, from where there is a counterpart to where there is none: as smoothly as a shell, and less and less.
+    fn fill(&self, field: &mut [[f64; 3]], progress: &dyn Progress) -> Result<()> {
+        let Correspondence { places, takes_part, .. } = self.correspondence;
+        if places.iter().zip(takes_part).all(|(place, takes_part)| place.is_ok() || !takes_part) {
+            return Ok(());
+        }
+        let rest = &self.to.neutral.positions;
+        let fades = FADES * self.spacing;
+        let area = laplacian::laplacian(rest, self.triangles).mass;
+        let weight = |(place, area): (&Result<Place, _>, &f64)| {
+            area / (fades * fades) * if place.is_ok() { HELD } else { 1.0 }
+        };
+        let weights: Vec<f64> = places.iter().zip(&area).map(weight).collect();
+        let filled =
+            SoftShell::new(rest, self.triangles, takes_part, fades).drawn(&weights, field, progress)?;
+        let count = self.shapes.len();
+        for (v, place) in places.iter().enumerate() {
+            if place.is_err() {
+                field[v * count..][..count].copy_from_slice(&filled[v * count..][..count]);
+            }
+        }
+        Ok(())
+    }
+}

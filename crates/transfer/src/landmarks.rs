@@ -1,0 +1,77 @@
+//! Landmarks: handles of both faces that are at the same place, and the similarity between them.
+use glam::DVec3;
+use rhytid_core::{Error, Face, Result, Rig};
+use rhytid_registration::{Similarity, fit};
+
+/// Fewer do not say how the faces lie to each other.
+pub(crate) const LEAST: usize = 4;
+
+/// The vertices of one face and of the other that are at the same place of the face, and their labels.
+pub(crate) struct Landmarks {
+    pub labels: Vec<String>,
+    pub pairs: Vec<[u32; 2]>,
+}
+
+impl Landmarks {
+    /// Handles of the same label, or those of `named`: pairs of labels, of the first face and of the second.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a face has no handle of a label that was named, or if there are fewer than four pairs.
+    pub(crate) fn new(from: &Rig, to: &Face, named: Option<&[(String, String)]>) -> Result<Self> {
+        let of_rig = |label: &String| from.labels.iter().position(|l| l == label).map(|h| from.handles[h]);
+        let handles = &to.handles;
+        let of_face =
+            |label: &String| handles.labels.iter().position(|l| l == label).map(|h| handles.vertices[h]);
+        let same: Vec<(String, String)>;
+        let pairs = match named {
+            Some(pairs) => pairs,
+            None => {
+                let shared = from.labels.iter().filter(|label| to.handles.labels.contains(label));
+                same = shared.map(|label| (label.clone(), label.clone())).collect();
+                &same
+            }
+        };
+        let mut found = Self { labels: Vec::new(), pairs: Vec::new() };
+        for (a, b) in pairs {
+            let lacks = |name: &str, label: &str| {
+                Error::input(format!(
+                    "{name} has no handle called “{label}”; landmarks are pairs of handles, one of each face"
+                ))
+            };
+            let a_vertex = of_rig(a).ok_or_else(|| lacks(&from.name, a))?;
+            let b_vertex = of_face(b).ok_or_else(|| lacks(&to.name, b))?;
+            found.labels.push(b.clone());
+            found.pairs.push([a_vertex, b_vertex]);
+        }
+        match found.pairs.len() {
+            n if n >= LEAST => Ok(found),
+            n => Err(Error::input(format!(
+                "{} and {} share {n} landmarks, expected at least {LEAST}: give handles that are at the same place the same label, or say which belong together in a table of landmarks",
+                from.name, to.name
+            ))),
+        }
+    }
+
+    /// The similarity from the first face to the second, and whether a mirror image would fit much better.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if they lie on a line.
+    pub(crate) fn similarity(&self, from: &[DVec3], to: &[DVec3]) -> Result<(Similarity, bool)> {
+        let at = |points: &[DVec3], side: usize| -> Vec<DVec3> {
+            self.pairs.iter().map(|pair| points[pair[side] as usize]).collect()
+        };
+        let (a, b) = (at(from, 0), at(to, 1));
+        let weights = vec![1.0; a.len()];
+        let mirrored: Vec<DVec3> = a.iter().map(|p| DVec3::new(-p.x, p.y, p.z)).collect();
+        let off = |points: &[DVec3], motion: &Similarity| -> f64 {
+            points.iter().zip(&b).map(|(p, q)| motion.apply(*p).distance_squared(*q)).sum()
+        };
+        let line =
+            || Error::input("the landmarks lie on a line or at one place; choose some across the face");
+        let motion = fit(&a, &b, &weights, true).filter(|motion| motion.scale > 0.0).ok_or_else(line)?;
+        // Half as far: a quarter of the squares.
+        let is_mirrored = fit(&mirrored, &b, &weights, true)
+            .is_some_and(|other| off(&mirrored, &other) < 0.25 * off(&a, &motion));
+        Ok((motion, is_mirrored && a.len() > LEAST))
+    }
+}

@@ -1,0 +1,131 @@
+//! Transfer: the wrinkles of one face on another one with another topology.
+//!
+//! The first face's rest is laid over the second's by a thin shell, drawn to landmarks and then to the closest points that face the same way. So each vertex of the
+//! second face has a place on the first, and what the first does there in each of its examples is carried over: turned and scaled as the surface is. That makes examples for the second
+//! face, which is solved as any other: its markers are met exactly. `docs/transfer.md` says how to use it.
+//!
+//! ```
+//! use rhytid_core::NoProgress;
+//! use rhytid_playback::{Guard, choose_devices};
+//! use rhytid_transfer::{Settings, transfer};
+//!
+//! # let first = rhytid_demo::face(3_000);
+//! # let rig = rhytid_solve::solve(&first, &NoProgress)?.cast::<f32>();
+//! # let mut second = rhytid_demo::face(2_000);
+//! # second.examples.clear();
+//! // `rig` from rhytid_core::rig_file::read, `second` from rhytid_formats::project::read: a face without a scan but the neutral.
+//! let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress)?.devices;
+//! let made = transfer(&rig, &second, &Settings::default(), &devices, &NoProgress)?;
+//! assert_eq!(made.face.examples.len(), rig.example_names.len());
+//! assert!(made.account.covered > 0.9 && made.account.turned_over == 0);
+//! let rig = rhytid_solve::solve(&made.face, &NoProgress)?;
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod account;
+mod correspondence;
+mod examples;
+mod gradients;
+mod landmarks;
+mod shapes;
+mod skin;
+mod warp;
+
+pub use account::{Account, Bare, Maps, Spread};
+pub use correspondence::Missing;
+
+use correspondence::{Place, correspondence, stretches};
+use examples::{Maker, carried_everywhere};
+use glam::DVec3;
+use landmarks::Landmarks;
+use rhytid_core::{DeviceInfo, Error, Face, Progress, Result, Rig, laplacian};
+use rhytid_solve::{Severity, examine, triangulate};
+
+/// What a user may say of a transfer.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Settings {
+    /// Handles that are at the same place: pairs of labels, of the first face and of the second. `None`: those of the same label.
+    pub landmarks: Option<Vec<(String, String)>>,
+    /// Whether all that the first face does is carried over, not its folds alone.
+    pub smooth_band: bool,
+}
+
+/// What was made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transferred {
+    /// The second face with the examples that were made, behind its own.
+    pub face: Face,
+    /// What was found on the way.
+    pub account: Account,
+    /// The same at each vertex.
+    pub maps: Maps,
+}
+
+/// Makes examples for the face `to` of those of the rig `from`, which is evaluated on `devices`. An example whose name `to` has already is not made.
+///
+/// # Errors
+/// [`Error::Input`] if the rig has no examples, if there are too few landmarks or they lie on a line, for a face that cannot be solved, and where the warp has no
+/// solution; [`Error::Device`]; [`Error::Cancelled`].
+pub fn transfer(
+    from: &Rig,
+    to: &Face,
+    settings: &Settings,
+    devices: &[DeviceInfo],
+    progress: &dyn Progress,
+) -> Result<Transferred> {
+    let fault = examine(to).findings.into_iter().find(|finding| finding.severity == Severity::Error);
+    if let Some(fault) = fault {
+        return Err(Error::Input(fault.message));
+    }
+    let landmarks = Landmarks::new(from, to, settings.landmarks.as_deref())?;
+    let rest: Vec<DVec3> = from.rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
+    let (overall, is_mirrored) = landmarks.similarity(&rest, &to_rest)?;
+    let shapes = shapes::evaluated(from, devices, progress)?;
+    let spacing = overall.scale * from.feature_lengths().last().copied().unwrap_or(1.0);
+    let mut found = correspondence(from, to, &landmarks, overall, spacing, progress)?;
+    let triangles = triangulate(&to.neutral);
+    if !found.same_topology {
+        let moved = shapes.iter().map(|shape| {
+            let of_first = stretches(&rest, &shape.full, &from.triangles);
+            (carried_everywhere(&found, &shape.full, &rest), of_first)
+        });
+        let moved: Vec<(Vec<DVec3>, Vec<f64>)> = moved.collect();
+        found.take_out_tears(&to.neutral.positions, &triangles, &moved);
+    }
+    let area = laplacian::laplacian(&to.neutral.positions, &triangles).mass;
+    let (mut account, maps) =
+        Account::new((from, to), &landmarks, is_mirrored, &found, (&area, spacing), settings.smooth_band);
+    let maker = Maker {
+        from,
+        rest: &rest,
+        to,
+        correspondence: &found,
+        shapes: &shapes,
+        triangles: &triangles,
+        spacing,
+    };
+    let known = to.handles.vertices.iter().enumerate().filter_map(|(h, &v)| {
+        // A landmark is where it was said to be.
+        if let Some(i) = landmarks.pairs.iter().position(|pair| pair[1] == v) {
+            return Some((h, Place::at(landmarks.pairs[i][0]), found.at_landmarks[i]));
+        }
+        let place = found.places[v as usize].as_ref().ok()?;
+        Some((h, *place, found.locals[v as usize]))
+    });
+    let base = maker.base(known.collect(), progress)?;
+    let made = maker.examples(&base, settings.smooth_band, progress)?;
+    let mut face = to.clone();
+    // What was made is in the neutral's place.
+    face.settings.align &= !face.examples.is_empty();
+    for example in made {
+        if to.examples.iter().any(|own| own.name == example.name) {
+            account.own.push(example.name);
+        } else {
+            account.examples.push(example.name.clone());
+            face.examples.push(example);
+        }
+    }
+    Ok(Transferred { face, account, maps })
+}

@@ -1,0 +1,7 @@
+//! Transfers between faces whose answers are known, and between real heads.
+mod mistakes;
+mod proportions;
+mod remesh;
+mod remeshed;
+mod same_topology;
+mod support;

@@ -1,0 +1,51 @@
+//! The real face onto itself with other vertices and faces: what is carried over is known.
+use crate::remesh::remeshed;
+use crate::support::{bare, face, minus, played, processor, rig, rms};
+use rhytid_core::NoProgress;
+use rhytid_formats::export::OutputStage;
+use rhytid_test_support::shared;
+use rhytid_transfer::{Settings, transfer};
+
+#[test]
+fn the_real_face_on_itself_with_another_mesh() {
+    let Some(shared) = shared("") else { return };
+    let first = face(&shared, "face");
+    let from = rig(&first);
+    let again = remeshed(&first);
+    assert!(again.mesh.positions.len() < 8000, "{}", again.mesh.positions.len());
+    let second = bare(&first, again.mesh.clone(), again.handles.clone());
+    let examples = from.example_handles.as_flattened();
+    let of_stage = |stage| played(&from, examples, stage);
+    let (smooth, full) = (of_stage(OutputStage::LargeScale), of_stage(OutputStage::Full));
+    // Millimetres of centimetres.
+    let mm = |[rms, worst]: [f64; 2]| [10.0 * rms, 10.0 * worst];
+    for smooth_band in [false, true] {
+        let settings = Settings { smooth_band, landmarks: None };
+        let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
+        println!("{:?}", made.account);
+        assert!(made.account.warnings.is_empty() && made.account.turned_over == 0, "{:?}", made.account);
+        assert!(made.account.covered > 0.99 && (made.account.scale - 1.0).abs() < 1e-6, "{:?}", made.account);
+        let to = rig(&made.face);
+        // At the examples, on the rig that was made. Of folds alone the shell is all that is smooth.
+        let handles = to.example_handles.as_flattened();
+        let to_full = played(&to, handles, OutputStage::Full);
+        let to_shell = played(&to.clone().shell(), handles, OutputStage::Shell);
+        let (mut wrong, mut all) = (Vec::new(), Vec::new());
+        for p in 0..full.len() {
+            if smooth_band {
+                let expected = again.at(&full[p]);
+                wrong.extend(to_full[p].iter().zip(&expected).map(|(x, y)| minus(x, y)));
+                all.extend(expected.iter().zip(&again.mesh.positions).map(|(x, y)| minus(x, y)));
+            } else {
+                let (smooth, full) = (again.at(&smooth[p]), again.at(&full[p]));
+                let folds = full.iter().zip(&smooth).map(|(x, y)| minus(x, y));
+                let found = to_full[p].iter().zip(&to_shell[p]).map(|(x, y)| minus(x, y));
+                wrong.extend(found.zip(folds.clone()).map(|(x, y)| minus(&x, &y)));
+                all.extend(folds);
+            }
+        }
+        let (wrong, all) = (mm(rms(wrong.into_iter())), mm(rms(all.into_iter())));
+        println!("smooth band {smooth_band}: {wrong:.3?} mm of {all:.3?}");
+        assert!(wrong[0] < 0.1, "smooth band {smooth_band}: {wrong:?} mm of {all:?}");
+    }
+}

@@ -1,0 +1,65 @@
+//! Where both faces have the same faces, nothing is looked for: each vertex has what it has on the first.
+use crate::support::{bare, minus, played, processor, rig, rms};
+use rhytid_core::NoProgress;
+use rhytid_formats::export::OutputStage;
+use rhytid_transfer::{Settings, Transferred, transfer};
+
+#[test]
+fn the_same_rest_gets_the_same_examples() {
+    let first = rhytid_demo::face(3_000);
+    let from = rig(&first);
+    let second = bare(&first, first.neutral.clone(), first.handles.vertices.clone());
+    let full = played(&from, from.example_handles.as_flattened(), OutputStage::Full);
+    let settings = Settings { smooth_band: true, landmarks: None };
+    let Transferred { face, account, maps } =
+        transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
+    assert!(account.same_topology && account.covered == 1.0 && account.warnings.is_empty(), "{account:?}");
+    assert!(maps.distance_mm.iter().chain(&maps.stretch).all(|x| x.abs() < 1e-5));
+    assert_eq!(account.examples, from.example_names);
+    for (made, full) in face.examples.iter().zip(&full) {
+        let [_, worst] = rms(made.positions.iter().zip(full).map(|(x, y)| minus(x, y)));
+        // Float32 of a head's 20 cm.
+        assert!(worst < 1e-5, "{}: {worst}", made.name);
+    }
+}
+
+#[test]
+fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
+    let first = rhytid_demo::face(3_000);
+    let from = rig(&first);
+    // Twice as large, x to y, y to −x, and moved: but the same mesh.
+    let turn = |[x, y, z]: [f64; 3]| [-2.0 * y + 5.0, 2.0 * x, 2.0 * z - 1.0];
+    let mut neutral = first.neutral.clone();
+    neutral.positions.iter_mut().for_each(|p| *p = turn(*p));
+    let mut second = bare(&first, neutral, first.handles.vertices.clone());
+    second.metres_per_unit = 0.005;
+    let full = played(&from, from.example_handles.as_flattened(), OutputStage::Full);
+    let smooth = played(&from, from.example_handles.as_flattened(), OutputStage::LargeScale);
+    let of = |smooth_band| {
+        let settings = Settings { smooth_band, landmarks: None };
+        transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap()
+    };
+    let (all, folds) = (of(true), of(false));
+    assert!((all.account.scale - 1.0).abs() < 1e-6 && all.account.warnings.is_empty(), "{:?}", all.account);
+    for (p, made) in all.face.examples.iter().enumerate() {
+        let expected = full[p].iter().map(|x| turn(*x));
+        let [_, worst] = rms(made.positions.iter().zip(expected).map(|(x, y)| minus(x, &y)));
+        assert!(worst < 2e-5, "{}: {worst}", made.name);
+    }
+    // The folds alone, on a shell that is the first's: its rig without what it learned.
+    let shell = played(&from.clone().shell(), from.example_handles.as_flattened(), OutputStage::Shell);
+    let mut whole = 0.0_f64;
+    for (p, made) in folds.face.examples.iter().enumerate() {
+        // The surfaces below the folds differ by the smooth band, and so does how they are turned: by little.
+        let expected = (0..shell[p].len()).map(|v| {
+            let fold = minus(&full[p][v], &smooth[p][v]);
+            (turn([0, 1, 2].map(|c| shell[p][v][c] + fold[c])), fold)
+        });
+        let expected: Vec<_> = expected.collect();
+        let [off, _] = rms(made.positions.iter().zip(&expected).map(|(x, (y, _))| minus(x, y)));
+        let [size, _] = rms(expected.iter().map(|(_, fold)| fold.map(|x| 2.0 * x)));
+        assert!(off < 0.25 * size + 1e-4, "{}: {off} of {size}", made.name);
+        whole = whole.max(size);
+    }
+    assert!(whole > 0.01, "{whole}");
+}

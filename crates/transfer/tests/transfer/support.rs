@@ -1,0 +1,77 @@
+//! Real faces, their rigs, and what rigs do.
+use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, UpAxis};
+use rhytid_formats::export::OutputStage;
+use rhytid_formats::{mesh, tables};
+use rhytid_playback::{Guard, Playback, choose_devices};
+use rhytid_solve::solve;
+use std::path::Path;
+
+/// The processor.
+pub(crate) fn processor() -> Vec<DeviceInfo> {
+    choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices
+}
+
+/// `data/{name}` with its poses and the 89 handles of the capture.
+pub(crate) fn face(shared: &Path, name: &str) -> Face {
+    let folder = shared.join("data").join(name);
+    let path = folder.join("neutral.obj");
+    let neutral = mesh::read(&path).unwrap();
+    let mut poses: Vec<_> =
+        std::fs::read_dir(folder.join("poses")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    poses.sort();
+    let example = |pose: std::path::PathBuf| Example {
+        name: pose.file_stem().unwrap().to_string_lossy().into_owned(),
+        positions: mesh::read_like(&neutral, &path, &pose).unwrap(),
+        mirror: false,
+    };
+    Face {
+        name: name.into(),
+        examples: poses.into_iter().map(example).collect(),
+        neutral,
+        metres_per_unit: 0.01,
+        up_axis: UpAxis::Y,
+        handles: tables::read_handles(&shared.join("data/markers.csv")).unwrap(),
+        settings: Settings::default(),
+    }
+}
+
+/// Another face of the same kind with these vertices alone, and nothing but its handles.
+pub(crate) fn bare(of: &Face, neutral: rhytid_core::Mesh, vertices: Vec<u32>) -> Face {
+    let handles = Handles { labels: of.handles.labels.clone(), vertices };
+    Face { name: "second".into(), neutral, handles, examples: Vec::new(), ..of.clone() }
+}
+
+/// The rig as a file would have it.
+pub(crate) fn rig(face: &Face) -> Rig {
+    solve(face, &NoProgress).unwrap().cast()
+}
+
+/// Frames of positions.
+pub(crate) fn played(rig: &Rig, handles: &[f32], stage: OutputStage) -> Vec<Vec<[f64; 3]>> {
+    let mut frames = Vec::new();
+    let count = handles.len() / 3 / rig.handles.len();
+    let mut playback = Playback::new(rig, &processor(), count).unwrap();
+    let each = |positions: &[f32], _: &[f32]| {
+        frames.push(positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect());
+        Ok(())
+    };
+    playback.evaluate(handles, stage, false, &NoProgress, each).unwrap();
+    frames
+}
+
+/// Root of the mean square, and the largest, of the lengths of some vectors.
+pub(crate) fn rms(vectors: impl Iterator<Item = [f64; 3]>) -> [f64; 2] {
+    let (mut sum, mut count, mut worst) = (0.0, 0, 0.0_f64);
+    for v in vectors {
+        let square: f64 = v.iter().map(|x| x * x).sum();
+        sum += square;
+        count += 1;
+        worst = worst.max(square);
+    }
+    [(sum / f64::from(count)).sqrt(), worst.sqrt()]
+}
+
+/// a − b.
+pub(crate) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|c| a[c] - b[c])
+}
