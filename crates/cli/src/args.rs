@@ -11,6 +11,7 @@ mod render;
 mod setup;
 #[cfg(feature = "wgpu")]
 mod skin;
+mod transfer;
 mod values;
 #[cfg(feature = "view")]
 mod view;
@@ -29,6 +30,7 @@ pub(crate) use setup::Setup;
 #[cfg(feature = "wgpu")]
 pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
+pub(crate) use transfer::Transfer;
 use values::parse_rate;
 pub(crate) use values::{Elsewhere, HeadChoice, MissingChoice, StageChoice, UnitChoice};
 #[cfg(feature = "view")]
@@ -240,6 +242,17 @@ Examples:
   rhytid explain FACE.safetensors TAKE.csv --frame 120 --vertex 4711
   rhytid explain FACE.safetensors TAKE.csv --frame 120 --vertex 4711,4712 --json")]
     Explain(Explain),
+
+    /// Put the wrinkles of one face on another one, with another mesh.
+    ///
+    /// Handles of the same label say how the faces lie to each other; the first is laid over the second, and what it does in each of its examples becomes an example of the second, which
+    /// is solved. docs/transfer.md says what carries over and how to look at it.
+    #[command(after_help = "\
+Examples:
+  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors
+  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --with-smooth-band --report report
+  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --landmarks pairs.csv --examples made")]
+    Transfer(Transfer),
 
     /// Say what is in a file: mesh, animation, rig, take, table, project, setup or report.
     #[command(after_help = "\

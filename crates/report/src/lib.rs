@@ -1,6 +1,7 @@
 //! Pages that need nothing else, with the same as JSON: of a clean-up, what it found in a raw take and did to it ([`write()`],
 //! `docs/report.md`); of an evaluation, how good a rig is and where not ([`write_evaluation`],
-//! `docs/evaluate.md`); of a plan, which frames to scan ([`write_plan`], `docs/coverage.md`).
+//! `docs/evaluate.md`); of a plan, which frames to scan ([`write_plan`], `docs/coverage.md`); of a
+//! transfer, which places of two faces correspond ([`write_transfer`], `docs/transfer.md`).
 //!
 //! ```
 //! use rhytid_capture::{Cleaned, Settings, Target, clean};
@@ -45,6 +46,7 @@ mod tests_evaluation;
 #[cfg(all(test, feature = "render"))]
 mod tests_pictures;
 mod timeline;
+mod transfer;
 mod written;
 
 pub use evaluation::write_evaluation;
@@ -60,6 +62,7 @@ use serde::Serialize;
 use std::path::Path;
 use strain::Strains;
 use summary::Summary;
+pub use transfer::write_transfer;
 use written::write_texts;
 
 /// `report.json`: the keys of [`Report`], and what the page adds to them.

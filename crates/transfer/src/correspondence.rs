@@ -13,13 +13,16 @@ use rhytid_solve::{Topology, triangulate};
 use serde::Serialize;
 
 /// A counterpart is looked for within this many spacings of the handles; beyond the border of the first face, within fewer.
-const WITHIN: f64 = 0.5;
+const WITHIN: f64 = 0.25;
 const BEYOND: f64 = 0.125;
 
 /// An edge is torn whose ends come apart by more than this, in its lengths: so much, and so many times what edges of the first face do there.
 /// This is looked for again where some were found, so often at most.
-const TORN: [f64; 2] = [1.0, 2.0];
+const TORN: [f64; 2] = [0.75, 1.0];
 const PASSES: usize = 8;
+
+/// A piece between tears that is less than one part in so many of what has a counterpart is in the wrong place.
+const SMALL: usize = 20;
 
 /// Why a vertex has no counterpart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -169,42 +172,65 @@ impl Correspondence {
     ) {
         let around = Topology::new(rest.len(), triangles);
         let at = |v: usize| DVec3::from_array(rest[v]);
+        let is_torn = |places: &[Result<Place, Missing>], v: usize, w: usize| {
+            let (Ok(here), Ok(there)) = (&places[v], &places[w]) else { return None };
+            let edge = at(v).distance(at(w));
+            Some(examples.iter().any(|(moved, stretches)| {
+                let corners = here.corners.iter().chain(&there.corners);
+                let most = corners.map(|&c| stretches[c as usize]).fold(0.0, f64::max);
+                moved[v].distance(moved[w]) > (TORN[0] + TORN[1] * most) * edge
+            }))
+        };
         for _ in 0..PASSES {
-            let is_torn = |&v: &usize| {
-                let Ok(place) = &self.places[v] else { return false };
-                let is_torn = |w: usize, there: &Place| {
-                    let edge = at(v).distance(at(w));
-                    examples.iter().any(|(moved, stretches)| {
-                        let corners = place.corners.iter().chain(&there.corners);
-                        let most = corners.map(|&c| stretches[c as usize]).fold(0.0, f64::max);
-                        moved[v].distance(moved[w]) > (TORN[0] + TORN[1] * most) * edge
-                    })
-                };
-                let others = around.neighbors(v).iter().map(|&w| w as usize);
-                let others = others.filter_map(|w| Some(is_torn(w, self.places[w].as_ref().ok()?)));
+            let mostly_torn = |&v: &usize| {
+                let others = around.neighbors(v).iter().filter_map(|&w| is_torn(&self.places, v, w as usize));
                 let (torn, whole): (Vec<bool>, Vec<bool>) = others.partition(|torn| *torn);
                 torn.len() > whole.len()
             };
-            let torn: Vec<usize> = (0..rest.len()).into_par_iter().filter(is_torn).collect();
+            let torn: Vec<usize> = (0..rest.len()).into_par_iter().filter(mostly_torn).collect();
             if torn.is_empty() {
-                return;
+                break;
             }
             torn.into_iter().for_each(|v| self.places[v] = Err(Missing::Elsewhere));
+        }
+        // What tears cut off from all the rest.
+        let mut piece = vec![usize::MAX; rest.len()];
+        let mut pieces: Vec<Vec<usize>> = Vec::new();
+        for first in 0..rest.len() {
+            if piece[first] != usize::MAX || self.places[first].is_err() {
+                continue;
+            }
+            let (mut members, mut next) = (vec![first], 0);
+            piece[first] = pieces.len();
+            while let Some(&v) = members.get(next) {
+                next += 1;
+                for w in around.neighbors(v).iter().map(|&w| w as usize) {
+                    if piece[w] == usize::MAX && is_torn(&self.places, v, w) == Some(false) {
+                        piece[w] = pieces.len();
+                        members.push(w);
+                    }
+                }
+            }
+            pieces.push(members);
+        }
+        let all: usize = pieces.iter().map(Vec::len).sum();
+        for v in pieces.into_iter().filter(|members| members.len() < all / SMALL).flatten() {
+            self.places[v] = Err(Missing::Elsewhere);
         }
     }
 }
 
-/// By how much the ends of the edges at each vertex come apart at most, in their lengths, where its V positions are these.
-pub(crate) fn stretches(rest: &[DVec3], positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<f64> {
-    let mut most = vec![0.0_f64; rest.len()];
-    for &[a, b, c] in triangles {
-        for [v, w] in [[a, b], [b, c], [c, a]].map(|edge| edge.map(|v| v as usize)) {
-            let moved =
-                DVec3::from_array(positions[v]) - rest[v] - (DVec3::from_array(positions[w]) - rest[w]);
-            let stretch = moved.length() / rest[v].distance(rest[w]).max(f64::MIN_POSITIVE);
-            most[v] = most[v].max(stretch);
-            most[w] = most[w].max(stretch);
-        }
-    }
-    most
+/// How far what each vertex does is from no motion at all, as a ratio: ‖∇u‖ where its V positions are these.
+pub(crate) fn stretches(
+    rest: &[DVec3],
+    positions: &[[f64; 3]],
+    triangles: &[[u32; 3]],
+    at_vertices: &VertexTriangles,
+) -> Vec<f64> {
+    let positions: Vec<DVec3> = positions.iter().copied().map(DVec3::from_array).collect();
+    let norm = |gradient: DMat3| {
+        let of_motion = gradient - DMat3::IDENTITY;
+        of_motion.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt()
+    };
+    gradients(rest, &positions, triangles, at_vertices, DMat3::IDENTITY).into_iter().map(norm).collect()
 }

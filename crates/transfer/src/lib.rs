@@ -40,6 +40,7 @@ use examples::{Maker, carried_everywhere};
 use glam::DVec3;
 use landmarks::Landmarks;
 use rhytid_core::{DeviceInfo, Error, Face, Progress, Result, Rig, laplacian};
+use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::{Severity, examine, triangulate};
 
 /// What a user may say of a transfer.
@@ -87,8 +88,9 @@ pub fn transfer(
     let mut found = correspondence(from, to, &landmarks, overall, spacing, progress)?;
     let triangles = triangulate(&to.neutral);
     if !found.same_topology {
+        let at_vertices = VertexTriangles::new(rest.len(), &from.triangles);
         let moved = shapes.iter().map(|shape| {
-            let of_first = stretches(&rest, &shape.full, &from.triangles);
+            let of_first = stretches(&rest, &shape.full, &from.triangles, &at_vertices);
             (carried_everywhere(&found, &shape.full, &rest), of_first)
         });
         let moved: Vec<(Vec<DVec3>, Vec<f64>)> = moved.collect();

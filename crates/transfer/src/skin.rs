@@ -7,7 +7,7 @@ use rhytid_registration::{Closest, Surface};
 use std::collections::BTreeSet;
 
 /// Corners of the surface that face away by more than this cosine are no counterparts.
-const FACING: f64 = 0.5;
+const FACING: f64 = 0.75;
 
 /// A surface to look for counterparts on.
 pub(crate) struct Skin<'a> {

@@ -23,6 +23,7 @@ mod render;
 mod send;
 mod solve;
 mod stitch;
+mod transfer;
 mod verify;
 #[cfg(feature = "view")]
 mod view;
@@ -46,6 +47,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args)?,
         Command::Send(args) => send::run(args, ui)?,
+        Command::Transfer(args) => transfer::run(args, ui)?,
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),

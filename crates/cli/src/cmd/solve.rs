@@ -31,7 +31,7 @@ pub(super) struct Solved {
     pub scans: Vec<ComesBack>,
     /// What examples that were sculpted change, where there are any.
     pub sculpted: Option<String>,
-    /// Time to read the project and its meshes.
+    /// Time to read the project and its meshes; 0 where that is not of the solve.
     pub reading: Duration,
     /// Time of the doctor.
     pub examining: Duration,
@@ -49,13 +49,21 @@ pub(super) struct Solved {
 /// As [`solve`].
 pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
     let solved = solve(&args.project, &args.output, args.elsewhere.reach(), ui)?;
+    say(&solved, &args.output, ui)
+}
+
+/// Says what was done.
+///
+/// # Errors
+/// As [`output::say`].
+pub(super) fn say(solved: &Solved, written: &Path, ui: &Ui) -> Result<()> {
     if ui.is_quiet() {
         return Ok(());
     }
     let rig = &solved.rig;
     output::say(&format!(
         "{}: {} vertices, {}, {}, {}, {} per vertex, bending length {} {}; solved in {}, {}",
-        args.output.display(),
+        written.display(),
         human::count(rig.vertices()),
         human::counted(rig.handles.len(), "handle"),
         human::counted(rig.strain_edges.len(), "strain edge"),
@@ -86,10 +94,33 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
 pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result<Solved> {
     inputs::project(path, "rhytid solve FACE.toml -o FACE.safetensors")?;
     check_output(output)?;
-    let files = project::files(&project::read_project(path)?, path);
+    let project = project::read_project(path)?;
+    let files = project::files(&project, path);
     refuse_inputs(&[output], files.iter().map(PathBuf::as_path))?;
     let (face, reading) = ui.timed("read", || project::read(path, reach));
     let face = face?;
+    let of_a_take = project.examples.iter().filter(|example| example.take.is_some());
+    let names: Vec<&str> = of_a_take.map(|example| example.name.as_str()).collect();
+    let without = (!names.is_empty()).then(|| {
+        let mut without = face.clone();
+        without.examples.retain(|example| !names.contains(&&*example.name));
+        without
+    });
+    let mut solved = solve_face(face, output, ui)?;
+    solved.reading = reading;
+    let sculpted = project.examples.iter().find_map(|example| Some((example.take.clone()?, example.frame?)));
+    if let (Some(without), Some((take, frame))) = (without, sculpted) {
+        let take = rhytid::formats::named_file(path, &take, "[[example]] take", reach)?;
+        solved.sculpted = Some(what_is_sculpted(&without, &names, &solved.rig, (&take, frame), ui)?);
+    }
+    Ok(solved)
+}
+
+/// From a face to a rig file, whose name [`check_output`] found good.
+///
+/// # Errors
+/// As [`solve`].
+pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
     let (report, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
     show(&report, ui)?;
     let (solved, solving) = timed(|| rhytid::solve::solve_and_account(&face, ui));
@@ -112,31 +143,20 @@ pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result
         log::warn!("not compared with the scans: {error}");
         Vec::new()
     });
-    let project = project::read_project(path)?;
-    let sculpted =
-        (project.examples.iter()).find_map(|example| Some((example.take.clone()?, example.frame?)));
-    let sculpted = sculpted.map(|(take, frame)| {
-        let take = rhytid::formats::named_file(path, &take, "[[example]] take", reach)?;
-        let names = project.examples.iter().filter(|e| e.take.is_some()).map(|e| e.name.as_str()).collect();
-        without_sculpted(&face, names, &rig, (&take, frame), ui)
-    });
-    let sculpted = sculpted.transpose()?;
     drop(face);
     let bytes = std::fs::metadata(output).map_err(Error::io(output))?.len();
-    Ok(Solved { rig, account, scans, sculpted, reading, examining, solving, writing, bytes })
+    Ok(Solved { rig, account, scans, sculpted: None, reading: Duration::ZERO, examining, solving, writing, bytes })
 }
 
-/// What examples that were sculpted, of these names, change in other frames of a take: the face is solved without them, too.
-fn without_sculpted(
-    face: &Face,
-    names: Vec<&str>,
+/// What examples that were sculpted, of these names, change in other frames of a take: the face `without` them is solved, too.
+fn what_is_sculpted(
+    without: &Face,
+    names: &[&str],
     rig: &Rig,
     (path, frame): (&Path, usize),
     ui: &Ui,
 ) -> Result<String> {
-    let mut without = face.clone();
-    without.examples.retain(|example| !names.contains(&example.name.as_str()));
-    let before: Rig = rhytid::solve::solve(&without, ui)?.cast();
+    let before: Rig = rhytid::solve::solve(without, ui)?.cast();
     let take = take::read(path, Some(&rig.labels), Missing::Error)?;
     let step = take.frames().div_ceil(COMPARED).max(1);
     let mut frames: Vec<usize> = (0..take.frames()).step_by(step).chain([frame]).collect();
@@ -237,7 +257,7 @@ fn scan_rows(scans: &[ComesBack], metres_per_unit: f64) -> Vec<[String; 2]> {
 }
 
 /// Whether the rig file can be written: known before the long work rather than after it.
-fn check_output(output: &Path) -> Result<()> {
+pub(super) fn check_output(output: &Path) -> Result<()> {
     if output.extension().is_none_or(|ending| ending != "safetensors") {
         return Err(Error::input(format!(
             "{}: expected a name that ends in .safetensors, the format of rig files",

@@ -335,6 +335,7 @@ fn every_command_has_help_with_an_example() {
         "coverage",
         "correct",
         "explain",
+        "transfer",
         "info",
         "devices",
         "conform",
@@ -364,7 +365,7 @@ fn man_pages_and_completions() {
     let pages = list(&dir.path().join("pages"));
     assert_eq!(
         pages.len(),
-        22 + usize::from(cfg!(feature = "wgpu")) + usize::from(cfg!(feature = "view")),
+        23 + usize::from(cfg!(feature = "wgpu")) + usize::from(cfg!(feature = "view")),
         "{pages:?}"
     );
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));

@@ -33,6 +33,7 @@ mod retarget;
 mod space;
 mod stitch;
 mod tampered;
+mod transfer;
 mod usd;
 #[cfg(all(target_os = "linux", feature = "view"))]
 mod window;

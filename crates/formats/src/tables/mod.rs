@@ -1,10 +1,13 @@
-//! Tables: the handles (`label,vertex`), the strain edges (`a,b`) and which marker is which handle's (`handle,marker`), as CSV; and curves.
+//! Tables: the handles (`label,vertex`), the strain edges (`a,b`) and which marker is which handle's (`handle,marker`) and which
+//! handles of two faces are at the same place (`from,to`), as CSV; and curves.
 mod curves;
+mod landmarks;
 mod markers;
 pub(crate) mod rows;
 pub(crate) mod text;
 
 pub use curves::write_curves;
+pub use landmarks::read_landmarks;
 pub use markers::{MarkerRow, read_markers, write_markers};
 use rhytid_core::{AtomicFile, Error, Handles, Result, input_file};
 use rows::Rows;

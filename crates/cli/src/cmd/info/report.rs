@@ -8,11 +8,12 @@ use serde_json::{Map, Value};
 use std::path::Path;
 
 /// The reports by keys that they alone have, and the page that is written beside them.
-const REPORTS: [(&str, &[&str], Option<&str>); 9] = [
+const REPORTS: [(&str, &[&str], Option<&str>); 10] = [
     ("clean-up", &["setup", "events", "summary"], Some("report.html")),
     ("conformance", &["suite", "without_device"], Some("report.md")),
     ("plan of scans", &["scans", "sigma"], Some("plan.html")),
     ("evaluation", &["leave_one_out"], Some("evaluation.html")),
+    ("transfer", &["landmarks", "covered"], Some("transfer.html")),
     ("benchmark", &["storage", "devices"], None),
     ("devices", &["devices", "left_out"], None),
     ("findings of the doctor", &["solvable", "findings"], None),

@@ -1,0 +1,43 @@
+//! `rhytid transfer`
+
+use super::Elsewhere;
+use std::path::PathBuf;
+
+/// `rhytid transfer`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Transfer {
+    /// The rig of the face whose wrinkles they are.
+    #[arg(long, value_name = "A.safetensors")]
+    pub from: PathBuf,
+
+    /// The project file of the face that gets them; it needs handles and no examples.
+    #[arg(long, value_name = "B.toml")]
+    pub to: PathBuf,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
+    /// The rig file to write.
+    #[arg(short, long, value_name = "B.safetensors")]
+    pub output: PathBuf,
+
+    /// Which handles are at the same place: CSV with the columns from and to, labels of either face [default: those of the same label].
+    #[arg(long, value_name = "PAIRS.csv")]
+    pub landmarks: Option<PathBuf>,
+
+    /// Carry over all that the first face does, its smooth motion too, not its folds alone.
+    #[arg(long)]
+    pub with_smooth_band: bool,
+
+    /// The folder to write the examples that are made to, as .obj; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub examples: Option<PathBuf>,
+
+    /// The folder to write transfer.html, with maps of distances and stretches, and transfer.json to; made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+
+    /// Print JSON; docs/cli.md lists the keys.
+    #[arg(long)]
+    pub json: bool,
+}

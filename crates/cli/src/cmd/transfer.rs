@@ -1,0 +1,141 @@
+//! `rhytid transfer`
+
+use super::solve;
+use crate::drawing::with_pictures;
+use crate::progress::Ui;
+use crate::{args, inputs, output};
+use rhytid::formats::{FileKind, mesh, project, refuse_inputs, tables};
+use rhytid::transfer::{Account, Missing, Settings, Transferred, transfer};
+use rhytid::{Error, Face, Mesh, Result, human, rig_file};
+use std::path::{Path, PathBuf};
+
+/// Makes examples for the second face, solves it, and says what was found.
+///
+/// # Errors
+/// As reading, transferring, solving and writing.
+pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
+    let usage = "rhytid transfer --from A.safetensors --to B.toml -o B.safetensors";
+    inputs::expect(&args.from, &[FileKind::Rig], usage)?;
+    inputs::project(&args.to, usage)?;
+    solve::check_output(&args.output)?;
+    let files = project::files(&project::read_project(&args.to)?, &args.to);
+    let read = [&args.from].into_iter().chain(&args.landmarks).chain(&files);
+    refuse_inputs(&[&args.output], read.map(PathBuf::as_path))?;
+    let landmarks = args.landmarks.as_deref().map(tables::read_landmarks).transpose()?;
+    let from = ui.timed("read the rig", || rig_file::read(&args.from)).0?;
+    let to = ui.timed("read", || project::read(&args.to, args.elsewhere.reach())).0?;
+    let settings = Settings { landmarks, smooth_band: args.with_smooth_band };
+    let Transferred { face, account, maps } = transfer(&from, &to, &settings, &[inputs::processor()?], ui)?;
+    ui.clear();
+    account.warnings.iter().for_each(|warning| ui.line(&format!("warning: {warning}")));
+    if account.examples.is_empty() {
+        return Err(Error::input(format!(
+            "{}: has an example of its own for each of the first face's: {}; there is nothing to transfer",
+            args.to.display(),
+            account.own.join(", ")
+        )));
+    }
+    let lines = match &args.examples {
+        Some(dir) => write_examples(dir, &face, &account, &files)?,
+        None => String::new(),
+    };
+    let solved = solve::solve_face(face, &args.output, ui)?;
+    if let Some(dir) = &args.report {
+        let write =
+            |painter: Option<&_>| rhytid::report::write_transfer(dir, &account, &maps, &solved.rig, painter);
+        ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
+    }
+    ui.clear();
+    if args.json {
+        return output::json(&account);
+    }
+    if !ui.is_quiet() {
+        output::say(&text(&account))?;
+    }
+    solve::say(&solved, &args.output, ui)?;
+    match lines.is_empty() || ui.is_quiet() {
+        true => Ok(()),
+        false => output::say(&lines),
+    }
+}
+
+/// Writes the examples that were made, and says what to add to the project file.
+fn write_examples(dir: &Path, face: &Face, account: &Account, read: &[PathBuf]) -> Result<String> {
+    let made: Vec<_> = face.examples.iter().filter(|e| account.examples.contains(&e.name)).collect();
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for example in &made {
+        let mut name: String = example
+            .name
+            .chars()
+            .map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' })
+            .collect();
+        while paths.contains(&dir.join(format!("{name}.obj"))) {
+            name.push('_');
+        }
+        paths.push(dir.join(format!("{name}.obj")));
+    }
+    let outputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    refuse_inputs(&outputs, read.iter().map(PathBuf::as_path))?;
+    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
+    let mut lines = "\nTo be added to the project file, where the examples are to be kept:".to_owned();
+    for (example, path) in made.iter().zip(&paths) {
+        mesh::write_obj(path, &Mesh { positions: example.positions.clone(), ..face.neutral.clone() })?;
+        lines +=
+            &format!("\n[[example]]\nname = {:?}\nmesh = {:?}", example.name, path.display().to_string());
+    }
+    Ok(lines)
+}
+
+fn text(found: &Account) -> String {
+    let number = |x: f64| human::number((x * 100.0).round() / 100.0);
+    let per_cent = |x: f64| format!("{} %", human::number((1000.0 * x).round() / 10.0));
+    let what = if found.smooth_band { "all motion" } else { "folds" };
+    let mut text = format!(
+        "{} of {} on {}: {} by {}, {} of the size",
+        what,
+        found.from,
+        found.to,
+        human::counted(found.examples.len(), "example"),
+        if found.same_topology {
+            "the same vertices".to_owned()
+        } else {
+            human::counted(found.landmarks.len(), "landmark")
+        },
+        per_cent(found.scale)
+    );
+    let mut rows =
+        vec![["with a counterpart".to_owned(), format!("{} of the skin", per_cent(found.covered))]];
+    let bare = found.bare.iter().map(|bare| {
+        let why = match bare.why {
+            Missing::OtherPart => "in parts without a landmark",
+            Missing::BeyondTheBorder => "beyond the border of the first face",
+            Missing::FacesAway => "near what faces away",
+            Missing::TooFar => "far from the first face",
+            Missing::Elsewhere => "near what moves otherwise",
+        };
+        format!("{} {why}", human::count(bare.vertices))
+    });
+    let bare: Vec<String> = bare.collect();
+    if !bare.is_empty() {
+        rows.push(["vertices without".to_owned(), bare.join(", ")]);
+    }
+    if !found.bare_handles.is_empty() {
+        rows.push(["handles without".to_owned(), found.bare_handles.join(", ")]);
+    }
+    if !found.same_topology {
+        let spread = found.distance_mm;
+        rows.push([
+            "apart".to_owned(),
+            format!("{} mm (median), 95 % below {} mm", number(spread.median), number(spread.p95)),
+        ]);
+    }
+    rows.push([
+        "stretched".to_owned(),
+        format!("by {} (median), 95 % below {}", per_cent(found.stretch.median), per_cent(found.stretch.p95)),
+    ]);
+    if !found.own.is_empty() {
+        rows.push(["its own, kept".to_owned(), found.own.join(", ")]);
+    }
+    text += &format!("\n{}\n", output::table(&rows));
+    text
+}

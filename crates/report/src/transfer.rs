@@ -1,0 +1,119 @@
+//! The page of a transfer: which places of two faces correspond, how well, and where nothing does.
+
+use crate::document::document;
+use crate::map::{self, Map};
+use crate::painter::Painter;
+use crate::shot::left_out;
+use crate::written::write_texts;
+use maud::{Markup, html};
+use rhytid_core::{Error, Result, Rig, human};
+use rhytid_transfer::{Account, Maps, Missing, Spread};
+use std::path::Path;
+
+/// Writes `transfer.html` and `transfer.json` to the folder `dir`, which is made if it is not there. `maps` are of the second face, which `rig` is of. Without a
+/// `painter` the page has a sentence in place of them.
+///
+/// # Errors
+/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw;
+/// [`Error::Internal`] if a map has other vertices than the rig.
+pub fn write_transfer(
+    dir: &Path,
+    found: &Account,
+    maps: &Maps,
+    rig: &Rig,
+    painter: Option<&Painter>,
+) -> Result<()> {
+    if [&maps.distance_mm, &maps.stretch].iter().any(|map| map.len() != rig.vertices()) {
+        return Err(Error::Internal("a map of the transfer has other vertices than the rig".into()));
+    }
+    let about = html! {
+        "with wrinkles of " b { (found.from) } ", as " code { "rhytid transfer" } " made it"
+    };
+    let per_cent: Vec<f32> = maps.stretch.iter().map(|x| 100.0 * x).collect();
+    let [distance, stretch] = [
+        section(("mm", &maps.distance_mm), found.distance_mm, rig, painter)?,
+        section(("%", &per_cent), times(found.stretch, 100.0), rig, painter)?,
+    ];
+    let main = html! {
+        section {
+            h2 { "What corresponds" }
+            @if !found.warnings.is_empty() { ul.warnings { @for warning in &found.warnings { li { (warning) } } } }
+            dl { @for (name, value) in facts(found) { div { dt { (name) } dd { (value) } } } }
+        }
+        section {
+            h2 { "How far the faces are apart" }
+            p { "Once the first face lies on this one: how far each vertex is from its place there. What has no place has the last colour: it gets no wrinkles of its own, and goes on as what is beside it." }
+            (distance)
+        }
+        section {
+            h2 { "How much the first face was stretched" }
+            p { "In the direction in which it is most, longer or shorter, beside the faces’ sizes. Where a few vertices stand out, a landmark may be at another place." }
+            (stretch)
+        }
+    };
+    let json =
+        serde_json::to_string(found).map_err(|e| Error::Internal(format!("the transfer as JSON: {e}")))?;
+    write_texts(dir, [("transfer.html", document(&found.to, &about, &main)), ("transfer.json", json)])
+}
+
+fn times(spread: Spread, factor: f64) -> Spread {
+    Spread { median: factor * spread.median, p95: factor * spread.p95, worst: factor * spread.worst }
+}
+
+/// A map, and its numbers in words.
+fn section(
+    (unit, values): (&str, &[f32]),
+    spread: Spread,
+    rig: &Rig,
+    painter: Option<&Painter>,
+) -> Result<Markup> {
+    let number = |x: f64| human::number((x * 100.0).round() / 100.0);
+    let words = html! {
+        p { (number(spread.median)) " " (unit) " (median), 95 % are below " (number(spread.p95)) " " (unit) ", the worst " (number(spread.worst)) " " (unit) "." }
+    };
+    let Some(painter) = painter else { return Ok(html! { (words) (left_out()) }) };
+    let end = map::end(std::iter::once(values));
+    let map = Map {
+        title: html! { "with the handles" },
+        positions: &rig.rest,
+        values: values.to_vec(),
+        end,
+        markers: true,
+    };
+    let figures = map::figures(painter, rig, &[map])?;
+    let last = format!("{} {unit} and more", number(end.into()));
+    Ok(
+        html! { (words) (map::scale(painter, ["0", &last])) div.maps { @for figure in &figures { (figure) } } },
+    )
+}
+
+fn facts(found: &Account) -> Vec<(&'static str, String)> {
+    let mut facts = vec![
+        ("Examples", found.examples.join(", ")),
+        ("What was transferred", if found.smooth_band { "all motion" } else { "the folds" }.to_owned()),
+        ("Landmarks", found.landmarks.len().to_string()),
+        ("Size", format!("{} % of the first’s", human::number((1000.0 * found.scale).round() / 10.0))),
+        ("Skin with a counterpart", format!("{} %", human::number((1000.0 * found.covered).round() / 10.0))),
+        ("Triangles turned over", found.turned_over.to_string()),
+    ];
+    if found.same_topology {
+        facts.push(("Correspondence", "both have the same faces: vertex by vertex".to_owned()));
+    }
+    if !found.own.is_empty() {
+        facts.push(("Examples of its own, kept", found.own.join(", ")));
+    }
+    for bare in &found.bare {
+        let why = match bare.why {
+            Missing::OtherPart => "Parts without a landmark",
+            Missing::BeyondTheBorder => "Beyond the first’s border",
+            Missing::FacesAway => "Near what faces away",
+            Missing::TooFar => "Far from the first",
+            Missing::Elsewhere => "Near another part",
+        };
+        facts.push((why, human::counted(bare.vertices, "vertex").replace("vertexs", "vertices")));
+    }
+    if !found.bare_handles.is_empty() {
+        facts.push(("Handles without a counterpart", found.bare_handles.join(", ")));
+    }
+    facts
+}
