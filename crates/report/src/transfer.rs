@@ -90,7 +90,7 @@ fn section(
 fn facts(found: &Account) -> Vec<(&'static str, String)> {
     let mut facts = vec![
         ("Examples", found.examples.join(", ")),
-        ("What was transferred", if found.smooth_band { "all motion" } else { "the folds" }.to_owned()),
+        ("What was transferred", if found.smooth_band { "all motion" } else { "the wrinkles" }.to_owned()),
         ("Landmarks", found.landmarks.len().to_string()),
         ("Size", format!("{} % of the first’s", human::number((1000.0 * found.scale).round() / 10.0))),
         ("Skin with a counterpart", format!("{} %", human::number((1000.0 * found.covered).round() / 10.0))),

@@ -93,7 +93,7 @@ impl Maker<'_> {
         })
     }
 
-    /// The examples: the shell as the first face's handles move it, and on it the folds; with `smooth_band` all that the first face does.
+    /// The examples: the shell as the first face's handles move it, and on it the wrinkles; with `smooth_band` all that the first face does.
     ///
     /// # Errors
     /// As [`SoftShell::drawn`].
@@ -121,7 +121,7 @@ impl Maker<'_> {
             let moved =
                 |v: usize| -> DVec3 { base.basis[v * n..][..n].iter().zip(&u).map(|(b, u)| *u * *b).sum() };
             let moved: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(moved).collect();
-            // How each surface is turned by its smooth motion: folds turn with it.
+            // How each surface is turned by its smooth motion: wrinkles turn with it.
             let (turned_from, turned_to) = if smooth_band {
                 (Vec::new(), Vec::new())
             } else {
@@ -139,12 +139,12 @@ impl Maker<'_> {
                 if smooth_band {
                     return carried(&shape.full, rest, place, local) - moved[v];
                 }
-                let fold = |v: u32| {
+                let wrinkle = |v: u32| {
                     DVec3::from_array(shape.full[v as usize]) - DVec3::from_array(shape.smooth[v as usize])
                 };
-                let fold: DVec3 = place.corners.iter().zip(place.weights).map(|(&v, w)| fold(v) * w).sum();
+                let wrinkle: DVec3 = place.corners.iter().zip(place.weights).map(|(&v, w)| wrinkle(v) * w).sum();
                 let back = turn(place.mean(&turned_from)).transpose();
-                turn(turned_to[v]) * (local.rotation * (back * fold)) * local.scale
+                turn(turned_to[v]) * (local.rotation * (back * wrinkle)) * local.scale
             };
             let of_vertices: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(of_vertex).collect();
             left.iter_mut()

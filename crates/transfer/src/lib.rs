@@ -48,7 +48,7 @@ use rhytid_solve::{Severity, examine, triangulate};
 pub struct Settings {
     /// Handles that are at the same place: pairs of labels, of the first face and of the second. `None`: those of the same label.
     pub landmarks: Option<Vec<(String, String)>>,
-    /// Whether all that the first face does is carried over, not its folds alone.
+    /// Whether all that the first face does is carried over, not its wrinkles alone.
     pub smooth_band: bool,
 }
 

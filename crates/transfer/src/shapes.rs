@@ -1,11 +1,16 @@
-//! The first face in each of its examples, as its rig has it.
+//! The first face in each of its examples, as its rig has it, and what of that are wrinkles.
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig};
 use rhytid_formats::export::OutputStage;
 use rhytid_playback::Playback;
+use rhytid_solve::Smoothing;
+
+/// σ of what is too wide for a wrinkle, in spacings of the handles. The learned method's bands are no help here: its smooth band has half of the depth of a
+/// wrinkle of a few millimetres.
+const WIDE: f64 = 0.25;
 
 /// An example, evaluated: V positions each, in mesh units.
 pub(crate) struct Evaluated {
-    /// The large scale, without folds.
+    /// Without its wrinkles: the shell, and of what it leaves that which is wide.
     pub smooth: Vec<[f64; 3]>,
     /// The whole.
     pub full: Vec<[f64; 3]>,
@@ -14,7 +19,7 @@ pub(crate) struct Evaluated {
 /// Evaluates the rig at the handles of each of its examples.
 ///
 /// # Errors
-/// [`Error::Input`] for a rig without examples; as [`Playback::evaluate`].
+/// [`Error::Input`] for a rig without examples; as [`Playback::evaluate`] and [`Smoothing::over`].
 pub(crate) fn evaluated(
     rig: &Rig,
     devices: &[DeviceInfo],
@@ -27,20 +32,35 @@ pub(crate) fn evaluated(
             rig.name
         )));
     }
-    let mut playback = Playback::new(rig, devices, count)?;
-    let handles = rig.example_handles.as_flattened();
-    let mut stage = |stage: OutputStage| -> Result<Vec<Vec<[f64; 3]>>> {
-        let mut found = Vec::with_capacity(count);
-        playback.evaluate(handles, stage, false, progress, |positions, _| {
-            found.push(positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect());
-            Ok(())
-        })?;
-        Ok(found)
-    };
     progress.step("evaluate the examples", 0, 2)?;
-    let smooth = stage(OutputStage::LargeScale)?;
+    let full = played(rig, OutputStage::Full, devices, progress)?;
     progress.step("evaluate the examples", 1, 2)?;
-    let full = stage(OutputStage::Full)?;
+    let shell = played(&rig.clone().shell(), OutputStage::Shell, devices, progress)?;
     progress.step("evaluate the examples", 2, 2)?;
-    Ok(smooth.into_iter().zip(full).map(|(smooth, full)| Evaluated { smooth, full }).collect())
+    let left = |v: usize| (0..count).map(move |p| (p, v));
+    let difference = |(p, v): (usize, usize)| [0, 1, 2].map(|c| full[p][v][c] - shell[p][v][c]);
+    let mut wide: Vec<[f64; 3]> = (0..rig.vertices()).flat_map(left).map(difference).collect();
+    let spacing = rig.feature_lengths().last().copied().unwrap_or(1.0);
+    Smoothing::over(&rig.cast(), WIDE * spacing, progress)?.apply(&mut wide, progress)?;
+    let smooth = |(p, shell): (usize, Vec<[f64; 3]>)| {
+        let at = |(v, x): (usize, [f64; 3])| [0, 1, 2].map(|c| x[c] + wide[v * count + p][c]);
+        shell.into_iter().enumerate().map(at).collect()
+    };
+    let smooth = shell.into_iter().enumerate().map(smooth);
+    Ok(smooth.zip(full.iter().cloned()).map(|(smooth, full)| Evaluated { smooth, full }).collect())
+}
+
+fn played(
+    rig: &Rig,
+    stage: OutputStage,
+    devices: &[DeviceInfo],
+    progress: &dyn Progress,
+) -> Result<Vec<Vec<[f64; 3]>>> {
+    let mut playback = Playback::new(rig, devices, rig.example_names.len())?;
+    let mut found = Vec::with_capacity(rig.example_names.len());
+    playback.evaluate(rig.example_handles.as_flattened(), stage, false, progress, |positions, _| {
+        found.push(positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect());
+        Ok(())
+    })?;
+    Ok(found)
 }

@@ -25,7 +25,7 @@ pub(crate) struct Transfer {
     #[arg(long, value_name = "PAIRS.csv")]
     pub landmarks: Option<PathBuf>,
 
-    /// Carry over all that the first face does, its smooth motion too, not its folds alone.
+    /// Carry over all that the first face does, its smooth motion too, not its wrinkles alone.
     #[arg(long)]
     pub with_smooth_band: bool,
 

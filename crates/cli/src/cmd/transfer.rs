@@ -89,7 +89,7 @@ fn write_examples(dir: &Path, face: &Face, account: &Account, read: &[PathBuf]) 
 fn text(found: &Account) -> String {
     let number = |x: f64| human::number((x * 100.0).round() / 100.0);
     let per_cent = |x: f64| format!("{} %", human::number((1000.0 * x).round() / 10.0));
-    let what = if found.smooth_band { "all motion" } else { "folds" };
+    let what = if found.smooth_band { "all motion" } else { "wrinkles" };
     let mut text = format!(
         "{} of {} on {}: {} by {}, {} of the size",
         what,

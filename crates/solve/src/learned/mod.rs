@@ -28,6 +28,7 @@ use rhytid_core::{Example, Face, FoldStrains, Learned, LearnedSettings, Progress
 use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;
+use smoothing::sigma;
 
 /// A vertex whose smooth residual is below this part of the mean rest length has none.
 const NOTHING: f64 = 1e-7;
@@ -100,7 +101,7 @@ pub fn learn(
     if !examples.is_empty() {
         let smoothed: Vec<bool> =
             parts.driven.iter().zip(&*pinned).map(|(driven, pinned)| *driven && !pinned).collect();
-        Smoothing::of(&rig.rest, laplacian.clone(), &rig.handles, &smoothed, mean, progress)?
+        Smoothing::of(&rig.rest, laplacian.clone(), &rig.handles, &smoothed, sigma(mean), progress)?
             .apply(&mut smooth_residual, progress)?;
     }
     // What is left of what no example moves is rounding, and nothing to learn of.

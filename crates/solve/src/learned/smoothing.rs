@@ -10,12 +10,16 @@ use rhytid_core::{Progress, Result, Rig};
 /// σ in mean rest lengths.
 const SIGMA: f64 = 1.0 / 12.0;
 
+/// σ of the learned method, where this is the mean of the rest lengths.
+pub(crate) fn sigma(mean: f64) -> f64 {
+    SIGMA * mean
+}
+
 /// Columns of the right-hand side that one thread solves for at a time.
 const COLUMNS_AT_ONCE: usize = 16;
 
 /// What takes the folds from a field on the rest mesh: `Ŵ = (M_ff − (σ²/2) C_ff)⁻¹ M_ff W_f` at the vertices that are free, those
-/// of parts with a handle that are no handles themselves, with σ a twelfth of the mean rest length of the strain edges. At
-/// handles it is 0; parts without a handle keep what they have.
+/// of parts with a handle that are no handles themselves. At handles it is 0; parts without a handle keep what they have.
 pub struct Smoothing {
     system: System,
     factor: Factor,
@@ -26,19 +30,26 @@ pub struct Smoothing {
 }
 
 impl Smoothing {
-    /// For a rig's rest mesh.
+    /// For a rig's rest mesh, with σ as in the learned method: a twelfth of the mean rest length of the strain edges.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point,
     /// [`rhytid_core::Error::Cancelled`].
     pub fn new(rig: &Rig<f64>, progress: &dyn Progress) -> Result<Self> {
-        let driven = DrivenComponents::new(&rig.rest, &rig.triangles, &rig.handles).driven;
-        let mean = rig.feature_lengths().last().copied().unwrap_or(1.0);
-        let laplacian = laplacian::laplacian(&rig.rest, &rig.triangles);
-        Self::of(&rig.rest, laplacian, &rig.handles, &driven, mean, progress)
+        Self::over(rig, sigma(rig.feature_lengths().last().copied().unwrap_or(1.0)), progress)
     }
 
-    /// `driven[v]` says whether vertex v is in a part with a handle and is to be smoothed; `mean` is that of the rest lengths.
+    /// The same with another σ, in mesh units: how wide what is smoothed away is.
+    ///
+    /// # Errors
+    /// As [`Smoothing::new`].
+    pub fn over(rig: &Rig<f64>, sigma: f64, progress: &dyn Progress) -> Result<Self> {
+        let driven = DrivenComponents::new(&rig.rest, &rig.triangles, &rig.handles).driven;
+        let laplacian = laplacian::laplacian(&rig.rest, &rig.triangles);
+        Self::of(&rig.rest, laplacian, &rig.handles, &driven, sigma, progress)
+    }
+
+    /// `driven[v]` says whether vertex v is in a part with a handle and is to be smoothed.
     ///
     /// # Errors
     /// As [`Smoothing::new`].
@@ -47,13 +58,13 @@ impl Smoothing {
         laplacian: Laplacian,
         handles: &[u32],
         driven: &[bool],
-        mean: f64,
+        sigma: f64,
         progress: &dyn Progress,
     ) -> Result<Self> {
         let mut free = driven.to_vec();
         handles.iter().for_each(|&v| free[v as usize] = false);
         let free: Vec<u32> = (0..rest.len() as u32).filter(|&v| free[v as usize]).collect();
-        let system = System::smoothing(laplacian, SIGMA * mean);
+        let system = System::smoothing(laplacian, sigma);
         let Dissection { order, root } = dissect(rest, system.pattern(), free);
         let factor = Factor::new(&system.lower(&order), &root, progress)?;
         let place = system.places(&order);

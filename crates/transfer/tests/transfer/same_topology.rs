@@ -1,5 +1,5 @@
 //! Where both faces have the same faces, nothing is looked for: each vertex has what it has on the first.
-use crate::support::{bare, minus, played, processor, rig, rms};
+use crate::support::{bare, minus, played, processor, rig, rms, wrinkles};
 use rhytid_core::NoProgress;
 use rhytid_formats::export::OutputStage;
 use rhytid_transfer::{Settings, Transferred, transfer};
@@ -34,30 +34,30 @@ fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
     let mut second = bare(&first, neutral, first.handles.vertices.clone());
     second.metres_per_unit = 0.005;
     let full = played(&from, from.example_handles.as_flattened(), OutputStage::Full);
-    let smooth = played(&from, from.example_handles.as_flattened(), OutputStage::LargeScale);
+    let wrinkles = wrinkles(&from, &full);
     let of = |smooth_band| {
         let settings = Settings { smooth_band, landmarks: None };
         transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap()
     };
-    let (all, folds) = (of(true), of(false));
+    let (all, alone) = (of(true), of(false));
     assert!((all.account.scale - 1.0).abs() < 1e-6 && all.account.warnings.is_empty(), "{:?}", all.account);
     for (p, made) in all.face.examples.iter().enumerate() {
         let expected = full[p].iter().map(|x| turn(*x));
         let [_, worst] = rms(made.positions.iter().zip(expected).map(|(x, y)| minus(x, &y)));
         assert!(worst < 2e-5, "{}: {worst}", made.name);
     }
-    // The folds alone, on a shell that is the first's: its rig without what it learned.
+    // The wrinkles alone, on a shell that is the first's: its rig without what it learned.
     let shell = played(&from.clone().shell(), from.example_handles.as_flattened(), OutputStage::Shell);
     let mut whole = 0.0_f64;
-    for (p, made) in folds.face.examples.iter().enumerate() {
-        // The surfaces below the folds differ by the smooth band, and so does how they are turned: by little.
+    for (p, made) in alone.face.examples.iter().enumerate() {
+        // The surfaces below the wrinkles differ by what is wide, and so does how they are turned: by little.
         let expected = (0..shell[p].len()).map(|v| {
-            let fold = minus(&full[p][v], &smooth[p][v]);
-            (turn([0, 1, 2].map(|c| shell[p][v][c] + fold[c])), fold)
+            let wrinkle = wrinkles[p][v];
+            (turn([0, 1, 2].map(|c| shell[p][v][c] + wrinkle[c])), wrinkle)
         });
         let expected: Vec<_> = expected.collect();
         let [off, _] = rms(made.positions.iter().zip(&expected).map(|(x, (y, _))| minus(x, y)));
-        let [size, _] = rms(expected.iter().map(|(_, fold)| fold.map(|x| 2.0 * x)));
+        let [size, _] = rms(expected.iter().map(|(_, wrinkle)| wrinkle.map(|x| 2.0 * x)));
         assert!(off < 0.25 * size + 1e-4, "{}: {off} of {size}", made.name);
         whole = whole.max(size);
     }

@@ -3,7 +3,7 @@ use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings,
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::{mesh, tables};
 use rhytid_playback::{Guard, Playback, choose_devices};
-use rhytid_solve::solve;
+use rhytid_solve::{Smoothing, solve};
 use std::path::Path;
 
 /// The processor.
@@ -74,4 +74,19 @@ pub(crate) fn rms(vectors: impl Iterator<Item = [f64; 3]>) -> [f64; 2] {
 /// a − b.
 pub(crate) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| a[c] - b[c])
+}
+
+/// What of positions, as the rig has them in each of its examples, are wrinkles: what its shell leaves, without what is as wide as a quarter of the handles' spacing.
+pub(crate) fn wrinkles(rig: &Rig, full: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
+    let shell = played(&rig.clone().shell(), rig.example_handles.as_flattened(), OutputStage::Shell);
+    let rest_lengths = rig.rest_lengths();
+    let spacing = rest_lengths.iter().map(|x| f64::from(*x)).sum::<f64>() / rest_lengths.len() as f64;
+    let smoothing = Smoothing::over(&rig.cast(), 0.25 * spacing, &NoProgress).unwrap();
+    let of_example = |(full, shell): (&Vec<[f64; 3]>, &Vec<[f64; 3]>)| {
+        let left: Vec<[f64; 3]> = full.iter().zip(shell).map(|(x, y)| minus(x, y)).collect();
+        let mut wide = left.clone();
+        smoothing.apply(&mut wide, &NoProgress).unwrap();
+        left.iter().zip(&wide).map(|(x, y)| minus(x, y)).collect()
+    };
+    full.iter().zip(&shell).map(of_example).collect()
 }
