@@ -53,7 +53,7 @@ mod topology;
 mod triangulate;
 
 pub use align::{Misplaced, misplaced};
-pub use doctor::{Finding, Report, Severity, examine};
+pub use doctor::{Finding, Report, Severity, check, examine};
 pub use learned::{Candidate, Confidence, FAR, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
 pub use placement::{Placed, Skin};
 pub use refine::Refine;
@@ -137,7 +137,7 @@ fn solve_with(
     progress: &dyn Progress,
     leave_one_out: bool,
 ) -> Result<(Rig<f64>, Account, Vec<[f64; 3]>)> {
-    doctor::check(face)?;
+    check(face)?;
     let (aligned, misplaced) = align::aligned(face).unzip();
     let face = aligned.as_ref().unwrap_or(face);
     let mirrored = mirror::with_mirror_images(face)?;

@@ -142,7 +142,8 @@ impl Maker<'_> {
                 let wrinkle = |v: u32| {
                     DVec3::from_array(shape.full[v as usize]) - DVec3::from_array(shape.smooth[v as usize])
                 };
-                let wrinkle: DVec3 = place.corners.iter().zip(place.weights).map(|(&v, w)| wrinkle(v) * w).sum();
+                let wrinkle: DVec3 =
+                    place.corners.iter().zip(place.weights).map(|(&v, w)| wrinkle(v) * w).sum();
                 let back = turn(place.mean(&turned_from)).transpose();
                 turn(turned_to[v]) * (local.rotation * (back * wrinkle)) * local.scale
             };

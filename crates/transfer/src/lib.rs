@@ -39,9 +39,9 @@ use correspondence::{Place, correspondence, stretches};
 use examples::{Maker, carried_everywhere};
 use glam::DVec3;
 use landmarks::Landmarks;
-use rhytid_core::{DeviceInfo, Error, Face, Progress, Result, Rig, laplacian};
+use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig, laplacian};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_solve::{Severity, examine, triangulate};
+use rhytid_solve::{check, triangulate};
 
 /// What a user may say of a transfer.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -75,10 +75,7 @@ pub fn transfer(
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<Transferred> {
-    let fault = examine(to).findings.into_iter().find(|finding| finding.severity == Severity::Error);
-    if let Some(fault) = fault {
-        return Err(Error::Input(fault.message));
-    }
+    check(to)?;
     let landmarks = Landmarks::new(from, to, settings.landmarks.as_deref())?;
     let rest: Vec<DVec3> = from.rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
     let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();

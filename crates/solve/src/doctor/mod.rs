@@ -33,8 +33,11 @@ pub fn examine(face: &Face) -> Report {
     report
 }
 
-/// Fails with the first error of [`examine`].
-pub(crate) fn check(face: &Face) -> Result<()> {
+/// Fails with the first error of [`examine`], without looking for anything else.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn check(face: &Face) -> Result<()> {
     let mut report = Report::default();
     impossible::examine(face, &mut report);
     report.findings.into_iter().next().map_or(Ok(()), |finding| Err(Error::Input(finding.message)))

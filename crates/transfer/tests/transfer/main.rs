@@ -1,6 +1,7 @@
 //! Transfers between faces whose answers are known, and between real heads.
 mod mistakes;
 mod proportions;
+mod real_heads;
 mod remesh;
 mod remeshed;
 mod same_topology;
