@@ -108,9 +108,10 @@ fn facts(found: &Account) -> Vec<(&'static str, String)> {
             Missing::BeyondTheBorder => "Beyond the first’s border",
             Missing::FacesAway => "Near what faces away",
             Missing::TooFar => "Far from the first",
-            Missing::Elsewhere => "Near another part",
+            Missing::Elsewhere => "Near what moves otherwise",
         };
-        facts.push((why, human::counted(bare.vertices, "vertex").replace("vertexs", "vertices")));
+        let vertices = if bare.vertices == 1 { "vertex" } else { "vertices" };
+        facts.push((why, format!("{} {vertices}", human::count(bare.vertices))));
     }
     if !found.bare_handles.is_empty() {
         facts.push(("Handles without a counterpart", found.bare_handles.join(", ")));

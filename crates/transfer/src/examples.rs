@@ -4,7 +4,7 @@ use crate::gradients::{Local, gradients, local};
 use crate::shapes::Evaluated;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Example, Face, Handles, Progress, Result, Rig, laplacian};
+use rhytid_core::{Example, Face, Handles, Progress, Result, Rig, StrainEdges, laplacian};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::{SoftShell, shell};
 
@@ -81,7 +81,11 @@ impl Maker<'_> {
             }
             Example { name: p.to_string(), positions, mirror: false }
         });
-        let face = Face { handles: held, examples: provisional.collect(), ..self.to.clone() };
+        let mut face = Face { handles: held, examples: provisional.collect(), ..self.to.clone() };
+        if face.handles.vertices.len() < handles.vertices.len() {
+            // Edges that are given are between all handles.
+            face.settings.strain_edges = StrainEdges::Auto;
+        }
         let shell = shell(&face, progress)?;
         let (basis, n) = (shell.rig.basis, face.handles.vertices.len());
         let stays =

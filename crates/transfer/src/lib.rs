@@ -81,7 +81,7 @@ pub fn transfer(
     let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
     let (overall, is_mirrored) = landmarks.similarity(&rest, &to_rest)?;
     let shapes = shapes::evaluated(from, devices, progress)?;
-    let spacing = overall.scale * from.feature_lengths().last().copied().unwrap_or(1.0);
+    let spacing = overall.scale * shapes::spacing(from);
     let mut found = correspondence(from, to, &landmarks, overall, spacing, progress)?;
     let triangles = triangulate(&to.neutral);
     if !found.same_topology {

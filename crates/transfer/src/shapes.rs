@@ -40,14 +40,21 @@ pub(crate) fn evaluated(
     let left = |v: usize| (0..count).map(move |p| (p, v));
     let difference = |(p, v): (usize, usize)| [0, 1, 2].map(|c| full[p][v][c] - shell[p][v][c]);
     let mut wide: Vec<[f64; 3]> = (0..rig.vertices()).flat_map(left).map(difference).collect();
-    let spacing = rig.feature_lengths().last().copied().unwrap_or(1.0);
-    Smoothing::over(&rig.cast(), WIDE * spacing, progress)?.apply(&mut wide, progress)?;
+    Smoothing::over(&rig.cast(), WIDE * spacing(rig), progress)?.apply(&mut wide, progress)?;
     let smooth = |(p, shell): (usize, Vec<[f64; 3]>)| {
         let at = |(v, x): (usize, [f64; 3])| [0, 1, 2].map(|c| x[c] + wide[v * count + p][c]);
         shell.into_iter().enumerate().map(at).collect()
     };
     let smooth = shell.into_iter().enumerate().map(smooth);
     Ok(smooth.zip(full.iter().cloned()).map(|(smooth, full)| Evaluated { smooth, full }).collect())
+}
+
+/// How far handles are apart: the mean rest length of the strain edges; where there are none, the bending length, which is as long otherwise.
+pub(crate) fn spacing(rig: &Rig) -> f64 {
+    match (&rig.strain_edges[..], rig.feature_lengths().last()) {
+        ([_, ..], Some(mean)) => *mean,
+        _ => rig.bending_length,
+    }
 }
 
 fn played(

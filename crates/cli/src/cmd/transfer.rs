@@ -6,7 +6,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::formats::{FileKind, mesh, project, refuse_inputs, tables};
 use rhytid::transfer::{Account, Missing, Settings, Transferred, transfer};
-use rhytid::{Error, Face, Mesh, Result, human, rig_file};
+use rhytid::{Error, Example, Face, Mesh, Result, human, rig_file};
 use std::path::{Path, PathBuf};
 
 /// Makes examples for the second face, solves it, and says what was found.
@@ -35,11 +35,12 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
             account.own.join(", ")
         )));
     }
-    let lines = match &args.examples {
-        Some(dir) => write_examples(dir, &face, &account, &files)?,
-        None => String::new(),
-    };
+    // Written when all is well, but refused before the work.
+    let kept = args.examples.as_deref().map(|dir| Kept::new(dir, &face, &account, &files)).transpose()?;
     let solved = solve::solve_face(face, &args.output, ui)?;
+    if let Some(kept) = &kept {
+        kept.write()?;
+    }
     if let Some(dir) = &args.report {
         let write =
             |painter: Option<&_>| rhytid::report::write_transfer(dir, &account, &maps, &solved.rig, painter);
@@ -53,37 +54,54 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
         output::say(&text(&account))?;
     }
     solve::say(&solved, &args.output, ui)?;
-    match lines.is_empty() || ui.is_quiet() {
-        true => Ok(()),
-        false => output::say(&lines),
+    match kept {
+        Some(kept) if !ui.is_quiet() => output::say(&kept.lines()),
+        _ => Ok(()),
     }
 }
 
-/// Writes the examples that were made, and says what to add to the project file.
-fn write_examples(dir: &Path, face: &Face, account: &Account, read: &[PathBuf]) -> Result<String> {
-    let made: Vec<_> = face.examples.iter().filter(|e| account.examples.contains(&e.name)).collect();
-    let mut paths: Vec<PathBuf> = Vec::new();
-    for example in &made {
-        let mut name: String = example
-            .name
-            .chars()
-            .map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' })
-            .collect();
-        while paths.contains(&dir.join(format!("{name}.obj"))) {
-            name.push('_');
+/// The examples that were made, as meshes to write.
+struct Kept {
+    dir: PathBuf,
+    neutral: Mesh,
+    examples: Vec<(PathBuf, Example)>,
+}
+
+impl Kept {
+    fn new(dir: &Path, face: &Face, account: &Account, read: &[PathBuf]) -> Result<Self> {
+        let made = face.examples.iter().filter(|example| account.examples.contains(&example.name));
+        let mut examples: Vec<(PathBuf, Example)> = Vec::new();
+        for example in made {
+            let harmless = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
+            let mut name: String = example.name.chars().map(harmless).collect();
+            while examples.iter().any(|(path, _)| *path == dir.join(format!("{name}.obj"))) {
+                name.push('_');
+            }
+            examples.push((dir.join(format!("{name}.obj")), example.clone()));
         }
-        paths.push(dir.join(format!("{name}.obj")));
+        let outputs: Vec<&Path> = examples.iter().map(|(path, _)| path.as_path()).collect();
+        refuse_inputs(&outputs, read.iter().map(PathBuf::as_path))?;
+        Ok(Self { dir: dir.to_owned(), neutral: face.neutral.clone(), examples })
     }
-    let outputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
-    refuse_inputs(&outputs, read.iter().map(PathBuf::as_path))?;
-    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
-    let mut lines = "\nTo be added to the project file, where the examples are to be kept:".to_owned();
-    for (example, path) in made.iter().zip(&paths) {
-        mesh::write_obj(path, &Mesh { positions: example.positions.clone(), ..face.neutral.clone() })?;
-        lines +=
-            &format!("\n[[example]]\nname = {:?}\nmesh = {:?}", example.name, path.display().to_string());
+
+    fn write(&self) -> Result<()> {
+        std::fs::create_dir_all(&self.dir).map_err(Error::io(&self.dir))?;
+        for (path, example) in &self.examples {
+            let mesh = Mesh { positions: example.positions.clone(), ..self.neutral.clone() };
+            mesh::write_obj(path, &mesh)?;
+        }
+        Ok(())
     }
-    Ok(lines)
+
+    /// What to add to the project file.
+    fn lines(&self) -> String {
+        let mut lines = "\nTo be added to the project file, where the examples are to be kept:".to_owned();
+        for (path, example) in &self.examples {
+            let path = path.display().to_string();
+            lines += &format!("\n[[example]]\nname = {:?}\nmesh = {path:?}", example.name);
+        }
+        lines
+    }
 }
 
 fn text(found: &Account) -> String {

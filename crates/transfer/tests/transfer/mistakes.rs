@@ -69,7 +69,7 @@ fn what_is_of_its_own_is_kept_and_work_can_be_stopped() {
     let own = rhytid_demo::face(2_000).examples.swap_remove(2);
     to.examples.push(own.clone());
     let found = made(&from, &to, None).unwrap();
-    assert_eq!(found.account.own, [own.name.clone()]);
+    assert_eq!(found.account.own, std::slice::from_ref(&own.name));
     assert_eq!(found.face.examples.len(), from.example_names.len());
     assert_eq!(found.face.examples[0], own);
 
