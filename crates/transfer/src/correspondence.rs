@@ -123,7 +123,9 @@ pub(crate) fn correspondence(
     let at = |place: &Result<Place, Missing>| {
         place.as_ref().ok().and_then(|place| local(place.mean(&of_vertices))).unwrap_or(as_a_whole)
     };
-    let is_near = |t: &[u32; 3]| t.iter().any(|&v| warped[v as usize] != overall.apply(rest[v as usize]));
+    // What takes no part is where the similarity put it.
+    let takes_part_here =
+        |t: &[u32; 3]| t.iter().any(|&v| warped[v as usize] != overall.apply(rest[v as usize]));
     Ok(Correspondence {
         locals: places.par_iter().map(at).collect(),
         at_landmarks: side(0).into_iter().map(|v| at(&Ok(Place::at(v)))).collect(),
@@ -131,7 +133,7 @@ pub(crate) fn correspondence(
         takes_part,
         overall,
         same_topology,
-        turned_over: turned_over(&rest, &warped, &from.triangles, &of_vertices, is_near),
+        turned_over: turned_over(&rest, &warped, &from.triangles, &of_vertices, takes_part_here),
         landmark_distances: landmarks
             .pairs
             .iter()

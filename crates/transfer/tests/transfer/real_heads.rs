@@ -92,3 +92,52 @@ fn a_head_on_another_head() {
         }
     }
 }
+
+/// Handles of the capture's face and of the made one that are at the same place.
+const PAIRS: [(&str, &str); 23] = [
+    ("mp17", "brow_R4"),
+    ("mp18", "brow_R3"),
+    ("mp20", "brow_R2"),
+    ("mp21", "brow_R1"),
+    ("mp22", "brow_L1"),
+    ("mp23", "brow_L2"),
+    ("mp25", "brow_L3"),
+    ("mp26", "brow_L4"),
+    ("mp27", "nasion"),
+    ("mp29", "nose_bridge"),
+    ("mp30", "nose_tip"),
+    ("mp33", "subnasale"),
+    ("mp32", "nostril_base_R"),
+    ("mp34", "nostril_base_L"),
+    ("mp48", "mouth_corner_R"),
+    ("mp54", "mouth_corner_L"),
+    ("mp51", "lip_up"),
+    ("mp57", "lip_low"),
+    ("mp50", "lip_up_R1"),
+    ("mp52", "lip_up_L1"),
+    ("mp56", "lip_low_L1"),
+    ("mp58", "lip_low_R1"),
+    ("jaw08", "chin"),
+];
+
+#[test]
+fn a_real_face_on_a_made_one_by_a_table_of_landmarks() {
+    let Some(shared) = shared("") else { return };
+    let from = rig(&face(&shared, "face"));
+    let mut second = rhytid_demo::face(8_000);
+    second.examples.clear();
+    let landmarks = Some(PAIRS.map(|(a, b)| (a.to_owned(), b.to_owned())).to_vec());
+    let settings = Settings { smooth_band: false, landmarks };
+    let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
+    let found = &made.account;
+    println!("{} {:?} {:?} {:?}", found.covered, found.bare, found.distance_mm, found.stretch);
+    assert!(found.turned_over < 20 && found.landmarks.len() == PAIRS.len(), "{found:?}");
+    assert!(
+        found.covered > 0.95 && found.distance_mm.median < 0.5 && found.distance_mm.p95 < 2.5,
+        "{found:?}"
+    );
+    let made_positions: Vec<_> = made.face.examples.iter().map(|e| e.positions.clone()).collect();
+    let torn = torn(&second, &made_positions);
+    println!("{:.2} % of the edges are torn", 100.0 * torn);
+    assert!(torn < 0.005, "{torn}");
+}

@@ -22,7 +22,6 @@ fn the_real_face_on_itself_with_another_mesh() {
     for smooth_band in [false, true] {
         let settings = Settings { smooth_band, landmarks: None };
         let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
-        println!("{:?}", made.account);
         assert!(made.account.warnings.is_empty() && made.account.turned_over == 0, "{:?}", made.account);
         assert!(made.account.covered > 0.99 && (made.account.scale - 1.0).abs() < 1e-6, "{:?}", made.account);
         let to = rig(&made.face);
