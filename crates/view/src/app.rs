@@ -236,6 +236,9 @@ impl ViewApp {
             Opened::Rig(rig, name) => {
                 // The one before goes first: two rigs may be more than the device has room for.
                 self.scene = None;
+                if self.settings.show == Show::Numbers {
+                    self.settings.show = Show::default();
+                }
                 let other = self.other_device(&rig)?;
                 self.scene = Some(Scene::new(rig, &name, (&self.wgpu, &self.state), other)?);
                 self.note = None;
@@ -246,6 +249,13 @@ impl ViewApp {
                 if let Some(scene) = &mut self.scene {
                     scene.document.set_take(take)?;
                     scene.document.transport.playing = true;
+                    self.note = None;
+                }
+            }
+            Opened::Numbers(numbers) => {
+                if let (Some(scene), Some((_, first))) = (&mut self.scene, numbers.first()) {
+                    self.settings.show_numbers(0, first);
+                    scene.document.set_numbers(numbers);
                     self.note = None;
                 }
             }

@@ -5,6 +5,7 @@ use crate::history::History;
 use crate::pull::{Drag, Pull};
 use crate::transport::Transport;
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
+use rhytid_formats::mesh::Numbers;
 use rhytid_render::handles_at_rest;
 use std::sync::Arc;
 
@@ -58,6 +59,8 @@ pub struct Document {
     edited: bool,
     /// The least confidence of the handles in each frame; empty where all is measured.
     confidence: Vec<f32>,
+    /// Numbers of a file, each with one for every vertex.
+    numbers: Vec<Numbers>,
     /// Where live positions are: H × 3, and the confidence of each handle; they take the take's place.
     live: Option<(Vec<f32>, Vec<f32>)>,
     /// The play head.
@@ -82,6 +85,7 @@ impl Document {
             edits: None,
             edited: true,
             confidence: Vec::new(),
+            numbers: Vec::new(),
             live: None,
             transport: Transport::new(&[0.0], 30.0),
             pose,
@@ -155,6 +159,16 @@ impl Document {
     /// The least confidence of the handles in each frame, from 0 to 1; empty where all is measured.
     pub fn confidence(&self) -> &[f32] {
         &self.confidence
+    }
+
+    /// Has these numbers to show, a name and V of them each; what is no number has no counterpart.
+    pub fn set_numbers(&mut self, numbers: Vec<Numbers>) {
+        self.numbers = numbers;
+    }
+
+    /// The numbers that there are to show.
+    pub fn numbers(&self) -> &[Numbers] {
+        &self.numbers
     }
 
     /// Shows H × 3 positions that come live, each of the H handles with its confidence from 0 to 1, in place of the take's; `None` for the

@@ -6,6 +6,7 @@ use crate::document::OpenTake;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::edits::OpenEdits;
 use rhytid_core::{Error, Result, Rig, Take, rig_file};
+use rhytid_formats::mesh::{self, Numbers};
 use rhytid_formats::take::{self, Missing};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -15,6 +16,8 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 pub(crate) enum Opened {
     Rig(Arc<Rig>, String),
     Take(OpenTake),
+    /// Numbers at the rig's vertices.
+    Numbers(Vec<Numbers>),
     #[cfg(not(target_arch = "wasm32"))]
     Edits(OpenEdits),
 }
@@ -77,6 +80,14 @@ impl Source {
         let rig = rig.ok_or_else(|| {
             Error::input(format!("{name}: is not a rig (.safetensors); open a rig first, then a take for it"))
         })?;
+        if name.to_lowercase().ends_with(".ply") {
+            let vertices = rig.vertices();
+            return Ok(Opened::Numbers(match self {
+                #[cfg(not(target_arch = "wasm32"))]
+                Self::Path(path) => mesh::read_numbers(path, vertices)?,
+                Self::Bytes(name, bytes) => mesh::decode_numbers(bytes, name, vertices)?,
+            }));
+        }
         match self {
             #[cfg(not(target_arch = "wasm32"))]
             Self::Path(path) => take_in(path, rig, name),
@@ -178,6 +189,7 @@ fn read(
         match &found {
             Opened::Rig(found, _) => (rig, take) = (Some(found.clone()), None),
             Opened::Take(found) => take = Some(found.take.clone()),
+            Opened::Numbers(_) => {}
             #[cfg(not(target_arch = "wasm32"))]
             Opened::Edits(_) => {}
         }

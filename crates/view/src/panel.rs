@@ -6,6 +6,7 @@ use crate::scene::Scene;
 use crate::settings::{Before, Settings, Show};
 use eframe::egui;
 use rhytid_core::{Explanation, Rig};
+use rhytid_formats::mesh::Numbers;
 
 /// Rows of a table about a vertex.
 const ROWS: usize = 8;
@@ -25,7 +26,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             wanted.push(Command::Keys);
         }
     });
-    section(ui, "Look", true, |ui| look(&mut app.settings, ui));
+    let numbers = app.scene.as_ref().map_or(&[][..], |scene| scene.document.numbers());
+    section(ui, "Look", true, |ui| look(&mut app.settings, numbers, ui));
     if let Some(scene) = &mut app.scene {
         section(ui, "Markers", true, |ui| markers(scene, &mut app.settings, ui, &mut wanted));
     }
@@ -76,10 +78,18 @@ fn theme(ui: &mut egui::Ui) {
     ui.ctx().set_theme(theme);
 }
 
-fn look(settings: &mut Settings, ui: &mut egui::Ui) {
-    egui::ComboBox::from_label("shown").selected_text(settings.show.name()).show_ui(ui, |ui| {
+fn look(settings: &mut Settings, numbers: &[Numbers], ui: &mut egui::Ui) {
+    let of_file = numbers.get(settings.numbers).filter(|_| settings.show == Show::Numbers);
+    let shown = of_file.map_or(settings.show.name(), |(name, _)| name);
+    egui::ComboBox::from_label("shown").selected_text(shown).show_ui(ui, |ui| {
         for show in Show::ALL {
             ui.selectable_value(&mut settings.show, show, show.name());
+        }
+        for (i, (name, list)) in numbers.iter().enumerate() {
+            let is_shown = settings.show == Show::Numbers && settings.numbers == i;
+            if ui.selectable_label(is_shown, name).clicked() {
+                settings.show_numbers(i, list);
+            }
         }
     });
     egui::ComboBox::from_label("before").selected_text(settings.before.name()).show_ui(ui, |ui| {
@@ -99,6 +109,10 @@ fn look(settings: &mut Settings, ui: &mut egui::Ui) {
         Show::Detail => {
             let range = egui::Slider::new(&mut settings.detail_range, 0.05..=10.0).logarithmic(true);
             slider(ui, "Detail of the last colour", range.suffix(" mm"));
+        }
+        Show::Numbers => {
+            let range = egui::Slider::new(&mut settings.numbers_range.0, 1e-3..=1e3).logarithmic(true);
+            slider(ui, "Number of the last colour", range);
         }
         Show::Skin => {
             let [right, up] = &mut settings.light;

@@ -188,6 +188,15 @@ impl Scene {
                     let millimetres = 1e3 * rig.metres_per_unit as f32;
                     source.set_numbers(&distances(positions, large_scale, millimetres));
                 }
+                Show::Numbers => {
+                    // What has none is shown as the largest are: it is what to look at.
+                    let most = settings.numbers_range.0;
+                    let number = |x: &f32| if x.is_nan() { most } else { *x };
+                    let numbers = self.document.numbers().get(settings.numbers);
+                    let none = vec![0.0; rig.vertices()];
+                    let numbers = numbers.map_or(none, |(_, list)| list.iter().map(number).collect());
+                    source.set_numbers(&numbers);
+                }
                 Show::Influences => {
                     marks.extend(seen.vertex.iter().flat_map(|&v| influence_marks(&rig, positions, v)));
                 }

@@ -24,10 +24,12 @@ pub enum Show {
     Strain,
     /// How far the folds move each vertex.
     Detail,
+    /// Numbers of a file.
+    Numbers,
 }
 
 impl Show {
-    /// In the order of the keys F1 to F9.
+    /// All but the numbers of a file, in the order of the keys F1 to F9.
     pub const ALL: [Self; 9] = [
         Self::Shaded,
         Self::Skin,
@@ -52,12 +54,13 @@ impl Show {
             Self::Influences => "influences",
             Self::Strain => "strain",
             Self::Detail => "detail",
+            Self::Numbers => "numbers",
         }
     }
 
     /// Whether it is made of a frame on the host.
     pub(crate) fn is_made_on_the_host(self) -> bool {
-        matches!(self, Self::Edges | Self::Influences | Self::Strain | Self::Detail)
+        !matches!(self, Self::Shaded | Self::Skin | Self::Clay | Self::Wireframe | Self::Flat)
     }
 }
 
@@ -111,6 +114,10 @@ pub struct Settings {
     pub strain_range: f32,
     /// The detail that has the last colour, in millimetres.
     pub detail_range: f32,
+    /// Which numbers of a file are shown.
+    pub numbers: usize,
+    /// The number that has the last colour; below 0 are others where it is `true`.
+    pub numbers_range: (f32, bool),
     /// From where the key light comes: degrees to the viewer's right and up.
     pub light: [f32; 2],
 }
@@ -127,6 +134,8 @@ impl Default for Settings {
             mirrored: false,
             strain_range: 0.3,
             detail_range: 1.0,
+            numbers: 0,
+            numbers_range: (1.0, false),
             light: [-41.0, 33.0],
         }
     }
@@ -138,8 +147,25 @@ impl Settings {
         match self.show {
             Show::Strain | Show::Edges => Some((Heat::Signed(self.strain_range), "strain")),
             Show::Detail => Some((Heat::From0(self.detail_range), "detail, mm")),
+            Show::Numbers => Some((self.numbers_heat(), "numbers")),
             _ => None,
         }
+    }
+
+    fn numbers_heat(&self) -> Heat {
+        match self.numbers_range {
+            (most, true) => Heat::Signed(most),
+            (most, false) => Heat::From0(most),
+        }
+    }
+
+    /// Shows these numbers, from 0 or around it, up to where all but the largest are.
+    pub(crate) fn show_numbers(&mut self, which: usize, numbers: &[f32]) {
+        let mut sizes: Vec<f32> = numbers.iter().map(|x| x.abs()).filter(|x| x.is_finite()).collect();
+        sizes.sort_by(f32::total_cmp);
+        let most = sizes.get(sizes.len() * 98 / 100).copied().filter(|most| *most > 0.0).unwrap_or(1.0);
+        (self.show, self.numbers) = (Show::Numbers, which);
+        self.numbers_range = (most, numbers.iter().any(|x| *x < 0.0));
     }
 
     /// `None` for skin.
@@ -151,6 +177,7 @@ impl Settings {
             Show::Flat => Some(Look::Flat),
             Show::Strain => Some(Look::Heat(Heat::Signed(self.strain_range))),
             Show::Detail => Some(Look::Heat(Heat::From0(self.detail_range))),
+            Show::Numbers => Some(Look::LitHeat(self.numbers_heat())),
             Show::Skin => None,
         }
     }

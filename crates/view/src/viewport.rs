@@ -2,7 +2,7 @@
 
 use crate::app::ViewApp;
 use crate::scene::Scene;
-use crate::settings::{Before, Settings};
+use crate::settings::{Before, Settings, Show};
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Vec2, pos2, vec2};
 use rhytid_render::Heat;
 
@@ -197,6 +197,9 @@ fn paint(scene: &Scene, settings: &Settings, ui: &egui::Ui, rect: Rect) {
         write(ui, pos2(x + 8.0, y), egui::Align2::LEFT_TOP, "result");
     }
     if let Some((heat, words)) = settings.heat() {
+        let numbers = scene.document.numbers().get(settings.numbers);
+        let named = numbers.map(|(name, _)| &**name).filter(|_| settings.show == Show::Numbers);
+        let words = named.unwrap_or(words);
         legend(ui, rect, heat, words);
     }
 }

@@ -145,7 +145,17 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
     });
     drop(face);
     let bytes = std::fs::metadata(output).map_err(Error::io(output))?.len();
-    Ok(Solved { rig, account, scans, sculpted: None, reading: Duration::ZERO, examining, solving, writing, bytes })
+    Ok(Solved {
+        rig,
+        account,
+        scans,
+        sculpted: None,
+        reading: Duration::ZERO,
+        examining,
+        solving,
+        writing,
+        bytes,
+    })
 }
 
 /// What examples that were sculpted, of these names, change in other frames of a take: the face `without` them is solved, too.

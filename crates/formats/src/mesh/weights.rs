@@ -15,7 +15,13 @@ pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<
         return Err(fault("weights are read from .ply; export the painted mesh in this format".into()));
     }
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
-    let weights = ply::property(&bytes, property, &path.display().to_string())?;
+    let mut found = ply::scalars(&bytes, &path.display().to_string())?;
+    let Some(at) = found.iter().position(|(name, _)| name == property) else {
+        let known: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
+        let known = known.join(", ");
+        return Err(fault(format!("its vertices have no property “{property}”, expected one of {known}")));
+    };
+    let weights = found.swap_remove(at).1;
     if weights.len() != vertices {
         return Err(fault(format!("has {} vertices, expected the rig's {vertices}", weights.len())));
     }
@@ -55,7 +61,7 @@ mod tests {
             [0.0, 51.0 / 255.0, 1.0]
         );
         for (path, property, vertices, words) in [
-            (floats.clone(), "nose", 3, "has no property “nose”, expected one of x, brow, y, z"),
+            (floats.clone(), "nose", 3, "have no property “nose”, expected one of x, brow, y, z"),
             (floats, "brow", 4, "has 3 vertices, expected the rig's 4"),
             (write("c.ply", "float", ["0", "1.5", "1"]), "brow", 3, "vertex 1 has 1.5 as its brow"),
             (write("d.ply", "float", ["0", "nan", "1"]), "brow", 3, "vertex 1 has NaN as its brow"),

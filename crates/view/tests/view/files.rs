@@ -80,3 +80,48 @@ fn a_frame_is_saved_as_a_take_and_as_an_example() {
     view.run();
     assert!(folder.path("FACE-view-0001.png").exists());
 }
+
+#[test]
+fn numbers_of_a_file_are_a_heat_map_until_another_rig_is_opened() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    let rig = &demo().1;
+    let positions = rig.rest.iter().map(|x| x.map(f64::from)).collect();
+    let rest = mesh::read(&{
+        let path = folder.path("rest.obj");
+        let faces = rig.faces.clone();
+        mesh::write_obj(&path, &rhytid_core::Mesh { positions, faces, ..rhytid_core::Mesh::default() })
+            .unwrap();
+        path
+    })
+    .unwrap();
+    let left: Vec<f32> = rig.rest.iter().map(|x| x[0].max(0.0)).collect();
+    let signed: Vec<f32> = rig.rest.iter().map(|x| x[1]).collect();
+    mesh::write_numbers(&folder.path("maps.ply"), &rest, &[("left", &left), ("height", &signed)]).unwrap();
+    open(&mut view, &[folder.path("maps.ply")]);
+    view.run();
+    assert_eq!(view.state().note(), None);
+    assert_eq!(view.state_mut().settings_mut().show, rhytid_view::Show::Numbers);
+    // Of the two halves one has the colour of 0 all over, the other has not.
+    let picture = view.render().unwrap();
+    let place = face(&view);
+    let row = (place.center().y - 20.0) as u32;
+    let reds = |from: f32, to: f32| {
+        let pixels = (from as u32..to as u32).map(|x| picture.get_pixel(x, row).0);
+        pixels.filter(|[r, g, _, _]| *r > 120 && *g > 60).count()
+    };
+    let middle = place.center().x;
+    let (right_half, left_half) = (reds(place.left(), middle - 25.0), reds(middle + 25.0, place.right()));
+    assert!(left_half > right_half + 20, "{left_half} bright pixels beside {right_half}");
+    open(&mut view, &[folder.path("FACE.safetensors")]);
+    assert_eq!(view.state_mut().settings_mut().show, rhytid_view::Show::Shaded);
+    let other = rhytid_core::Mesh {
+        positions: rest.positions.clone(),
+        faces: rest.faces.clone(),
+        ..rhytid_core::Mesh::default()
+    };
+    mesh::write_numbers(&folder.path("none.ply"), &other, &[]).unwrap();
+    open(&mut view, &[folder.path("none.ply")]);
+    let (words, is_error) = view.state().note().unwrap();
+    assert!(is_error && words.contains("none.ply: its vertices have no numbers"), "{words}");
+}

@@ -174,8 +174,8 @@ fn skip(values: &mut Values<'_>, element: &Element) -> Result<()> {
     Ok(())
 }
 
-/// The numbers of one property of all vertices, a 255th of them where it is of unsigned bytes.
-pub(super) fn property(bytes: &[u8], wanted: &str, name: &str) -> Result<Vec<f64>> {
+/// The numbers of all vertices, by property, in the file's order: a 255th of them where they are unsigned bytes.
+pub(super) fn scalars(bytes: &[u8], name: &str) -> Result<Vec<(String, Vec<f64>)>> {
     let header = Header::parse(bytes, name)?;
     let mut values = Values::new(bytes, &header, name);
     for element in &header.elements {
@@ -183,30 +183,24 @@ pub(super) fn property(bytes: &[u8], wanted: &str, name: &str) -> Result<Vec<f64
             skip(&mut values, element)?;
             continue;
         }
-        let scalars = || element.properties.iter().filter(|p| p.list.is_none());
-        let Some(found) = scalars().find(|p| p.name == wanted) else {
-            let known: Vec<&str> = scalars().map(|p| p.name.as_str()).collect();
-            let known = known.join(", ");
-            return values.fail(format!("has no property “{wanted}”, expected one of {known}"));
-        };
-        let scale = if found.scalar == Scalar::U8 { 255.0 } else { 1.0 };
-        let mut numbers = Vec::new();
+        let scalars = element.properties.iter().filter(|p| p.list.is_none());
+        let mut found: Vec<(String, Vec<f64>)> = scalars.map(|p| (p.name.clone(), Vec::new())).collect();
         for i in 0..element.count {
             values.begin(element, i)?;
+            let mut lists = found.iter_mut();
             for property in &element.properties {
                 match property.list {
                     Some(count) => values.skip_list(count, property.scalar)?,
                     None => {
-                        let number = values.number(property.scalar)?;
-                        if std::ptr::eq(property, found) {
-                            numbers.push(number / scale);
-                        }
+                        let scale = if property.scalar == Scalar::U8 { 255.0 } else { 1.0 };
+                        let number = values.number(property.scalar)? / scale;
+                        lists.next().into_iter().for_each(|(_, numbers)| numbers.push(number));
                     }
                 }
             }
             values.end()?;
         }
-        return Ok(numbers);
+        return Ok(found);
     }
     values.fail("has no element vertex, expected vertices".into())
 }
