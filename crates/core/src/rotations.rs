@@ -6,8 +6,8 @@ use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::{Real, vec3};
 
 /// How much the turn of all handles counts at each along an axis, as a part of what its neighbours count there on the average. It says what
-/// they do not, such as the turn about a line that they lie in. A whole one would halve every turn of a flat neighbourhood, which counts nothing
-/// across.
+/// they do not, such as the turn about a line that they lie in. A whole one would more than halve every turn of a flat neighbourhood, which
+/// counts nothing across.
 const OF_ALL: f64 = 0.1;
 
 /// How much no turn counts in the turn of all handles, as a part of what they count: where they lie in a line, the smallest turn is taken.
