@@ -112,3 +112,21 @@ impl PointDistance for Triangle {
         self.closest_point(p).0.distance_squared(p)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_closest_that_suits_and_no_farther() {
+        // Two sheets, one over the other, each of one triangle.
+        let sheet = |z: f64| [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]].map(|[x, y]| DVec3::new(x, y, z));
+        let surface = Surface::new([sheet(0.0), sheet(2.0)].into_iter().enumerate());
+        let p = DVec3::new(1.0, 1.0, 1.5);
+        assert_eq!(surface.closest_that(p, 9.0, |_| true), surface.closest(p));
+        let lower = surface.closest_that(p, 9.0, |triangle| triangle == 0).unwrap();
+        assert_eq!((lower.point, lower.triangle), (DVec3::new(1.0, 1.0, 0.0), 0));
+        assert_eq!(surface.closest_that(p, 1.0, |triangle| triangle == 0), None);
+        assert_eq!(surface.closest_that(p, 9.0, |_| false), None);
+    }
+}
