@@ -130,6 +130,7 @@ impl Document {
     }
 
     /// Shows the take edited from now on.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn set_edits(&mut self, edits: OpenEdits) {
         self.edits = Some(edits);
         self.edited = true;

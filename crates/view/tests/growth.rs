@@ -9,8 +9,8 @@ use rhytid_test_support::resident;
 use rhytid_view::ViewApp;
 use std::sync::Arc;
 
-/// More than this is growth.
-const MOST: u64 = 16 << 20;
+/// More than this is growth. What allocators and the driver keep settles within 24 MB; a rig that stayed would be 2 MB a load.
+const MOST: u64 = 40 << 20;
 
 /// How many times; more is asked for by `RHYTID_LOADS=1000`, and an hour of playing by `RHYTID_PICTURES=216000`.
 fn times(variable: &str, otherwise: usize) -> usize {
