@@ -66,8 +66,8 @@ pub struct Transferred {
 /// Makes examples for the face `to` of those of the rig `from`, which is evaluated on `devices`. An example whose name `to` has already is not made.
 ///
 /// # Errors
-/// [`Error::Input`] if the rig has no examples, if there are too few landmarks or they lie on a line, for a face that cannot be solved, and where the warp has no
-/// solution; [`Error::Device`]; [`Error::Cancelled`].
+/// [`rhytid_core::Error::Input`] if the rig has no examples, if there are too few landmarks or they lie on a line, for a face that cannot be solved, and where the warp has no
+/// solution; [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Cancelled`].
 pub fn transfer(
     from: &Rig,
     to: &Face,
