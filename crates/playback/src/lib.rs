@@ -29,6 +29,7 @@
 
 mod bake;
 mod batch;
+mod bounds;
 mod comes_back;
 mod correction;
 mod devices;

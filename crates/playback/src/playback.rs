@@ -1,6 +1,7 @@
 //! Playback: a take on a rig, frame by frame. It is what is exported, and what an exported file is compared with.
 
 use crate::bake::Bake;
+use crate::bounds::Bounds;
 use crate::correction::{Correction, Sculpted};
 use crate::evaluator::Evaluator;
 use crate::fade::{Fade, VertexGain};
@@ -44,6 +45,8 @@ struct OnTop<'f, 'r> {
     corrections: &'f [Correction],
     /// Of each frame, in seconds; empty without corrections.
     times: &'f [f64],
+    /// Where edits of markers are bounded, and frames × H × 3 positions without them.
+    bounds: Option<(&'f Bounds, &'f [f32])>,
 }
 
 /// What the device gave of some frames.
@@ -55,6 +58,9 @@ struct Batch {
     fades: bool,
     /// Positions; normals, if they are wanted; the large scale, if any frame may fade.
     results: Vec<Vec<f32>>,
+    /// The numbers of those that edits of markers move, where these are bounded, and the same of them as they were.
+    moved: Vec<usize>,
+    before: Vec<Vec<f32>>,
 }
 
 /// What is wanted of each frame, beside its positions.
@@ -244,7 +250,7 @@ impl<'a> Playback<'a> {
         &mut self,
         handles: &[f32],
         (stage, normals): (OutputStage, bool),
-        OnTop { mut fade, corrections, times }: OnTop<'_, '_>,
+        OnTop { mut fade, corrections, times, bounds }: OnTop<'_, '_>,
         progress: &dyn Progress,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
@@ -267,49 +273,85 @@ impl<'a> Playback<'a> {
             batch.results.resize(stages.len(), Vec::new());
             batch.first = frames.start;
             batch.fades = fades;
-            let handles = &handles[frames.start * per_frame..frames.end * per_frame];
-            self.evaluator.evaluate(handles, &stages, &mut batch.results)
+            let of_frames = &handles[frames.start * per_frame..frames.end * per_frame];
+            self.evaluator.evaluate(of_frames, &stages, &mut batch.results)?;
+            // Those that edits move, once more without them.
+            batch.moved.clear();
+            let Some((_, unedited)) = bounds else { return Ok(()) };
+            let mut once_more = Vec::new();
+            for frame in frames {
+                let of_frame = frame * per_frame..(frame + 1) * per_frame;
+                if unedited[of_frame.clone()] != handles[of_frame.clone()] {
+                    batch.moved.push(frame);
+                    once_more.extend_from_slice(&unedited[of_frame]);
+                }
+            }
+            batch.before.resize(stages.len(), Vec::new());
+            match once_more.is_empty() {
+                true => Ok(()),
+                false => self.evaluator.evaluate(&once_more, &stages, &mut batch.before),
+            }
         };
-        let mut corrected: [Vec<[f32; 3]>; 2] = [Vec::new(), Vec::new()];
+        let (mut unedited, mut edited) = <([Vec<[f32; 3]>; 2], [Vec<[f32; 3]>; 2])>::default();
         self.corrected = vec![Vec::new(); corrections.len()];
         pipeline::run(
             pipeline::BUFFERS,
             batches.into_iter(),
             evaluate,
-            |Batch { first, fades, results }| {
-                for (i, positions) in results[0].chunks_exact(frame).enumerate() {
+            |Batch { first, fades, results, moved, before }| {
+                for (i, number) in (*first..*first + results[0].len() / frame).enumerate() {
                     if progress.cancelled() {
                         return Err(Error::Cancelled);
                     }
-                    let of_frame = |stage: usize| &results[stage][i * frame..][..frame];
-                    let shown = [positions, if normals { of_frame(1) } else { &[] }];
-                    let [positions, normals] = match fade.as_deref_mut().filter(|_| *fades) {
-                        Some(fade) => fade.frame(*first + i, of_frame(results.len() - 1), shown),
-                        None => shown,
-                    };
-                    let [positions, normals] = match &mut self.untangle {
-                        Some(untangle) => {
-                            let handles = &handles[(*first + i) * per_frame..][..per_frame];
-                            untangle.frame(handles, [positions, normals])
-                        }
-                        None => [positions, normals],
-                    };
-                    if corrections.is_empty() {
-                        each(positions, normals)?;
+                    let pose = &handles[number * per_frame..][..per_frame];
+                    let mut finish =
+                        |results: &[Vec<f32>],
+                         at: usize,
+                         pose: &[f32],
+                         into: Option<&mut [Vec<[f32; 3]>; 2]>,
+                         each: &mut dyn FnMut(&[f32], &[f32]) -> Result<()>| {
+                            let of_frame = |stage: usize| &results[stage][at * frame..][..frame];
+                            let shown = [of_frame(0), if normals { of_frame(1) } else { &[] }];
+                            let shown = match fade.as_deref_mut().filter(|_| *fades) {
+                                Some(fade) => fade.frame(number, of_frame(results.len() - 1), shown),
+                                None => shown,
+                            };
+                            let [positions, normals] = match &mut self.untangle {
+                                Some(untangle) => untangle.frame(pose, shown),
+                                None => shown,
+                            };
+                            match into {
+                                Some([x, n]) => {
+                                    x.clear();
+                                    n.clear();
+                                    x.extend_from_slice(positions.as_chunks().0);
+                                    n.extend_from_slice(normals.as_chunks().0);
+                                    Ok(())
+                                }
+                                None => each(positions, normals),
+                            }
+                        };
+                    let at = bounds.zip(moved.iter().position(|frame| *frame == number));
+                    if corrections.is_empty() && at.is_none() {
+                        finish(results, i, pose, None, &mut each)?;
                         continue;
                     }
-                    let [x, n] = &mut corrected;
-                    x.clear();
-                    n.clear();
-                    x.extend_from_slice(positions.as_chunks().0);
-                    n.extend_from_slice(normals.as_chunks().0);
+                    if let Some(((_, without), at)) = at {
+                        let pose = &without[number * per_frame..][..per_frame];
+                        finish(before, at, pose, Some(&mut unedited), &mut each)?;
+                    }
+                    finish(results, i, pose, Some(&mut edited), &mut each)?;
                     let triangles = self
                         .vertex_triangles
                         .get_or_init(|| VertexTriangles::new(self.rig.vertices(), &self.rig.triangles));
-                    let pose =
-                        (times[*first + i], handles[(*first + i) * per_frame..][..per_frame].as_chunks().0);
+                    let [x, n] = &mut edited;
+                    if let Some(((bounds, _), _)) = at {
+                        bounds.blend(&unedited[0], x);
+                        bounds.blend_normals(self.rig, triangles, x, &unedited[1], n);
+                    }
+                    let times = times.get(number).copied().unwrap_or_default();
                     for (correction, moved) in corrections.iter().zip(&mut self.corrected) {
-                        moved.push(correction.apply(self.rig, triangles, pose, x, n));
+                        moved.push(correction.apply(self.rig, triangles, (times, pose.as_chunks().0), x, n));
                     }
                     each(x.as_flattened(), n.as_flattened())?;
                 }
@@ -381,10 +423,14 @@ impl<'a> Playback<'a> {
         };
         let (stage, normals) = (options.stage, options.normals);
         let corrections = self.corrections.clone();
+        let bounds = Bounds::new(self.rig, &selection.take);
+        let unedited = |bounds| (bounds, Bounds::unedited(self.rig, &selection.take, &handles));
+        let bounds = bounds.map(unedited);
         let on_top = OnTop {
             fade: fade.as_mut(),
             corrections: if stage == OutputStage::Full { &corrections } else { &[] },
             times: &selection.take.times,
+            bounds: bounds.as_ref().map(|(bounds, unedited)| (bounds, &unedited[..])),
         };
         self.evaluate_edited(&handles, (stage, normals), on_top, progress, |positions, normals| {
             let shown = match &mut refined {

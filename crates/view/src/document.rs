@@ -1,6 +1,6 @@
 //! What is open: a rig, a take, and how markers were pulled.
 
-use crate::edits::{FrameEdits, OpenEdits};
+use crate::edits::{EditedFrame, OpenEdits};
 use crate::history::History;
 use crate::pull::{Drag, Pull};
 use crate::transport::Transport;
@@ -151,10 +151,14 @@ impl Document {
         self.edits.as_ref().filter(|_| self.edited && self.live.is_none())
     }
 
-    /// What edits do to the frame that is shown, beside moving its handles, and the frame's time.
-    pub(crate) fn frame_edits(&self) -> Option<(&FrameEdits, f64)> {
+    /// What edits do to the frame that is shown, beside moving its handles.
+    pub(crate) fn frame_edits(&self) -> Option<EditedFrame<'_>> {
+        let edits = &self.shown_edits()?.on_frames;
         let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
-        self.shown_edits().map(|edits| (&edits.on_frames, time)).filter(|(edits, time)| edits.touches(*time))
+        let add = |(x, o): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| x[c] + o[c]);
+        let without: Vec<[f32; 3]> = self.handles(false).iter().zip(&self.pose.offsets).map(add).collect();
+        let without = Some(without).filter(|without| edits.is_bounded() && *without != self.handles(true));
+        (without.is_some() || edits.touches(time)).then_some(EditedFrame { edits, time, without })
     }
 
     /// The least confidence of the handles in each frame, from 0 to 1; empty where all is measured.

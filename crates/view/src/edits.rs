@@ -18,6 +18,21 @@ impl FrameEdits {
         match *self {}
     }
 
+    pub(crate) fn is_bounded(&self) -> bool {
+        match *self {}
+    }
+
+    pub(crate) fn blend(
+        &self,
+        _: &rhytid_core::Rig,
+        _: &rhytid_kernels::normals::VertexTriangles,
+        _: [&[[f32; 3]]; 2],
+        _: &mut [[f32; 3]],
+        _: &mut [[f32; 3]],
+    ) {
+        match *self {}
+    }
+
     pub(crate) fn correct(
         &self,
         _: &rhytid_core::Rig,
@@ -28,6 +43,16 @@ impl FrameEdits {
     ) {
         match *self {}
     }
+}
+
+/// What edits do to the frame that is shown.
+#[derive(Debug, Clone)]
+pub(crate) struct EditedFrame<'a> {
+    pub edits: &'a FrameEdits,
+    /// Of the frame, in seconds.
+    pub time: f64,
+    /// H positions without the edits, where these move any and are bounded.
+    pub without: Option<Vec<[f32; 3]>>,
 }
 
 /// A take with its edits.

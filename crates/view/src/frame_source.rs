@@ -1,6 +1,6 @@
 //! A rig's frames: evaluated where they are drawn, or handed over from another device.
 
-use crate::edits::FrameEdits;
+use crate::edits::EditedFrame;
 use rayon::prelude::*;
 use rhytid_backend_cpu::Cpu;
 use rhytid_backend_wgpu::{Wgpu, WgpuSession};
@@ -35,6 +35,8 @@ pub(crate) struct FrameSource {
     positions: Vec<f32>,
     normals: Vec<f32>,
     large_scale: Vec<f32>,
+    /// Positions, normals and large scale without the edits of handles, where these are bounded.
+    without: [Vec<f32>; 3],
 }
 
 impl FrameSource {
@@ -57,6 +59,7 @@ impl FrameSource {
             positions: Vec::new(),
             normals: Vec::new(),
             large_scale: Vec::new(),
+            without: Default::default(),
             rig,
         })
     }
@@ -69,7 +72,7 @@ impl FrameSource {
         &mut self,
         handles: &[f32],
         wanted: Wanted,
-        edits: Option<(&FrameEdits, f64)>,
+        edits: Option<&EditedFrame<'_>>,
     ) -> Result<()> {
         let is_direct = wanted.gain == 1.0 && !wanted.on_host && edits.is_none();
         if let (true, Some(drawn)) = (is_direct, &mut self.drawn) {
@@ -109,7 +112,7 @@ impl FrameSource {
         &mut self,
         handles: &[f32],
         gain: f32,
-        edits: Option<(&FrameEdits, f64)>,
+        edits: Option<&EditedFrame<'_>>,
     ) -> Result<[&[f32]; 2]> {
         self.evaluate_on_host(handles, gain, edits)?;
         Ok([&self.positions, &self.large_scale])
@@ -124,8 +127,32 @@ impl FrameSource {
         &mut self,
         handles: &[f32],
         gain: f32,
-        edits: Option<(&FrameEdits, f64)>,
+        edits: Option<&EditedFrame<'_>>,
     ) -> Result<()> {
+        self.is_on_host = true;
+        if let Some(without) = edits.and_then(|edits| edits.without.as_ref()) {
+            self.evaluate_one(without.as_flattened(), gain, edits)?;
+            self.without =
+                [&mut self.positions, &mut self.normals, &mut self.large_scale].map(std::mem::take);
+        }
+        self.evaluate_one(handles, gain, edits)?;
+        let Some(edits) = edits else { return Ok(()) };
+        let (positions, _) = self.positions.as_chunks_mut::<3>();
+        let (normals, _) = self.normals.as_chunks_mut::<3>();
+        if edits.without.is_some() {
+            let [x, n, large_scale] = self.without.each_ref().map(|numbers| numbers.as_chunks::<3>().0);
+            edits.edits.blend(&self.rig, &self.triangles, [x, n], positions, normals);
+            // The folds are what is between the two.
+            let (large, _) = self.large_scale.as_chunks_mut::<3>();
+            edits.edits.blend(&self.rig, &self.triangles, [large_scale, &[]], large, &mut []);
+        }
+        let pose = (edits.time, handles.as_chunks().0);
+        edits.edits.correct(&self.rig, &self.triangles, pose, positions, normals);
+        Ok(())
+    }
+
+    /// Positions, large scale and normals of H × 3 handle positions, with their folds as they are wanted.
+    fn evaluate_one(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame<'_>>) -> Result<()> {
         let other = match &mut self.other {
             Some(other) => other,
             none => {
@@ -138,27 +165,20 @@ impl FrameSource {
         other.evaluate(handles)?;
         other.read(Stage::Positions, &mut self.positions)?;
         other.read(Stage::LargeScale, &mut self.large_scale)?;
-        let folded =
-            edits.is_some_and(|(edits, time)| edits.fold(time, &self.large_scale, &mut self.positions));
+        let fold =
+            |edits: &EditedFrame<'_>| edits.edits.fold(edits.time, &self.large_scale, &mut self.positions);
+        let folded = edits.is_some_and(fold);
         if gain == 1.0 && !folded {
-            other.read(Stage::Normals, &mut self.normals)?;
-        } else {
-            for (x, large) in self.positions.iter_mut().zip(&self.large_scale) {
-                *x = large + gain * (*x - large);
-            }
-            let (points, _) = self.positions.as_chunks::<3>();
-            let normal = |v: usize| vertex_normal(points, &self.rig.triangles, self.triangles.at(v));
-            self.normals.resize(self.positions.len(), 0.0);
-            let (normals, _) = self.normals.as_chunks_mut::<3>();
-            normals.par_iter_mut().enumerate().for_each(|(v, n)| *n = normal(v));
+            return other.read(Stage::Normals, &mut self.normals);
         }
-        if let Some((edits, time)) = edits {
-            let (positions, _) = self.positions.as_chunks_mut::<3>();
-            let (normals, _) = self.normals.as_chunks_mut::<3>();
-            let pose = (time, handles.as_chunks().0);
-            edits.correct(&self.rig, &self.triangles, pose, positions, normals);
+        for (x, large) in self.positions.iter_mut().zip(&self.large_scale) {
+            *x = large + gain * (*x - large);
         }
-        self.is_on_host = true;
+        let (points, _) = self.positions.as_chunks::<3>();
+        let normal = |v: usize| vertex_normal(points, &self.rig.triangles, self.triangles.at(v));
+        self.normals.resize(self.positions.len(), 0.0);
+        let (normals, _) = self.normals.as_chunks_mut::<3>();
+        normals.par_iter_mut().enumerate().for_each(|(v, n)| *n = normal(v));
         Ok(())
     }
 

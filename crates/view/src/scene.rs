@@ -118,7 +118,7 @@ impl Scene {
         let seen = Seen {
             handles: self.document.handles(true),
             unpulled: (settings.before == Before::Take).then(|| self.document.handles(false)),
-            edited: self.document.frame_edits().map(|(_, time)| time),
+            edited: self.document.frame_edits().map(|edits| edits.time),
             camera: self.orbit.camera(),
             settings: settings.clone(),
             size,
@@ -173,7 +173,7 @@ impl Scene {
         let on_host = settings.show.is_made_on_the_host();
         // What is before the result is before the edits, too.
         let edits = self.document.frame_edits().filter(|_| side == 0);
-        source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits)?;
+        source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits.as_ref())?;
         self.times.evaluation += begin.elapsed();
         let begin = Instant::now();
         let mut marks = Vec::new();
@@ -252,7 +252,7 @@ impl Scene {
         self.seen = None;
         let handles = self.document.handles(true);
         let edits = self.document.frame_edits();
-        self.source.on_host(handles.as_flattened(), gain, edits)
+        self.source.on_host(handles.as_flattened(), gain, edits.as_ref())
     }
 
     /// What drives the vertex that was picked.

@@ -17,6 +17,10 @@ pub(crate) struct View {
     #[arg(long, value_name = "EDIT.toml", requires = "take")]
     pub edit: Option<PathBuf>,
 
+    /// Numbers at the rig's vertices, to be shown as heat maps: a PLY, as `transfer --report` writes one.
+    #[arg(long, value_name = "NUMBERS.ply", requires = "rig")]
+    pub numbers: Option<PathBuf>,
+
     /// Show frames as they come over the network, as OSC bundles; docs/live.md says what is sent. ADDR:PORT, or a port of this machine alone
     /// [default: 127.0.0.1:9000].
     #[arg(

@@ -19,7 +19,8 @@ pub(super) fn run(args: &args::View) -> Result<()> {
     if let (Some(rig), Some(take)) = (&args.rig, &args.take) {
         inputs::rig_and_take(rig, take, "rhytid view RIG TAKE")?;
     }
-    for file in args.rig.iter().chain(&args.take).chain(&args.edit) {
+    let files = || args.rig.iter().chain(&args.take).chain(&args.edit).chain(&args.numbers);
+    for file in files() {
         std::fs::metadata(file).map_err(Error::io(file))?;
     }
     let named = args.device.as_deref().map(inputs::named_device).transpose()?.flatten();
@@ -37,7 +38,7 @@ pub(super) fn run(args: &args::View) -> Result<()> {
     };
     let mut devices = playback::devices(guard()).devices;
     devices.retain(|device| draws.as_ref() != Some(device));
-    let files = args.rig.iter().chain(&args.take).chain(&args.edit).cloned().collect();
+    let files = files().cloned().collect();
     let (sender, close) = std::sync::mpsc::channel();
     interrupt::first_does(move || {
         // It may be closed already.

@@ -1,6 +1,7 @@
 //! What edits do to the handles.
 
 use super::{Layers, time_of};
+use crate::bounds::as_it_was;
 use rhytid_core::{Error, Result, Rig, Take};
 use rhytid_formats::edits::{Added, Curve, Ease, Hold};
 
@@ -65,6 +66,7 @@ pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
     let columns: Vec<usize> = rig.labels.iter().map(column).collect();
     let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
     let markers = take.labels.len();
+    let before = take.positions.clone();
     for frame in 0..take.frames() {
         let at = frame as f64;
         let gains = factors(layers.gains.iter().map(|(weights, by)| (weights, by.at(at))));
@@ -94,7 +96,25 @@ pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
     for held in &layers.holds {
         hold(held, &mut take, &columns)?;
     }
-    Ok(take)
+    Ok(with_what_was(take, &columns, &before))
+}
+
+/// The take, and in columns of their own the handles that were edited in any frame as they were, so that what is done to its frames is done to both.
+fn with_what_was(take: Take, columns: &[usize], before: &[[f64; 3]]) -> Take {
+    let markers = take.labels.len();
+    let frames = || take.positions.chunks_exact(markers).zip(before.chunks_exact(markers));
+    let is_edited = |column: &usize| frames().any(|(now, was)| now[*column] != was[*column]);
+    let edited: Vec<usize> = columns.iter().copied().filter(is_edited).collect();
+    let positions =
+        frames().flat_map(|(now, was)| now.iter().chain(edited.iter().map(|&c| &was[c])).copied());
+    let confidence = take.confidence.as_ref().map(|confidence| {
+        let frames = confidence.chunks_exact(markers);
+        frames.flat_map(|frame| frame.iter().chain(edited.iter().map(|&c| &frame[c])).copied()).collect()
+    });
+    let positions = positions.collect();
+    let labels = edited.iter().map(|&column| as_it_was(&take.labels[column]));
+    let labels = take.labels.iter().cloned().chain(labels).collect();
+    Take { labels, positions, confidence, ..take }
 }
 
 /// `Π (1 + w (g − 1))` of each handle; `None` where all gains are 1.

@@ -119,7 +119,8 @@ impl Layers {
         &self.hash
     }
 
-    /// The take with its handles edited. Frames and markers that no edit is about keep every bit.
+    /// The take with its handles edited. Frames and markers that no edit is about keep every bit. Those that are edited in any frame have a second column, by which
+    /// [`crate::Playback`] knows what they would do without, and how far the edits reach.
     ///
     /// # Errors
     /// [`Error::Input`] if the take lacks handles, or a frame that is held.
@@ -127,9 +128,9 @@ impl Layers {
         handles::edit(self, take, rig)
     }
 
-    /// Whether they do anything to frames, beside editing the take.
+    /// Whether they do anything to frames, beside editing the take; edits of markers are bounded there.
     pub fn are_on_frames(&self) -> bool {
-        !self.details.is_empty() || !self.corrections.is_empty()
+        *self != Self { text: self.text.clone(), hash: self.hash.clone(), ..Self::default() }
     }
 
     /// What was sculpted.

@@ -1,16 +1,19 @@
 //! What layers do to frames, one frame at a time: for programs that evaluate frames themselves.
 
 use super::Layers;
+use crate::bounds::Bounds;
 use crate::fade::folded;
 use crate::{Correction, Playback, VertexGain};
 use rhytid_core::{DeviceInfo, Progress, Result, Rig, Take};
 use rhytid_kernels::normals::VertexTriangles;
 
-/// What layers do to frames beside editing the take's handles: first [`FrameEdits::fold`], last [`FrameEdits::correct`].
+/// What layers do to frames beside editing the take's handles: first [`FrameEdits::fold`], of the frame with and without the edits of its handles where
+/// these are bounded; then [`FrameEdits::blend`] of the two, and last [`FrameEdits::correct`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameEdits {
     gains: Vec<VertexGain>,
     corrections: Vec<Correction>,
+    bounds: Option<Bounds>,
 }
 
 impl FrameEdits {
@@ -29,7 +32,8 @@ impl FrameEdits {
             [] => Vec::new(),
             _ => Playback::new(rig, devices, 1)?.with_layers(layers, edited, progress)?.into_corrections(),
         };
-        Ok(Self { gains: layers.vertex_gains(edited), corrections })
+        let bounds = Bounds::new(rig, edited);
+        Ok(Self { gains: layers.vertex_gains(edited), corrections, bounds })
     }
 
     /// Whether a frame at this time may change.
@@ -47,6 +51,26 @@ impl FrameEdits {
             }
         }
         self.gains.iter().any(|gain| gain.at(time) != 1.0)
+    }
+
+    /// Whether edits of handles are bounded, so that there are vertices where the face stays as it is without them.
+    pub fn is_bounded(&self) -> bool {
+        self.bounds.is_some()
+    }
+
+    /// From V positions and normals without the edits of handles and those with them to what is shown, in place of the latter.
+    pub fn blend(
+        &self,
+        rig: &Rig,
+        triangles: &VertexTriangles,
+        [positions, normals]: [&[[f32; 3]]; 2],
+        with_positions: &mut [[f32; 3]],
+        with_normals: &mut [[f32; 3]],
+    ) {
+        if let Some(bounds) = &self.bounds {
+            bounds.blend(positions, with_positions);
+            bounds.blend_normals(rig, triangles, with_positions, normals, with_normals);
+        }
     }
 
     /// Adds what was sculpted to V positions, and updates their normals, as [`Correction::apply`] does.

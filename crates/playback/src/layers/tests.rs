@@ -323,3 +323,70 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     }
     assert!(far > 1000 && near > 100, "{far} far, {near} near");
 }
+
+/// Markers that are edited are met, those that are not too, and what no edited marker holds has the bits that it has without.
+#[test]
+fn what_no_edited_marker_holds_keeps_every_bit() {
+    let f = Fixture::new();
+    let rig = &f.rig;
+    let left: Vec<usize> = (0..rig.handles.len()).filter(|&h| f.handle(h).1[0] > 2.0).collect();
+    assert!(left.len() > 2 && left.len() * 2 < rig.handles.len());
+    let labels: Vec<String> = left.iter().map(|&h| format!("{:?}", rig.labels[h])).collect();
+    let text = format!(
+        "[region.left]\nmarkers = [{}]\n[[gain]]\nregion = \"left\"\nby = [[10, 1], [20, 1.5], [40, 1.5], [50, 1]]\n",
+        labels.join(", ")
+    );
+    let (plain, edited, take) = (f.play(""), f.play(&text), f.edited(&text));
+    // By the basis, as the issue of how far a marker reaches is one of the shell.
+    let held = |v: usize| {
+        let row = &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
+        left.iter().map(|&h| f64::from(row[h])).sum::<f64>()
+    };
+    let (mut kept, mut moved) = (0, 0.0_f32);
+    for frame in 0..60 {
+        let [positions, normals] = &edited[frame];
+        if !(11..50).contains(&frame) {
+            assert!(*positions == plain[frame][0] && *normals == plain[frame][1], "frame {frame}");
+            continue;
+        }
+        for (h, &v) in rig.handles.iter().enumerate() {
+            let place = f.at(&take, frame, h);
+            let x = &positions[3 * v as usize..][..3];
+            assert!((0..3).all(|c| (f64::from(x[c]) - place[c]).abs() < 1e-4), "frame {frame}, handle {h}");
+        }
+        for v in 0..rig.vertices() {
+            let [a, b] = [&plain, &edited].map(|frames| &frames[frame][0][3 * v..3 * v + 3]);
+            if held(v) < 0.049 {
+                assert!(
+                    a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits()),
+                    "frame {frame}, vertex {v}"
+                );
+                kept += 1;
+            } else if held(v) > 0.5 {
+                moved = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(moved, f32::max);
+            }
+        }
+    }
+    assert!(kept > 10_000 && moved > 0.02, "{kept} kept, moved by {moved}");
+    // From frame to frame what the edit adds changes no faster than the edit and the face themselves.
+    let added = |frame: usize, i: usize| edited[frame][0][i] - plain[frame][0][i];
+    let step = |frame: usize| {
+        let steps = (0..3 * rig.vertices()).map(|i| (added(frame + 1, i) - added(frame, i)).abs());
+        steps.fold(0.0, f32::max)
+    };
+    let marker_step = |frame: usize| {
+        let added = |frame: usize, h: usize| {
+            let [a, b] = [&take, &f.take].map(|take| f.at(take, frame, h));
+            [0, 1, 2].map(|c| (a[c] - b[c]) as f32)
+        };
+        let steps = left.iter().flat_map(|&h| {
+            let [a, b] = [added(frame + 1, h), added(frame, h)];
+            [0, 1, 2].map(|c| (a[c] - b[c]).abs())
+        });
+        steps.fold(0.0, f32::max)
+    };
+    for frame in 9..50 {
+        let (face, marker) = (step(frame), marker_step(frame));
+        assert!(face < 2.0 * marker + 0.02, "frame {frame}: {face}, the markers {marker}");
+    }
+}

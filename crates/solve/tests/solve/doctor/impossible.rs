@@ -1,0 +1,201 @@
+//! What cannot be solved, and is refused.
+
+use super::*;
+
+/// Asserts that `change` makes the solve impossible, by this one error, which `solve` gives in the same words.
+#[track_caller]
+fn refuses(code: &str, words: &[&str], change: impl FnOnce(&mut Face)) {
+    let face = with(change);
+    let report = examine(&face);
+    let found: Vec<(Severity, &str)> = report.findings.iter().map(|f| (f.severity, f.code)).collect();
+    assert_eq!(found, [(Severity::Error, code)], "{report:#?}");
+    assert!(report.has_errors());
+    let message = &report.findings[0].message;
+    says(message, words);
+    match solve(&face, &NoProgress) {
+        Err(Error::Input(said)) => assert_eq!(said, *message),
+        other => panic!("{code}: {:?}", other.map(|rig| rig.vertices())),
+    }
+}
+
+#[test]
+fn meshes_that_are_no_surface() {
+    refuses("no-faces", &["has no faces"], |f| f.neutral.faces = Faces::default());
+    refuses("no-faces", &["has no faces"], |f| f.neutral = Mesh::default());
+    for bad in [f64::NAN, f64::INFINITY] {
+        refuses("not-finite", &["vertex 7 of the neutral mesh", "expected finite"], |f| {
+            f.neutral.positions[7][1] = bad;
+        });
+    }
+    refuses("no-area", &["no triangle", "has an area"], |f| {
+        f.neutral.positions.iter_mut().for_each(|p| *p = [p[0], 0.0, 0.0]);
+    });
+    refuses("faces", &["the neutral mesh: face 3 has 2 corners, expected at least 3"], |f| {
+        f.neutral.faces.counts[2] = 2;
+    });
+    refuses("faces", &["has 64 corners, expected the 65 of its faces"], |f| {
+        f.neutral.faces.counts[2] = 5;
+    });
+    refuses("faces", &["the neutral mesh: face 2 refers to vertex 25, expected 0 to 24"], |f| {
+        f.neutral.faces.indices[6] = 25;
+    });
+}
+
+#[test]
+fn texture_coordinates_that_do_not_fit() {
+    let uvs =
+        |values: usize, corners: Option<Vec<u32>>| Some(Uvs { values: vec![[0.5; 2]; values], corners });
+    refuses("uvs", &["24 texture coordinates for 25 vertices"], |f| f.neutral.uvs = uvs(24, None));
+    refuses("uvs", &["has 3 texture indices for 64 face corners"], |f| {
+        f.neutral.uvs = uvs(25, Some(vec![0; 3]));
+    });
+    refuses("uvs", &["face 16 refers to texture coordinate 9, expected one of its 9"], |f| {
+        let mut corners = vec![8; 64];
+        corners[63] = 9;
+        f.neutral.uvs = uvs(9, Some(corners));
+    });
+    refuses("uvs", &["texture coordinate 4", "[0.5, NaN]"], |f| {
+        f.neutral.uvs = uvs(25, None);
+        f.neutral.uvs.as_mut().unwrap().values[4][1] = f32::NAN;
+    });
+    solved(&with(|f| f.neutral.uvs = uvs(9, Some(vec![8; 64]))));
+}
+
+#[test]
+fn handles_that_cannot_be() {
+    refuses("no-handles", &["has no handles"], |f| f.handles = Handles::default());
+    refuses("handles", &["4 labels and 5 vertices"], |f| drop(f.handles.labels.pop()));
+    refuses("handle-out-of-range", &["handle c is vertex 25, expected 0 to 24", "count from 0"], |f| {
+        f.handles.vertices[2] = 25;
+    });
+    refuses("duplicate-handle", &["handle b is listed twice"], |f| f.handles.labels[3] = "b".into());
+    refuses("duplicate-handle", &["handles b and d are both vertex 4"], |f| f.handles.vertices[3] = 4);
+    // The same line twice is said once.
+    refuses("duplicate-handle", &["handle b is listed twice"], |f| {
+        f.handles.labels[3] = "b".into();
+        f.handles.vertices[3] = 4;
+    });
+}
+
+#[test]
+fn examples_that_do_not_fit() {
+    refuses("example", &["example smile has 24 vertices", "neutral mesh has 25"], |f| {
+        f.examples[0].positions.pop();
+    });
+    refuses("not-finite", &["vertex 3 of example smile", "inf", "expected finite"], |f| {
+        f.examples[0].positions[3][0] = f64::INFINITY;
+    });
+}
+
+#[test]
+fn settings_that_cannot_be() {
+    for length in [0.0, -1.0, 1e-154, 1e154, f64::NAN, f64::INFINITY] {
+        refuses("settings", &[&format!("bending_length is {length:?}, expected a length from")], |f| {
+            f.settings.bending_length = Some(length);
+        });
+    }
+    for unit in [0.0, -0.01, f64::NAN] {
+        refuses("settings", &[&format!("a unit is {unit} metres")], |f| f.metres_per_unit = unit);
+    }
+    refuses("settings", &["max_influences is 0"], |f| f.settings.max_influences = 0);
+}
+
+#[test]
+fn strain_edges_that_cannot_be() {
+    let given = |edges: &[[u32; 2]]| StrainEdges::Given(edges.to_vec());
+    let words = ["strain edge 1 joins the handles 2 and 5", "two of the 5"];
+    refuses("strain-edges", &words, |f| f.settings.strain_edges = given(&[[0, 1], [2, 5]]));
+    refuses("strain-edges", &["1 strain edge has no length at rest: d–d;"], |f| {
+        f.settings.strain_edges = given(&[[0, 1], [3, 3]]);
+    });
+    refuses("strain-edges", &["1 strain edge has no length at rest: a–b;"], |f| {
+        f.settings.strain_edges = given(&[[0, 1], [2, 3]]);
+        f.neutral.positions[4] = f.neutral.positions[0];
+    });
+    // What is wrong with the handles is not said of their strain edges as well.
+    refuses("handles", &["0 labels and 5 vertices"], |f| {
+        f.settings.strain_edges = given(&[[1, 1]]);
+        f.handles.labels.clear();
+    });
+    let face = with(|f| {
+        f.settings.strain_edges = given(&[[0, 1]]);
+        f.handles.vertices[..2].copy_from_slice(&[90, 91]);
+    });
+    assert!(examine(&face).findings.iter().all(|f| f.code == "handle-out-of-range"));
+}
+
+#[test]
+fn every_error_is_told_and_the_first_one_stops_the_solve() {
+    let face = with(|f| {
+        f.handles.vertices[0] = 99;
+        f.settings.max_influences = 0;
+        f.examples[0].positions.pop();
+    });
+    let codes: Vec<&str> = examine(&face).findings.iter().map(|f| f.code).collect();
+    assert_eq!(codes, ["handle-out-of-range", "example", "settings"]);
+    assert!(matches!(solve(&face, &NoProgress), Err(Error::Input(m)) if m.contains("vertex 99")));
+}
+
+prop_compose! {
+    /// Faces with all sorts of faults: points on a coarse grid, so that many coincide or are on a line, and
+    /// polygons and handles that may name any of them, or none.
+    fn any_face()(
+        points in prop::collection::vec(prop::array::uniform3(-2i8..3), 1..14),
+        polygons in prop::collection::vec(prop::collection::vec(0u32..14, 2..7), 0..12),
+        handles in prop::collection::vec(0u32..14, 0..5),
+        moved in prop::collection::vec(prop::array::uniform3(-1i8..2), 0..14),
+        nearest in any::<bool>(),
+        sound in prop::bool::weighted(0.8),
+    ) -> Face {
+        let n = points.len() as u32;
+        let positions: Vec<[f64; 3]> = points.iter().map(|p| p.map(f64::from)).collect();
+        let mut faces = Faces::default();
+        let mut handles = handles;
+        for mut polygon in polygons {
+            if sound {
+                polygon.iter_mut().for_each(|v| *v %= n);
+                polygon.resize(polygon.len().max(3), 0);
+            }
+            faces.push(&polygon);
+        }
+        if sound {
+            handles.iter_mut().for_each(|v| *v %= n);
+            handles.sort_unstable();
+            handles.dedup();
+        }
+        let mut example = positions.clone();
+        for (p, by) in example.iter_mut().zip(moved) {
+            (0..3).for_each(|c| p[c] += 0.3 * f64::from(by[c]));
+        }
+        Face {
+            name: "any".into(),
+            neutral: Mesh { positions, faces, ..Mesh::default() },
+            metres_per_unit: 0.05,
+            up_axis: UpAxis::Z,
+            handles: Handles { labels: (0..handles.len()).map(|h| h.to_string()).collect(), vertices: handles },
+            examples: vec![Example { name: "pose".into(), positions: example, mirror: false }],
+            settings: Settings {
+                bind: if nearest { Bind::Nearest } else { Bind::Rigid },
+                max_influences: 2,
+                ..Settings::default()
+            },
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn any_face_is_refused_or_gives_a_sound_rig(face in any_face()) {
+        let report = examine(&face);
+        let first = report.findings.first().filter(|_| report.has_errors());
+        match (solve(&face, &NoProgress), first) {
+            (Err(Error::Input(said)), Some(finding)) => prop_assert_eq!(said, &*finding.message),
+            // Only such triangles that float64 cannot tell from flat ones.
+            (Err(Error::Input(said)), None) => prop_assert!(said.contains("run the doctor"), "{said}"),
+            (Ok(rig), None) => rig.cast::<f32>().check().map_err(|e| TestCaseError::fail(e.to_string()))?,
+            (other, _) => prop_assert!(false, "{:?}: {report:?}", other.map(|rig| rig.vertices())),
+        }
+    }
+}
