@@ -23,7 +23,7 @@ pub(crate) use correct::Correct;
 pub(crate) use explain::Explain;
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use live::{FramesChoice, Listen, Send};
-pub(crate) use placing::{Handles, New, TakeSpace};
+pub(crate) use placing::{Handles, New, TakeReading, TakeSpace};
 #[cfg(feature = "wgpu")]
 pub(crate) use render::{Background, BeforeChoice, Render, Show};
 pub(crate) use setup::Setup;

@@ -1,13 +1,13 @@
 //! Inputs of several commands: a device, and a take with its setup.
 
-use crate::args::{MissingChoice, Setup, TakeSpace, UnitChoice};
+use crate::args::{Setup, TakeReading, UnitChoice};
 use crate::guard::guard;
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, Layers, choose_devices, find_device};
-use rhytid::{DeviceInfo, Error, Result, Rig, Take};
+use rhytid::{DeviceInfo, Error, Result, Rig, Take, human};
 use std::path::Path;
 
 /// Fewer steps between frames do not say what times are.
@@ -77,8 +77,8 @@ pub(crate) fn project(path: &Path, usage: &str) -> Result<()> {
     expect(path, &[FileKind::Project], usage)
 }
 
-/// The take in a file, with all of the rig's handles in every frame. `setup`, which names files within a reach, is for raw takes, which are cleaned; `missing` and `space` are for
-/// the take's CSV.
+/// The take in a file, with all of the rig's handles in every frame. A setup is for raw takes, which are cleaned; what to do with missing markers and the space are for the
+/// take's CSV.
 ///
 /// # Errors
 /// As [`playback::read_take`]; [`Error::Input`] if there is a setup for what is no raw take, or a space for one, or if the take is in another
@@ -86,15 +86,13 @@ pub(crate) fn project(path: &Path, usage: &str) -> Result<()> {
 pub(crate) fn take(
     path: &Path,
     rig: &Rig,
-    missing: MissingChoice,
-    (setup, reach): (Option<&Path>, Reach),
-    space: &TakeSpace,
+    TakeReading { missing, setup, elsewhere, space }: &TakeReading,
     ui: &Ui,
 ) -> Result<Take> {
     let is_clean = raw_take::is_take_csv(path);
     let refused = |what: &str| Err(Error::input(format!("{}: {what}", path.display())));
-    let known = self::setup(setup, reach)?;
-    if let Some(setup) = setup.filter(|_| is_clean && known.detail.is_empty()) {
+    let known = self::setup(setup.as_deref(), elsewhere.reach())?;
+    if let Some(setup) = setup.as_ref().filter(|_| is_clean && known.detail.is_empty()) {
         return refused(&format!(
             "is a clean take, so that --setup {} changes nothing; leave it out, or give the raw take",
             setup.display()
@@ -105,7 +103,7 @@ pub(crate) fn take(
         return refused("is a raw take, which is cleaned: say its unit, axes and rate in --setup TAKE.toml");
     }
     let clean_up = known.clean_up()?;
-    let mut take = match playback::read_take(path, rig, missing.into(), &clean_up, ui) {
+    let mut take = match playback::read_take(path, rig, (*missing).into(), &clean_up, ui) {
         Err(error) if is_clean => filled(path, rig, ui)?.ok_or(error)?,
         result => result?,
     };
@@ -158,15 +156,28 @@ pub(crate) fn take(
 pub(crate) fn edited(
     take: Take,
     rig: &Rig,
-    (edit, reach): (Option<&Path>, Reach),
+    edit: Option<&Path>,
+    reading: &TakeReading,
 ) -> Result<(Take, Option<Layers>)> {
     let Some(path) = edit else { return Ok((take, None)) };
-    let layers = Layers::read(path, rig, reach)?;
-    let take = layers.edit(take, rig).map_err(|error| match error {
-        Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
-        other => other,
-    })?;
+    let layers = Layers::read(path, rig, reading.elsewhere.reach())?;
+    let take = layers.edit(take, rig)?;
     Ok((take, Some(layers)))
+}
+
+/// One frame of a take, which `path` names.
+///
+/// # Errors
+/// [`Error::Input`] if the take does not have it.
+pub(crate) fn frame(take: &Take, frame: usize, path: &Path) -> Result<Take> {
+    if frame >= take.frames() {
+        let frames = human::counted(take.frames(), "frame");
+        return Err(Error::input(format!(
+            "--frame {frame}: {} has {frames}, counted from 0",
+            path.display()
+        )));
+    }
+    Ok(take.slice(frame..frame + 1))
 }
 
 /// A clean take that lacks some of the rig's handles, with those filled as the clean-up fills markers that are never seen, which it warns of; `None`

@@ -60,6 +60,15 @@ impl Error {
         Self::Input(message.into())
     }
 
+    /// The same error where it was found in a file, which an [`Error::Input`] does not name yet; others are as they were.
+    #[must_use]
+    pub fn in_file(self, name: impl std::fmt::Display) -> Self {
+        match self {
+            Self::Input(message) => Self::Input(format!("{name}: {message}")),
+            other => other,
+        }
+    }
+
     /// For `map_err`: an [`Error::Io`] that names `path`.
     pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
         let path = path.to_owned();

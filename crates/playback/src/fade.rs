@@ -9,10 +9,11 @@ use rhytid_formats::edits::Curve;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::FAR;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// By how much folds are multiplied at each vertex, over time: `1 + w_v (g − 1)`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct VertexGain {
+pub(crate) struct VertexGain {
     /// The vertices where something changes, ascending, and w: 1 where all of it does.
     weights: Vec<(u32, f32)>,
     /// g over the take's time in seconds.
@@ -21,18 +22,18 @@ pub struct VertexGain {
 
 impl VertexGain {
     /// With w of the V vertices, and g over the take's time in seconds.
-    pub fn new(weights: &[f32], by: Curve) -> Self {
+    pub(crate) fn new(weights: &[f32], by: Curve) -> Self {
         let weights = (0..).zip(weights.iter().copied()).filter(|(_, weight)| *weight != 0.0);
         Self { weights: weights.collect(), by }
     }
 
     /// g at a time, in seconds.
-    pub fn at(&self, time: f64) -> f64 {
+    pub(crate) fn at(&self, time: f64) -> f64 {
         self.by.at(time)
     }
 
     /// What folds are multiplied by where it is not 1, if g is `by`: vertices, ascending, and factors.
-    pub fn factors(&self, by: f64) -> impl Iterator<Item = (usize, f64)> {
+    pub(crate) fn factors(&self, by: f64) -> impl Iterator<Item = (usize, f64)> {
         let weights = self.weights.iter().filter(move |_| by != 1.0);
         weights.map(move |&(v, weight)| (v as usize, 1.0 + f64::from(weight) * (by - 1.0)))
     }
@@ -56,7 +57,7 @@ pub(crate) struct Fade<'a> {
     gains: &'a [VertexGain],
     /// Of each frame, in seconds.
     times: &'a [f64],
-    vertex_triangles: VertexTriangles,
+    vertex_triangles: Arc<VertexTriangles>,
     /// frames × F: the lesser confidence of each edge's two handles; empty where the take has none below 1.
     edges: Vec<f32>,
     /// Where some frame is far from the examples.
@@ -74,7 +75,7 @@ impl<'a> Fade<'a> {
     /// # Errors
     /// As [`Uncertainty::new`].
     pub(crate) fn new(
-        rig: &'a Rig,
+        (rig, vertex_triangles): (&'a Rig, &Arc<VertexTriangles>),
         gain: f64,
         gains: &'a [VertexGain],
         (take, handle_positions): (&'a Take, &[f32]),
@@ -107,7 +108,7 @@ impl<'a> Fade<'a> {
             gain,
             gains,
             times: &take.times,
-            vertex_triangles: VertexTriangles::new(rig.vertices(), &rig.triangles),
+            vertex_triangles: vertex_triangles.clone(),
             edges,
             far,
             factors: vec![gain; rig.vertices()],

@@ -5,6 +5,7 @@ use crate::bounds::Bounds;
 use crate::correction::{Correction, Sculpted};
 use crate::evaluator::Evaluator;
 use crate::fade::{Fade, VertexGain};
+use crate::finish::{Finish, Given, OnTop};
 use crate::refined::Refined;
 use crate::selection::Selection;
 use crate::uncertainty::Uncertainty;
@@ -17,7 +18,6 @@ use rhytid_core::{
 };
 use rhytid_formats::export::{Frame, HeadMotion, OutputStage};
 use rhytid_kernels::normals::VertexTriangles;
-use std::cell::OnceCell;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -33,20 +33,9 @@ pub struct Playback<'a> {
     corrections: Arc<[Correction]>,
     /// The farthest that each correction moved a vertex, in mesh units, in each frame that was played last, inner ones or not.
     corrected: Vec<Vec<f64>>,
-    vertex_triangles: OnceCell<VertexTriangles>,
+    triangles: Arc<VertexTriangles>,
     /// Where something was learned.
     untangle: Option<Untangle<'a>>,
-}
-
-/// What is done to frames of the full stage.
-#[derive(Default)]
-struct OnTop<'f, 'r> {
-    fade: Option<&'f mut Fade<'r>>,
-    corrections: &'f [Correction],
-    /// Of each frame, in seconds; empty without corrections.
-    times: &'f [f64],
-    /// Where edits of markers are bounded, and frames × H × 3 positions without them.
-    bounds: Option<(&'f Bounds, &'f [f32])>,
 }
 
 /// What the device gave of some frames.
@@ -121,11 +110,11 @@ impl<'a> Playback<'a> {
     pub fn new(rig: &'a Rig, devices: &[DeviceInfo], frames: usize) -> Result<Self> {
         let batch = batch::batch_frames(rig).min(frames.max(1));
         let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_backends::open)?;
-        let untangle = Untangle::new(rig);
-        Ok(Self::with(rig, evaluator, batch, untangle))
+        Ok(Self::with(rig, evaluator, batch))
     }
 
-    fn with(rig: &'a Rig, evaluator: Evaluator<'a>, batch: usize, untangle: Option<Untangle<'a>>) -> Self {
+    fn with(rig: &'a Rig, evaluator: Evaluator<'a>, batch: usize) -> Self {
+        let triangles = Arc::new(VertexTriangles::new(rig.vertices(), &rig.triangles));
         Self {
             rig,
             evaluator,
@@ -133,8 +122,8 @@ impl<'a> Playback<'a> {
             gains: Arc::default(),
             corrections: Arc::default(),
             corrected: Vec::new(),
-            vertex_triangles: OnceCell::new(),
-            untangle,
+            untangle: Untangle::new(rig, triangles.clone()),
+            triangles,
         }
     }
 
@@ -151,9 +140,8 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// With folds that are stronger or weaker besides, as [`crate::Layers::vertex_gains`] gives it. Gains multiply.
-    #[must_use]
-    pub fn with_vertex_gains(mut self, gains: Vec<VertexGain>) -> Self {
+    /// With folds that are stronger or weaker besides. Gains multiply.
+    fn with_vertex_gains(mut self, gains: Vec<VertexGain>) -> Self {
         self.gains = self.gains.iter().cloned().chain(gains).collect();
         self
     }
@@ -164,12 +152,12 @@ impl<'a> Playback<'a> {
     /// As [`Playback::play`]; [`Error::Input`] if the take has no frame that was sculpted.
     pub fn with_layers(mut self, layers: &Layers, edited: &Take, progress: &dyn Progress) -> Result<Self> {
         self = self.with_vertex_gains(layers.vertex_gains(edited));
-        let triangles = VertexTriangles::new(self.rig.vertices(), &self.rig.triangles);
         for sculpt in layers.sculpted() {
             let frame = sculpt.correction.frame;
             if frame >= edited.frames() {
                 return Err(Error::input(format!(
-                    "[[correction]] of frame {frame}: the take has {}, counted from 0",
+                    "{}: [[correction]] of frame {frame}: the take has {}, counted from 0",
+                    layers.path().display(),
                     human::counted(edited.frames(), "frame")
                 )));
             }
@@ -190,7 +178,7 @@ impl<'a> Playback<'a> {
                 reach: sculpt.correction.reach,
                 amount: layers::timed(edited, &sculpt.correction.amount),
             };
-            let correction = Correction::new(self.rig, &triangles, sculpted);
+            let correction = Correction::new(self.rig, &self.triangles, sculpted);
             self.corrections = self.corrections.iter().cloned().chain([correction]).collect();
         }
         Ok(self)
@@ -250,7 +238,7 @@ impl<'a> Playback<'a> {
         &mut self,
         handles: &[f32],
         (stage, normals): (OutputStage, bool),
-        OnTop { mut fade, corrections, times, bounds }: OnTop<'_, '_>,
+        on_top: OnTop<'_, '_>,
         progress: &dyn Progress,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
@@ -263,8 +251,10 @@ impl<'a> Playback<'a> {
         let frames = handles.len() / per_frame;
         let batches = (0..frames).step_by(self.batch).map(|first| first..frames.min(first + self.batch));
         // Without confidence below 1, a batch costs what it costs without fading.
-        let touched = |frames: &Range<usize>| fade.as_ref().is_some_and(|fade| fade.touches(frames.clone()));
+        let touched =
+            |frames: &Range<usize>| on_top.fade.as_ref().is_some_and(|fade| fade.touches(frames.clone()));
         let batches: Vec<_> = batches.map(|frames| (touched(&frames), frames)).collect();
+        let unedited = on_top.bounds.map(|(_, unedited)| unedited);
         let evaluate = |(fades, frames): (bool, Range<usize>), batch: &mut Batch| {
             let [positions, vertex_normals] = stages(stage);
             let mut stages = vec![positions];
@@ -277,7 +267,7 @@ impl<'a> Playback<'a> {
             self.evaluator.evaluate(of_frames, &stages, &mut batch.results)?;
             // Those that edits move, once more without them.
             batch.moved.clear();
-            let Some((_, unedited)) = bounds else { return Ok(()) };
+            let Some(unedited) = unedited else { return Ok(()) };
             let mut once_more = Vec::new();
             for frame in frames {
                 let of_frame = frame * per_frame..(frame + 1) * per_frame;
@@ -292,72 +282,30 @@ impl<'a> Playback<'a> {
                 false => self.evaluator.evaluate(&once_more, &stages, &mut batch.before),
             }
         };
-        let (mut unedited, mut edited) = <([Vec<[f32; 3]>; 2], [Vec<[f32; 3]>; 2])>::default();
-        self.corrected = vec![Vec::new(); corrections.len()];
+        let untangle = self.untangle.as_mut();
+        let mut finish = Finish::new((self.rig, &self.triangles), on_top, untangle);
         pipeline::run(
             pipeline::BUFFERS,
             batches.into_iter(),
             evaluate,
             |Batch { first, fades, results, moved, before }| {
-                for (i, number) in (*first..*first + results[0].len() / frame).enumerate() {
+                for number in *first..*first + results[0].len() / frame {
                     if progress.cancelled() {
                         return Err(Error::Cancelled);
                     }
-                    let pose = &handles[number * per_frame..][..per_frame];
-                    let mut finish =
-                        |results: &[Vec<f32>],
-                         at: usize,
-                         pose: &[f32],
-                         into: Option<&mut [Vec<[f32; 3]>; 2]>,
-                         each: &mut dyn FnMut(&[f32], &[f32]) -> Result<()>| {
-                            let of_frame = |stage: usize| &results[stage][at * frame..][..frame];
-                            let shown = [of_frame(0), if normals { of_frame(1) } else { &[] }];
-                            let shown = match fade.as_deref_mut().filter(|_| *fades) {
-                                Some(fade) => fade.frame(number, of_frame(results.len() - 1), shown),
-                                None => shown,
-                            };
-                            let [positions, normals] = match &mut self.untangle {
-                                Some(untangle) => untangle.frame(pose, shown),
-                                None => shown,
-                            };
-                            match into {
-                                Some([x, n]) => {
-                                    x.clear();
-                                    n.clear();
-                                    x.extend_from_slice(positions.as_chunks().0);
-                                    n.extend_from_slice(normals.as_chunks().0);
-                                    Ok(())
-                                }
-                                None => each(positions, normals),
-                            }
-                        };
-                    let at = bounds.zip(moved.iter().position(|frame| *frame == number));
-                    if corrections.is_empty() && at.is_none() {
-                        finish(results, i, pose, None, &mut each)?;
-                        continue;
-                    }
-                    if let Some(((_, without), at)) = at {
-                        let pose = &without[number * per_frame..][..per_frame];
-                        finish(before, at, pose, Some(&mut unedited), &mut each)?;
-                    }
-                    finish(results, i, pose, Some(&mut edited), &mut each)?;
-                    let triangles = self
-                        .vertex_triangles
-                        .get_or_init(|| VertexTriangles::new(self.rig.vertices(), &self.rig.triangles));
-                    let [x, n] = &mut edited;
-                    if let Some(((bounds, _), _)) = at {
-                        bounds.blend(&unedited[0], x);
-                        bounds.blend_normals(self.rig, triangles, x, &unedited[1], n);
-                    }
-                    let times = times.get(number).copied().unwrap_or_default();
-                    for (correction, moved) in corrections.iter().zip(&mut self.corrected) {
-                        moved.push(correction.apply(self.rig, triangles, (times, pose.as_chunks().0), x, n));
-                    }
-                    each(x.as_flattened(), n.as_flattened())?;
+                    let (shown, of) = ((normals, *fades), number * per_frame..(number + 1) * per_frame);
+                    let part = |at: usize| at * frame..(at + 1) * frame;
+                    let given = Given::new(results, part(number - *first), shown, &handles[of.clone()]);
+                    let moved = unedited.zip(moved.iter().position(|moved| *moved == number));
+                    let without =
+                        moved.map(|(unedited, at)| Given::new(before, part(at), shown, &unedited[of]));
+                    let [x, n] = finish.frame(number, given, without);
+                    each(x, n)?;
                 }
                 Ok(())
             },
         )?;
+        self.corrected = finish.corrected;
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
@@ -376,9 +324,13 @@ impl<'a> Playback<'a> {
         let of_the_take = (&selection.take, &handles[..]);
         let gains = self.gains.clone();
         let mut fade = match options.stage {
-            OutputStage::Full => {
-                Fade::new(self.rig, options.detail, &gains, of_the_take, options.fade_detail)?
-            }
+            OutputStage::Full => Fade::new(
+                (self.rig, &self.triangles),
+                options.detail,
+                &gains,
+                of_the_take,
+                options.fade_detail,
+            )?,
             _ => None,
         };
         if options.refine && !self.corrections.is_empty() {
@@ -386,7 +338,8 @@ impl<'a> Playback<'a> {
                 "what was sculpted would be refined away: leave --refine or the [[correction]] out",
             ));
         }
-        let mut refined = options.refine.then(|| Refined::new(self.rig, progress)).transpose()?;
+        let mut refined =
+            options.refine.then(|| Refined::new(self.rig, self.triangles.clone(), progress)).transpose()?;
         let per_frame = 3 * self.rig.handles.len();
         let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
         let mut bake = Bake::default();
@@ -475,7 +428,7 @@ mod tests {
         let rig = solve(&face, &NoProgress)?.cast::<f32>();
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
-        let mut playback = Playback::with(&rig, evaluator, batch, Untangle::new(&rig));
+        let mut playback = Playback::with(&rig, evaluator, batch);
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
         let options = PlaybackOptions {
             stage: OutputStage::Full,

@@ -3,12 +3,13 @@
 use rhytid_core::{Progress, Result, Rig};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_solve::Refine;
+use std::sync::Arc;
 
 /// A rig's [`Refine`], and the frame that it refined last.
 pub(crate) struct Refined<'a> {
     rig: &'a Rig,
     refine: Refine,
-    vertex_triangles: VertexTriangles,
+    vertex_triangles: Arc<VertexTriangles>,
     /// V, as they are computed, and as they are shown.
     exact: Vec<[f64; 3]>,
     positions: Vec<[f32; 3]>,
@@ -17,11 +18,15 @@ pub(crate) struct Refined<'a> {
 
 impl<'a> Refined<'a> {
     /// As [`Refine::new`].
-    pub(crate) fn new(rig: &'a Rig, progress: &dyn Progress) -> Result<Self> {
+    pub(crate) fn new(
+        rig: &'a Rig,
+        vertex_triangles: Arc<VertexTriangles>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
         Ok(Self {
             rig,
             refine: Refine::new(&rig.cast(), progress)?,
-            vertex_triangles: VertexTriangles::new(rig.vertices(), &rig.triangles),
+            vertex_triangles,
             exact: Vec::new(),
             positions: Vec::new(),
             normals: Vec::new(),

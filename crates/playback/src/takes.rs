@@ -54,10 +54,7 @@ pub fn read_raw_take(
     clean_up: &CleanUp,
     progress: &dyn Progress,
 ) -> Result<(Cleaned, Vec<Match>)> {
-    let in_file = |error| match error {
-        Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
-        other => other,
-    };
+    let in_file = |error: Error| error.in_file(path.display());
     let mut raw = reading(progress, || raw_take::read(path, clean_up.rate))?;
     if clean_up.world && raw.in_head_space {
         raw.in_head_space = false;

@@ -6,6 +6,7 @@ use rhytid_core::{Learned, Rig};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{Real, vec3};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// What is at least left of a triangle: its area as it is seen from where it looks at rest, of that at rest.
 const LEAST: f64 = 0.02;
@@ -38,7 +39,7 @@ const BLOCK: usize = 2048;
 pub(crate) struct Untangle<'a> {
     rig: &'a Rig,
     learned: &'a Learned,
-    vertex_triangles: VertexTriangles,
+    vertex_triangles: Arc<VertexTriangles>,
     /// Those that can be turned over and back: with an area at rest, and a corner that may move.
     triangles: Vec<Triangle>,
     /// V: which may move.
@@ -60,7 +61,7 @@ struct Triangle {
 
 impl<'a> Untangle<'a> {
     /// `None` where nothing was learned.
-    pub(crate) fn new(rig: &'a Rig) -> Option<Self> {
+    pub(crate) fn new(rig: &'a Rig, vertex_triangles: Arc<VertexTriangles>) -> Option<Self> {
         let learned = rig.learned.as_ref().filter(|_| !rig.example_names.is_empty())?;
         let rows = rig.basis.chunks(rig.handles.len());
         let mut is_free: Vec<bool> = rows.map(|row| row.iter().any(|b| *b != 0.0)).collect();
@@ -78,7 +79,7 @@ impl<'a> Untangle<'a> {
         Some(Self {
             rig,
             learned,
-            vertex_triangles: VertexTriangles::new(rig.vertices(), &rig.triangles),
+            vertex_triangles,
             triangles: rig.triangles.iter().enumerate().filter_map(triangle).collect(),
             is_free,
             example_vectors: (0..rig.features()).flat_map(of_feature).collect(),
@@ -295,6 +296,11 @@ mod tests {
     use rhytid_conformance::evaluate;
     use rhytid_core::{LearnedSettings, Method, NoProgress};
     use rhytid_kernels::normals;
+
+    fn untangle(rig: &Rig) -> Untangle<'_> {
+        let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+        Untangle::new(rig, Arc::new(triangles)).unwrap()
+    }
     use std::collections::BTreeSet;
 
     fn rig(share: Option<f64>) -> Rig {
@@ -345,7 +351,7 @@ mod tests {
     fn what_is_turned_over_is_turned_back_and_little_else_moves() {
         let rig = rig(None);
         let handles = handles_at_rest(&rig);
-        let mut untangle = Untangle::new(&rig).unwrap();
+        let mut untangle = untangle(&rig);
         let all_normals = |positions: &[[f32; 3]]| -> Vec<[f32; 3]> {
             let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
             (0..rig.vertices())
@@ -393,7 +399,7 @@ mod tests {
     #[test]
     fn examples_keep_their_own_shape_and_only_they() {
         let rig = rig(None);
-        let mut untangle = Untangle::new(&rig).unwrap();
+        let mut untangle = untangle(&rig);
         let rest = handles_at_rest(&rig);
         // Where the example moves most.
         let example = evaluate(&rig, &rig.example_handles[..rig.handles.len()]).positions;
@@ -417,7 +423,7 @@ mod tests {
     fn the_shell_is_what_it_is_by_itself() {
         for share in [None, Some(0.2)] {
             let rig = rig(share);
-            let untangle = Untangle::new(&rig).unwrap();
+            let untangle = untangle(&rig);
             let mut handles: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
             // Two handles change their places.
             let [a, b] = rig.strain_edges[0].map(|h| h as usize);

@@ -101,10 +101,7 @@ impl Document {
     /// # Errors
     /// [`Error::Input`] if it lacks a handle, or has no frame.
     pub fn set_take(&mut self, open: OpenTake) -> Result<()> {
-        let in_file = |error| match error {
-            Error::Input(message) => Error::Input(format!("{}: {message}", open.name)),
-            other => other,
-        };
+        let in_file = |error: Error| error.in_file(&open.name);
         let positions = open.take.handle_positions(&self.rig.labels).map_err(in_file)?;
         if positions.is_empty() {
             return Err(in_file(Error::input("has no frame, expected at least one")));

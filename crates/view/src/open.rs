@@ -107,10 +107,7 @@ fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Res
     use rhytid_formats::Reach;
     use rhytid_playback::Layers;
     let layers = Layers::read(path, rig, Reach::Below)?;
-    let edited = layers.edit(take.clone(), rig).map_err(|error| match error {
-        Error::Input(message) => Error::Input(format!("{name}: {message}")),
-        other => other,
-    })?;
+    let edited = layers.edit(take.clone(), rig)?;
     let devices = rhytid_backend_cpu::Cpu::devices()?;
     let on_frames = FrameEdits::new(&layers, rig, &edited, &devices, &NoProgress)?;
     Ok(Opened::Edits(OpenEdits { name, positions: edited.handle_positions(&rig.labels)?, on_frames }))

@@ -1,10 +1,9 @@
 //! `rhytid animate`
 
 use super::live::{FramesChoice, Listen};
-use super::placing::TakeSpace;
+use super::placing::TakeReading;
 use super::values::{
-    Elsewhere, HeadChoice, MissingChoice, StageChoice, parse_gain, parse_millimetres, parse_rate,
-    parse_region, parse_shapes,
+    HeadChoice, StageChoice, parse_gain, parse_millimetres, parse_rate, parse_region, parse_shapes,
 };
 use std::path::PathBuf;
 
@@ -42,16 +41,8 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub fps: Option<f64>,
 
-    /// What to do where a marker is missing from a frame.
-    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
-    pub missing: MissingChoice,
-
-    /// For a raw take: what is known of the actor and the session, as for `prepare`.
-    #[arg(long, value_name = "TAKE.toml")]
-    pub setup: Option<PathBuf>,
-
     #[command(flatten)]
-    pub elsewhere: Elsewhere,
+    pub reading: TakeReading,
 
     /// Fade the folds out where they are driven by markers that were filled rather than measured, as the take's
     /// confidence says, and where a frame is far outside what the examples show.
@@ -127,7 +118,4 @@ pub(crate) struct Animate {
     /// glTF: also more than 256 morph targets or 1 GiB.
     #[arg(long)]
     pub force: bool,
-
-    #[command(flatten)]
-    pub space: TakeSpace,
 }

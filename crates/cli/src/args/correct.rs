@@ -1,7 +1,6 @@
 //! `rhytid correct`
 
-use super::placing::TakeSpace;
-use super::values::{Elsewhere, MissingChoice};
+use super::placing::TakeReading;
 use std::path::PathBuf;
 
 /// `rhytid correct`
@@ -25,17 +24,6 @@ pub(crate) struct Correct {
     #[arg(long, value_name = "EDIT.toml")]
     pub edit: Option<PathBuf>,
 
-    /// What to do where a marker is missing from a frame.
-    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
-    pub missing: MissingChoice,
-
-    /// For a raw take: what is known of the actor and the session, as for `prepare`.
-    #[arg(long, value_name = "TAKE.toml")]
-    pub setup: Option<PathBuf>,
-
     #[command(flatten)]
-    pub elsewhere: Elsewhere,
-
-    #[command(flatten)]
-    pub space: TakeSpace,
+    pub reading: TakeReading,
 }

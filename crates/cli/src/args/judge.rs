@@ -1,7 +1,8 @@
 //! The arguments of the commands that say how good something is: a rig, a take on it, devices.
 
+use super::Elsewhere;
+use super::placing::TakeReading;
 use super::values::{MethodChoice, MissingChoice, StorageChoice};
-use super::{Elsewhere, TakeSpace};
 use std::path::PathBuf;
 
 /// `rhytid evaluate`
@@ -61,16 +62,8 @@ pub(crate) struct Coverage {
     /// The take, as for `animate`.
     pub take: PathBuf,
 
-    /// What to do where a marker is missing from a frame.
-    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
-    pub missing: MissingChoice,
-
-    /// For a raw take: what is known of the actor and the session, as for `prepare`.
-    #[arg(long, value_name = "TAKE.toml")]
-    pub setup: Option<PathBuf>,
-
     #[command(flatten)]
-    pub elsewhere: Elsewhere,
+    pub reading: TakeReading,
 
     /// How many expressions and how many strain edges to list.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -100,9 +93,6 @@ pub(crate) struct Coverage {
     /// Print JSON; docs/cli.md lists the keys.
     #[arg(long)]
     pub json: bool,
-
-    #[command(flatten)]
-    pub space: TakeSpace,
 }
 
 /// `rhytid conform`

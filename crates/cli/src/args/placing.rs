@@ -1,6 +1,6 @@
 //! Flags of what makes a project of other people's files.
 
-use super::values::{Elsewhere, UnitChoice, parse_rate};
+use super::values::{Elsewhere, MissingChoice, UnitChoice, parse_rate};
 use rhytid::capture::Axes;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -89,6 +89,24 @@ pub(crate) struct TakeSpace {
     /// Its frames per second, where its times are no seconds.
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub take_rate: Option<f64>,
+}
+
+/// How a take is read that a rig plays.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(crate) struct TakeReading {
+    /// What to do where a marker is missing from a frame.
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    pub missing: MissingChoice,
+
+    /// For a raw take: what is known of the actor and the session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
+    #[command(flatten)]
+    pub space: TakeSpace,
 }
 
 /// A frame, or whichever suits best.

@@ -1,8 +1,8 @@
 //! `rhytid render`
 
-use super::placing::TakeSpace;
+use super::placing::TakeReading;
 use super::skin::SkinLight;
-use super::values::{Elsewhere, MissingChoice, StageChoice, parse_gain};
+use super::values::{StageChoice, parse_gain};
 use clap::ValueEnum;
 use clap::builder::ArgPredicate;
 use rhytid::playback::FrameRange;
@@ -142,19 +142,8 @@ pub(crate) struct Render {
     #[command(flatten)]
     pub skin: SkinLight,
 
-    /// What to do where a marker is missing from a frame.
-    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
-    pub missing: MissingChoice,
-
-    /// For a raw take: what is known of the actor and the session, as for `prepare`.
-    #[arg(long, value_name = "TAKE.toml")]
-    pub setup: Option<PathBuf>,
-
     #[command(flatten)]
-    pub elsewhere: Elsewhere,
-
-    #[command(flatten)]
-    pub space: TakeSpace,
+    pub reading: TakeReading,
 }
 
 /// `--show`

@@ -71,11 +71,12 @@ impl From<MethodChoice> for Method {
 }
 
 /// `--missing`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum MissingChoice {
     /// Keep the marker where it was last seen.
     Hold,
     /// Stop and name frame and marker.
+    #[default]
     Error,
 }
 

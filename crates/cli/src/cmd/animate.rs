@@ -88,11 +88,16 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
             inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
         }
     }
-    let inputs =
-        [Some(&args.rig), args.take.as_ref(), args.setup.as_ref(), args.edit.as_ref(), args.groups.as_ref()]
-            .into_iter()
-            .flatten()
-            .map(PathBuf::as_path);
+    let inputs = [
+        Some(&args.rig),
+        args.take.as_ref(),
+        args.reading.setup.as_ref(),
+        args.edit.as_ref(),
+        args.groups.as_ref(),
+    ]
+    .into_iter()
+    .flatten()
+    .map(PathBuf::as_path);
     let others = args.live.record.iter().chain(&args.strain_curves);
     let outputs: Vec<&Path> = std::iter::once(&args.output).chain(others).map(PathBuf::as_path).collect();
     refuse_inputs(&outputs, inputs)?;
@@ -116,12 +121,11 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let gains = gains(args)?;
     let handle_gains = handle_gains(&rig.labels, &gains)?;
     let regions = args.strain_curves.as_ref().map(|_| regions(args, &rig)).transpose()?;
-    let setup = (args.setup.as_deref(), args.elsewhere.reach());
     let take = match (&args.take, count) {
-        (Some(path), None) => inputs::take(path, &rig, args.missing, setup, &args.space, ui)?,
+        (Some(path), None) => inputs::take(path, &rig, &args.reading, ui)?,
         _ => listen::take(args, &rig, count.unwrap_or_default(), ui)?,
     };
-    let (take, layers) = inputs::edited(take, &rig, (args.edit.as_deref(), args.elsewhere.reach()))?;
+    let (take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &args.reading)?;
     let range = match args.frames {
         FramesChoice::Range(range) => range.within(take.frames())?,
         FramesChoice::Count(_) => 0..take.frames(),
@@ -144,7 +148,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         first_frame: range.start as u64,
         end_frame: range.end as u64,
         fps: args.fps,
-        missing: Missing::from(args.missing).into(),
+        missing: Missing::from(args.reading.missing).into(),
         fade_detail: args.fade_detail,
         detail: Some(args.detail).filter(|gain| *gain != 1.0),
         detail_of: detail_of(&gains),
@@ -275,7 +279,7 @@ fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
 
 /// The gains by region: those of the command's line, and those of TAKE.toml of other regions.
 fn gains(args: &args::Animate) -> Result<Vec<(String, f64)>> {
-    let setup = inputs::setup(args.setup.as_deref(), args.elsewhere.reach())?;
+    let setup = inputs::setup(args.reading.setup.as_deref(), args.reading.elsewhere.reach())?;
     let given = |region: &String| args.detail_of.iter().any(|(other, _)| other == region);
     let others = setup.detail.into_iter().filter(|(region, _)| !given(region));
     let mut gains: Vec<(String, f64)> = args.detail_of.iter().cloned().chain(others).collect();

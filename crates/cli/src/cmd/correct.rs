@@ -4,7 +4,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::formats::{mesh, refuse_inputs};
 use rhytid::playback::{Playback, PlaybackOptions, Selection};
-use rhytid::{AtomicFile, Error, Mesh, Result, human, rig_file};
+use rhytid::{AtomicFile, Error, Mesh, Result, rig_file};
 use std::path::{Path, PathBuf};
 
 /// Writes a frame as a mesh, to be sculpted.
@@ -17,27 +17,18 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
     if output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("obj")) {
         return Err(Error::input(format!("{}: expected a name that ends in .obj", output.display())));
     }
-    let read = [Some(&args.rig), Some(&args.take), args.setup.as_ref(), args.edit.as_ref()];
+    let read = [Some(&args.rig), Some(&args.take), args.reading.setup.as_ref(), args.edit.as_ref()];
     refuse_inputs(&[output], read.into_iter().flatten().map(PathBuf::as_path))?;
     drop(AtomicFile::create(output)?);
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let reach = args.elsewhere.reach();
-    let setup = (args.setup.as_deref(), reach);
-    let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
-    let (take, layers) = inputs::edited(take, &rig, (args.edit.as_deref(), reach))?;
-    if args.frame >= take.frames() {
-        return Err(Error::input(format!(
-            "--frame {}: {} has {}, counted from 0",
-            args.frame,
-            args.take.display(),
-            human::counted(take.frames(), "frame")
-        )));
-    }
+    let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
+    let (take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &args.reading)?;
+    let frame = inputs::frame(&take, args.frame, &args.take)?;
     let mut playback = Playback::new(&rig, &[inputs::processor()?], 1)?;
     if let Some(layers) = &layers {
         playback = playback.with_layers(layers, &take, ui)?;
     }
-    let selection = Selection::all(take.slice(args.frame..args.frame + 1))?;
+    let selection = Selection::all(frame)?;
     let options = PlaybackOptions { normals: false, ..PlaybackOptions::default() };
     let mut positions = Vec::new();
     playback.play(&selection, options, ui, |frame| {

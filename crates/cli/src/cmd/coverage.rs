@@ -23,14 +23,7 @@ const NAMED: usize = 3;
 pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid coverage RIG TAKE")?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let take = inputs::take(
-        &args.take,
-        &rig,
-        args.missing,
-        (args.setup.as_deref(), args.elsewhere.reach()),
-        &args.space,
-        ui,
-    )?;
+    let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
     let take_name = args.take.display().to_string();
     let top = args.top as usize;
     let plans = args.plan.is_some()

@@ -1,7 +1,7 @@
 //! `rhytid demo`
 
 use super::{animate, solve};
-use crate::args::{HeadChoice, MissingChoice, StageChoice};
+use crate::args::{HeadChoice, StageChoice};
 use crate::progress::{Ui, timed};
 use crate::{args, output};
 use rhytid::formats::project::{
@@ -103,9 +103,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     for (file, range, compressed) in ranges {
         let whole = range == FrameRange::default();
         let job = args::Animate {
-            elsewhere: args::Elsewhere::default(),
-            space: args::TakeSpace::default(),
-            setup: None,
+            reading: args::TakeReading::default(),
             rig: rig.clone(),
             take: Some(dir.join("performance.csv")),
             live: args::Listen::default(),
@@ -114,7 +112,6 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
             frames: args::FramesChoice::Range(range),
             stage: StageChoice::Full,
             fps: None,
-            missing: MissingChoice::Error,
             fade_detail: false,
             detail: 1.0,
             detail_of: Vec::new(),
@@ -198,10 +195,7 @@ fn draw(
         stage: StageChoice::Full,
         device: "auto".to_owned(),
         draw_on: None,
-        missing: MissingChoice::Error,
-        setup: None,
-        elsewhere: args::Elsewhere::default(),
-        space: args::TakeSpace::default(),
+        reading: args::TakeReading::default(),
     };
     match super::render::draw(&job, ui) {
         Ok(done) => {

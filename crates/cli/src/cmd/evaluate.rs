@@ -1,6 +1,6 @@
 //! `rhytid evaluate`
 
-use crate::args::TakeSpace;
+use crate::args::TakeReading;
 use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
@@ -29,6 +29,12 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
     let groups = args.groups.as_ref().map(|path| mesh::read_groups(&face.neutral, &args.project, path));
     let groups = groups.transpose()?;
     let devices = inputs::devices(device, ui)?;
+    let reading = TakeReading {
+        missing: args.missing,
+        setup: args.setup.clone(),
+        elsewhere: args.elsewhere,
+        ..TakeReading::default()
+    };
     let given = |rig: &Rig| {
         let regions = match &groups {
             Some(groups) => Regions::by_groups(rig.vertices(), groups)?,
@@ -36,14 +42,7 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
         };
         let truth = match (meshes, &args.take) {
             (Some(meshes), Some(take)) => {
-                let take = inputs::take(
-                    take,
-                    rig,
-                    args.missing,
-                    (args.setup.as_deref(), args.elsewhere.reach()),
-                    &TakeSpace::default(),
-                    ui,
-                )?;
+                let take = inputs::take(take, rig, &reading, ui)?;
                 let frames = args.truth_frames.as_ref().map(|path| tables::read_frames(path, take.frames()));
                 Some(Truth::new(meshes, frames.transpose()?, take)?)
             }

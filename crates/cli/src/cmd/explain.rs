@@ -2,8 +2,7 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::human;
-use rhytid::{Error, Explanation, Result, Rig, rig_file};
+use rhytid::{Explanation, Result, Rig, rig_file};
 use serde::Serialize;
 
 /// Rows of each table.
@@ -16,26 +15,19 @@ const ROWS: usize = 8;
 pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid explain RIG TAKE --frame N --vertex V")?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let setup = (args.setup.as_deref(), args.elsewhere.reach());
-    let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
-    let Some(time) = take.times.get(args.frame) else {
-        return Err(Error::input(format!(
-            "--frame {}: {} has {}, counted from 0",
-            args.frame,
-            args.take.display(),
-            human::counted(take.frames(), "frame")
-        )));
-    };
-    let handles = take.slice(args.frame..args.frame + 1).handle_positions(&rig.labels)?;
+    let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
+    let take = inputs::frame(&take, args.frame, &args.take)?;
+    let time = take.times[0];
+    let handles = take.handle_positions(&rig.labels)?;
     let (handles, _) = handles.as_chunks();
     let explain = |&vertex: &usize| Ok(Explained::of(vertex, &rig.explain(vertex, handles)?, &rig));
     let vertices: Vec<Explained> = args.vertex.iter().map(explain).collect::<Result<_>>()?;
     ui.clear();
     let folds_along = if rig.vector_folds() { "mesh axes" } else { "tangent, bitangent, normal" };
     if args.json {
-        return output::json(&Report { frame: args.frame, time: *time, folds_along, vertices });
+        return output::json(&Report { frame: args.frame, time, folds_along, vertices });
     }
-    let texts = vertices.iter().map(|vertex| vertex.text(args.frame, *time));
+    let texts = vertices.iter().map(|vertex| vertex.text(args.frame, time));
     output::say(&texts.collect::<Vec<_>>().join("\n\n"))
 }
 

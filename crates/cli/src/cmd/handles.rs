@@ -108,10 +108,7 @@ fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHan
         rigid: args.rigid.clone(),
         known: args.at.iter().map(|at| (at.label.clone(), at.vertex)).collect(),
     };
-    place_handles(face, &raw, &settings).map_err(|error| match error {
-        Error::Input(message) => Error::Input(format!("{}: {message}", take.display())),
-        other => other,
-    })
+    place_handles(face, &raw, &settings).map_err(|error| error.in_file(take.display()))
 }
 
 fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {

@@ -1,6 +1,6 @@
 //! `rhytid verify`
 
-use crate::args::MissingChoice;
+use crate::args::{MissingChoice, TakeReading};
 use crate::progress::Ui;
 use crate::{args, exit, inputs, output};
 use rhytid::formats::animation::{self, Format};
@@ -41,15 +41,14 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             args.rig.display()
         ));
     }
-    let take = inputs::take(
-        &args.take,
-        &rig,
-        request.missing,
-        (args.setup.as_deref(), args.elsewhere.reach()),
-        &args.space,
-        ui,
-    )?;
-    let (take, layers) = inputs::edited(take, &rig, (args.edit.as_deref(), args.elsewhere.reach()))?;
+    let reading = TakeReading {
+        missing: request.missing,
+        setup: args.setup.clone(),
+        elsewhere: args.elsewhere,
+        space: args.space.clone(),
+    };
+    let take = inputs::take(&args.take, &rig, &reading, ui)?;
+    let (take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &reading)?;
     match (&provenance.edit_hash, &layers) {
         (None, None) => {}
         (Some(made), Some(layers)) if made == layers.hash() => {}

@@ -66,9 +66,8 @@ pub(super) fn displaced(
     (map, full): (&Path, f64),
 ) -> Result<Vec<[f64; 3]>> {
     let mut mesh = Mesh { positions, ..neutral.clone() };
-    DisplacementMap::read(map)?.displace(&mut mesh, full).map_err(|error| match error {
-        Error::Input(message) => Error::Input(format!("{}: {message}", neutral_path.display())),
-        other => other,
-    })?;
+    DisplacementMap::read(map)?
+        .displace(&mut mesh, full)
+        .map_err(|error| error.in_file(neutral_path.display()))?;
     Ok(mesh.positions)
 }

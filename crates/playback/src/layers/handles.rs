@@ -94,7 +94,7 @@ pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
         }
     }
     for held in &layers.holds {
-        hold(held, &mut take, &columns)?;
+        hold(held, &mut take, &columns).map_err(|error| error.in_file(layers.path.display()))?;
     }
     Ok(with_what_was(take, &columns, &before))
 }

@@ -9,7 +9,7 @@ pub use on_frames::FrameEdits;
 use crate::fade::VertexGain;
 use handles::{AddedTake, Held};
 use region::Regions;
-use rhytid_core::{Error, Mesh, Result, Rig, Take, rig_file};
+use rhytid_core::{Mesh, Result, Rig, Take, rig_file};
 use rhytid_formats::edits::{self, Curve, Edits};
 use rhytid_formats::take::{self, Missing};
 use rhytid_formats::{Reach, mesh, named_file};
@@ -18,7 +18,9 @@ use std::path::{Path, PathBuf};
 /// What a file of edits does to takes of a rig ([`Edits`] has the formula).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Layers {
-    /// The file's text.
+    /// The file, for messages.
+    path: PathBuf,
+    /// Its text.
     text: String,
     /// Of the text and of the files that it names.
     hash: String,
@@ -37,56 +39,24 @@ impl Layers {
     /// Reads a file of edits and all that it names within `reach`.
     ///
     /// # Errors
-    /// As [`edits::read`]; [`Error::Input`] for a region or a marker that the rig does not have, and as of reading takes and meshes.
+    /// As [`edits::read`]; [`rhytid_core::Error::Input`] for a region or a marker that the rig does not have, and as of reading takes and meshes.
     pub fn read(path: &Path, rig: &Rig, reach: Reach) -> Result<Self> {
         let (edits, text) = edits::read(path)?;
-        let in_file = |error| match error {
-            Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
-            other => other,
-        };
         let mut hash = blake3::Hasher::new();
         hash.update(text.as_bytes());
-        for file in files(&edits) {
-            let file = named_file(path, file, "an edit", reach)?;
-            hash.update(rig_file::hash(&file)?.as_bytes());
+        for (key, file) in files(&edits) {
+            hash.update(rig_file::hash(&named_file(path, file, &key, reach)?)?.as_bytes());
         }
         let rest = Mesh {
             positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
             faces: rig.faces.clone(),
             ..Mesh::default()
         };
-        let mut regions = Regions::new((path, &edits), (rig, &rest), reach);
-        let mut layers = Self {
-            text,
-            hash: hash.finalize().to_hex().to_string(),
-            ..Self::new(&edits, rig, &mut regions)?
-        };
-        for added in &edits.added {
-            let file = named_file(path, &added.take, "[[add]] take", reach)?;
-            let other = take::read(&file, None, Missing::Hold)?;
-            let weights = regions.handles(added.region.as_deref()).map_err(in_file)?;
-            let other = AddedTake::new(other, rig, weights, added).map_err(|error| match error {
-                Error::Input(message) => Error::Input(format!("{}: {message}", file.display())),
-                other => other,
-            })?;
-            layers.added.push(other);
-        }
-        for correction in &edits.corrections {
-            let file = named_file(path, &correction.mesh, "[[correction]] mesh", reach)?;
-            let positions = mesh::read_like(&rest, Path::new("the rig"), &file)?;
-            let weights = regions.vertices(correction.region.as_deref()).map_err(in_file)?;
-            layers.corrections.push(Sculpt { positions, weights, correction: correction.clone() });
-        }
-        Ok(layers)
-    }
-
-    /// Those that name no files: poses that were pulled, for one.
-    ///
-    /// # Errors
-    /// [`Error::Input`] for a region or a marker that the rig does not have.
-    fn new(edits: &Edits, rig: &Rig, regions: &mut Regions<'_>) -> Result<Self> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut regions = Regions::new((path, &edits), (rig, &rest));
         let in_mesh_units = |x: [f64; 3]| x.map(|x| x * 1e-3 / rig.metres_per_unit);
-        let mut layers = Self::default();
+        let hash = hash.finalize().to_hex().to_string();
+        let mut layers = Self { path: path.to_owned(), text, hash, ..Self::default() };
         for gain in &edits.gains {
             layers.gains.push((regions.handles(gain.region.as_deref())?, gain.by.clone()));
         }
@@ -100,8 +70,21 @@ impl Layers {
             };
             layers.offsets.push((by, offset.amount.clone()));
         }
+        for added in &edits.added {
+            let file = folder.join(&added.take);
+            let other = take::read(&file, None, Missing::Hold)?;
+            let weights = regions.handles(added.region.as_deref())?;
+            let other = AddedTake::new(other, rig, weights, added);
+            layers.added.push(other.map_err(|error| error.in_file(file.display()))?);
+        }
         for hold in &edits.holds {
             layers.holds.push(Held { weights: regions.handles(hold.region.as_deref())?, hold: hold.clone() });
+        }
+        for correction in &edits.corrections {
+            let file = folder.join(&correction.mesh);
+            let positions = mesh::read_like(&rest, Path::new("the rig"), &file)?;
+            let weights = regions.vertices(correction.region.as_deref())?;
+            layers.corrections.push(Sculpt { positions, weights, correction: correction.clone() });
         }
         for detail in &edits.details {
             layers.details.push((regions.vertices(detail.region.as_deref())?, detail.by.clone()));
@@ -114,6 +97,11 @@ impl Layers {
         &self.text
     }
 
+    /// The file that they were read from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// What tells these edits from others: of the text, and of all that is in the files that it names.
     pub fn hash(&self) -> &str {
         &self.hash
@@ -123,14 +111,9 @@ impl Layers {
     /// [`crate::Playback`] knows what they would do without, and how far the edits reach.
     ///
     /// # Errors
-    /// [`Error::Input`] if the take lacks handles, or a frame that is held.
+    /// [`rhytid_core::Error::Input`] if the take lacks handles, or a frame that is held.
     pub fn edit(&self, take: Take, rig: &Rig) -> Result<Take> {
         handles::edit(self, take, rig)
-    }
-
-    /// Whether they do anything to frames, beside editing the take; edits of markers are bounded there.
-    pub fn are_on_frames(&self) -> bool {
-        *self != Self { text: self.text.clone(), hash: self.hash.clone(), ..Self::default() }
     }
 
     /// What was sculpted.
@@ -138,8 +121,8 @@ impl Layers {
         &self.corrections
     }
 
-    /// By how much folds are multiplied, for [`crate::Playback::with_vertex_gains`], of the take that is edited.
-    pub fn vertex_gains(&self, take: &Take) -> Vec<VertexGain> {
+    /// By how much folds are multiplied in the take that is edited.
+    pub(crate) fn vertex_gains(&self, take: &Take) -> Vec<VertexGain> {
         let timed = |(weights, by): &(Vec<f32>, Curve)| VertexGain::new(weights, timed(take, by));
         self.details.iter().map(timed).collect()
     }
@@ -155,11 +138,15 @@ pub(crate) struct Sculpt {
     pub correction: edits::Correction,
 }
 
-/// The files that edits name.
-fn files(edits: &Edits) -> impl Iterator<Item = &PathBuf> {
-    let regions = edits.regions.values().flat_map(|region| region.of.iter().chain(&region.weights));
-    let sculpted = edits.corrections.iter().map(|correction| &correction.mesh);
-    edits.added.iter().map(|added| &added.take).chain(regions).chain(sculpted)
+/// The files that edits name, each with what names it.
+fn files(edits: &Edits) -> impl Iterator<Item = (String, &PathBuf)> {
+    let takes = edits.added.iter().map(|added| ("[[add]] take".to_owned(), &added.take));
+    let sculpted = edits.corrections.iter().map(|c| ("[[correction]] mesh".to_owned(), &c.mesh));
+    let regions = edits.regions.iter().flat_map(|(name, region)| {
+        let of = region.of.iter().map(move |file| (format!("[region.{name}] of"), file));
+        of.chain(region.weights.iter().map(move |file| (format!("[region.{name}] weights"), file)))
+    });
+    takes.chain(regions).chain(sculpted)
 }
 
 /// A curve over a take's frames as one over its time.

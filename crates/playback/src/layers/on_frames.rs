@@ -2,8 +2,8 @@
 
 use super::Layers;
 use crate::bounds::Bounds;
-use crate::fade::folded;
-use crate::{Correction, Playback, VertexGain};
+use crate::fade::{VertexGain, folded};
+use crate::{Correction, Playback};
 use rhytid_core::{DeviceInfo, Progress, Result, Rig, Take};
 use rhytid_kernels::normals::VertexTriangles;
 

@@ -4,18 +4,17 @@ use crate::fade::of_vertices;
 use crate::regions::region_of;
 use rhytid_core::{Error, Mesh, Result, Rig};
 use rhytid_formats::edits::{Edits, Region};
-use rhytid_formats::{Reach, mesh, named_file};
+use rhytid_formats::mesh;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-/// Regions that are read once.
+/// Regions that are read once. Where their files are was looked at before.
 pub(super) struct Regions<'a> {
     path: &'a Path,
     edits: &'a Edits,
     rig: &'a Rig,
     /// The rig's.
     rest: &'a Mesh,
-    reach: Reach,
     known: HashMap<String, Parts>,
 }
 
@@ -29,12 +28,8 @@ enum Parts {
 }
 
 impl<'a> Regions<'a> {
-    pub(super) fn new(
-        (path, edits): (&'a Path, &'a Edits),
-        (rig, rest): (&'a Rig, &'a Mesh),
-        reach: Reach,
-    ) -> Self {
-        Self { path, edits, rig, rest, reach, known: HashMap::new() }
+    pub(super) fn new((path, edits): (&'a Path, &'a Edits), (rig, rest): (&'a Rig, &'a Mesh)) -> Self {
+        Self { path, edits, rig, rest, known: HashMap::new() }
     }
 
     /// H weights; all of them 1 where no region is named. Of a region of vertices a handle has its vertex's.
@@ -83,17 +78,15 @@ impl<'a> Regions<'a> {
     }
 
     fn read(&self, name: &str, region: &Region) -> Result<Parts> {
-        let file = |file: &Path, key: &str| {
-            named_file(self.path, file, &format!("[region.{name}] {key}"), self.reach)
-        };
+        let folder = self.path.parent().unwrap_or(Path::new(""));
         if let (Some(weights), Some(property)) = (&region.weights, &region.property) {
-            let weights = file(weights, "weights")?;
+            let weights = folder.join(weights);
             return Ok(Parts::Vertices(mesh::read_weights(&weights, property, self.rig.vertices())?));
         }
         let Some(of) = &region.of else {
             return self.labelled(&region.markers, &format!("[region.{name}] markers")).map(Parts::Handles);
         };
-        let of = file(of, "of")?;
+        let of = folder.join(of);
         let groups = mesh::read_groups(self.rest, Path::new("the rig"), &of)?;
         let mut weights = vec![0.0; self.rig.vertices()];
         for wanted in &region.groups {

@@ -340,6 +340,10 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
     // By the basis, as the issue of how far a marker reaches is one of the shell.
     let held = |v: usize| {
         let row = &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
+        // What has no row goes by what it listens to.
+        if row.iter().all(|b| *b == 0.0) {
+            return 0.2;
+        }
         left.iter().map(|&h| f64::from(row[h])).sum::<f64>()
     };
     let (mut kept, mut moved) = (0, 0.0_f32);

@@ -64,7 +64,7 @@ impl Wanted<'_> {
             || self.large_scale
             || self.before.is_some()
             || self.truth.is_some()
-            || self.layers.as_ref().is_some_and(|(layers, _)| layers.are_on_frames());
+            || self.layers.is_some();
         !is_more && self.playback == PlaybackOptions::default()
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
             (None, vec![Some(decode(path, &bytes)?)])
         }
         false => {
-            let found = read_textures(path, args.elsewhere.reach())?;
+            let found = read_textures(path, args.reading.elsewhere.reach())?;
             let materials = rig.materials.as_ref();
             let names = materials.map_or(&[][..], |materials| &materials.names);
             let image = |name: &String| {
@@ -70,8 +70,5 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
 }
 
 fn decode(path: &Path, bytes: &[u8]) -> Result<Picture> {
-    Picture::decode(bytes).map_err(|error| match error {
-        Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
-        other => other,
-    })
+    Picture::decode(bytes).map_err(|error| error.in_file(path.display()))
 }

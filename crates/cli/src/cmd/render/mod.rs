@@ -141,9 +141,8 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         let last = rig.vertices() - 1;
         return Err(Error::input(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
     }
-    let setup = (args.setup.as_deref(), args.elsewhere.reach());
-    let take = inputs::take(&args.take, &rig, args.missing, setup, &args.space, ui)?;
-    let (mut take, layers) = inputs::edited(take, &rig, (args.edit.as_deref(), args.elsewhere.reach()))?;
+    let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
+    let (mut take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &args.reading)?;
     let layers = layers.map(|layers| (layers, take.clone()));
     hide_parts(&mut rig, &args.hide);
     if rig.triangles.is_empty() {
@@ -173,7 +172,8 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
     };
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-    let also_read = [&args.setup, &args.edit, &args.compare, &args.truth_frames, &args.matcap, &args.texture];
+    let also_read =
+        [&args.reading.setup, &args.edit, &args.compare, &args.truth_frames, &args.matcap, &args.texture];
     let also_read = also_read.into_iter().filter_map(Option::as_deref);
     let before_it = args.before.as_ref().and_then(BeforeChoice::rig);
     refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read).chain(before_it))?;
