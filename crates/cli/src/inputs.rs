@@ -4,11 +4,12 @@ use crate::args::{Setup, TakeReading, UnitChoice};
 use crate::guard::guard;
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
+use rhytid::formats::edits;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, Layers, choose_devices, find_device};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take, human};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Fewer steps between frames do not say what times are.
 const FEW_STEPS: usize = 10;
@@ -163,6 +164,18 @@ pub(crate) fn edited(
     let layers = Layers::read(path, rig, reading.elsewhere.reach())?;
     let take = layers.edit(take, rig)?;
     Ok((take, Some(layers)))
+}
+
+/// A file of edits, if there is one, and all that it names: what an output must not be.
+///
+/// # Errors
+/// As [`edits::read`].
+pub(crate) fn edit_files(edit: Option<&Path>) -> Result<Vec<PathBuf>> {
+    let Some(path) = edit else { return Ok(Vec::new()) };
+    let (edits, _) = edits::read(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let named = edits.named_files().map(|(_, file)| folder.join(file));
+    Ok(std::iter::once(path.to_owned()).chain(named).collect())
 }
 
 /// One frame of a take, which `path` names.

@@ -179,6 +179,14 @@ impl<'a> Playback<'a> {
                 amount: layers::timed(edited, &sculpt.correction.amount),
             };
             let correction = Correction::new(self.rig, &self.triangles, sculpted);
+            if 2 * correction.vertices() > self.rig.vertices() {
+                log::warn!(
+                    "{}: the [[correction]] of frame {frame} moves {} of {} vertices: its mesh may be of another frame, take or edit; `rhytid correct` writes this one",
+                    layers.path().display(),
+                    human::count(correction.vertices()),
+                    human::count(self.rig.vertices())
+                );
+            }
             self.corrections = self.corrections.iter().cloned().chain([correction]).collect();
         }
         Ok(self)

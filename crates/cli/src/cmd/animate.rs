@@ -88,16 +88,9 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
             inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
         }
     }
-    let inputs = [
-        Some(&args.rig),
-        args.take.as_ref(),
-        args.reading.setup.as_ref(),
-        args.edit.as_ref(),
-        args.groups.as_ref(),
-    ]
-    .into_iter()
-    .flatten()
-    .map(PathBuf::as_path);
+    let edits = inputs::edit_files(args.edit.as_deref())?;
+    let inputs = [Some(&args.rig), args.take.as_ref(), args.reading.setup.as_ref(), args.groups.as_ref()];
+    let inputs = inputs.into_iter().flatten().chain(&edits).map(PathBuf::as_path);
     let others = args.live.record.iter().chain(&args.strain_curves);
     let outputs: Vec<&Path> = std::iter::once(&args.output).chain(others).map(PathBuf::as_path).collect();
     refuse_inputs(&outputs, inputs)?;

@@ -17,8 +17,9 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
     if output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("obj")) {
         return Err(Error::input(format!("{}: expected a name that ends in .obj", output.display())));
     }
-    let read = [Some(&args.rig), Some(&args.take), args.reading.setup.as_ref(), args.edit.as_ref()];
-    refuse_inputs(&[output], read.into_iter().flatten().map(PathBuf::as_path))?;
+    let edits = inputs::edit_files(args.edit.as_deref())?;
+    let read = [&args.rig, &args.take].into_iter().chain(&args.reading.setup).chain(&edits);
+    refuse_inputs(&[output], read.map(PathBuf::as_path))?;
     drop(AtomicFile::create(output)?);
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;

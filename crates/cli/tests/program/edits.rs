@@ -98,6 +98,23 @@ fn a_sculpted_frame_comes_back_as_a_correction_and_as_an_example() {
     assert!(worst < 1e-5, "{worst}");
     f.done("verify c.usd --rig face.safetensors --take take.csv --edit CORRECT.toml --device cpu:0");
 
+    // What the edits name is read, and is not written over.
+    for (command, words) in [
+        ("correct face.safetensors take.csv --frame 3 -o sculpted.obj --edit CORRECT.toml", "sculpted.obj"),
+        ("animate face.safetensors take.csv -o x.usd --strain-curves OTHER.csv --edit ADD.toml", "OTHER.csv"),
+    ] {
+        f.write("OTHER.csv", f.read_text("take.csv"));
+        f.write("ADD.toml", "[[add]]\ntake = \"OTHER.csv\"\n");
+        let kept = [f.read("sculpted.obj"), f.read("OTHER.csv")];
+        f.refused(command, &[words, "read"]);
+        assert!(kept == [f.read("sculpted.obj"), f.read("OTHER.csv")], "{command}");
+    }
+    // A mesh of another frame is likely a mistake.
+    f.write("WRONG.toml", "[[correction]]\nmesh = \"neutral.obj\"\nframe = 11\n");
+    let wrong = f.rhytid("animate face.safetensors take.csv -o w.usd --device cpu:0 --edit WRONG.toml");
+    let said = crate::common::stderr(&{ wrong }.output().unwrap());
+    assert!(said.contains("its mesh may be of another frame"), "{said}");
+
     let project = f.read_text("face.toml");
     f.write("more.toml", format!("{project}\n[[example]]\nname = \"eleven\"\nmesh = \"sculpted.obj\"\ntake = \"take.csv\"\nframe = 11\n"));
     let said = f.done("solve more.toml -o more.safetensors");

@@ -151,6 +151,19 @@ pub struct Correction {
     pub reach: Option<f64>,
 }
 
+impl Edits {
+    /// The files that edits name, as they name them, each with the key that does.
+    pub fn named_files(&self) -> impl Iterator<Item = (String, &Path)> {
+        let takes = self.added.iter().map(|added| ("[[add]] take".to_owned(), &*added.take));
+        let sculpted = self.corrections.iter().map(|c| ("[[correction]] mesh".to_owned(), &*c.mesh));
+        let regions = self.regions.iter().flat_map(|(name, region)| {
+            let of = region.of.iter().map(move |file| (format!("[region.{name}] of"), &**file));
+            of.chain(region.weights.iter().map(move |file| (format!("[region.{name}] weights"), &**file)))
+        });
+        takes.chain(regions).chain(sculpted)
+    }
+}
+
 fn is_default(ease: &Ease) -> bool {
     *ease == Ease::default()
 }

@@ -10,12 +10,12 @@ use crate::fade::VertexGain;
 use handles::{AddedTake, Held};
 use region::Regions;
 use rhytid_core::{Mesh, Result, Rig, Take, rig_file};
-use rhytid_formats::edits::{self, Curve, Edits};
+use rhytid_formats::edits::{self, Curve};
 use rhytid_formats::take::{self, Missing};
 use rhytid_formats::{Reach, mesh, named_file};
 use std::path::{Path, PathBuf};
 
-/// What a file of edits does to takes of a rig ([`Edits`] has the formula).
+/// What a file of edits does to takes of a rig ([`edits::Edits`] has the formula).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Layers {
     /// The file, for messages.
@@ -44,7 +44,7 @@ impl Layers {
         let (edits, text) = edits::read(path)?;
         let mut hash = blake3::Hasher::new();
         hash.update(text.as_bytes());
-        for (key, file) in files(&edits) {
+        for (key, file) in edits.named_files() {
             hash.update(rig_file::hash(&named_file(path, file, &key, reach)?)?.as_bytes());
         }
         let rest = Mesh {
@@ -136,17 +136,6 @@ pub(crate) struct Sculpt {
     /// V, from 0 to 1.
     pub weights: Vec<f32>,
     pub correction: edits::Correction,
-}
-
-/// The files that edits name, each with what names it.
-fn files(edits: &Edits) -> impl Iterator<Item = (String, &PathBuf)> {
-    let takes = edits.added.iter().map(|added| ("[[add]] take".to_owned(), &added.take));
-    let sculpted = edits.corrections.iter().map(|c| ("[[correction]] mesh".to_owned(), &c.mesh));
-    let regions = edits.regions.iter().flat_map(|(name, region)| {
-        let of = region.of.iter().map(move |file| (format!("[region.{name}] of"), file));
-        of.chain(region.weights.iter().map(move |file| (format!("[region.{name}] weights"), file)))
-    });
-    takes.chain(regions).chain(sculpted)
 }
 
 /// A curve over a take's frames as one over its time.

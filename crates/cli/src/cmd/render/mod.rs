@@ -172,10 +172,11 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
     };
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-    let also_read =
-        [&args.reading.setup, &args.edit, &args.compare, &args.truth_frames, &args.matcap, &args.texture];
+    let also_read = [&args.reading.setup, &args.compare, &args.truth_frames, &args.matcap, &args.texture];
     let also_read = also_read.into_iter().filter_map(Option::as_deref);
     let before_it = args.before.as_ref().and_then(BeforeChoice::rig);
+    let edits = inputs::edit_files(args.edit.as_deref())?;
+    let also_read = also_read.chain(edits.iter().map(PathBuf::as_path));
     refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read).chain(before_it))?;
     let mut whole = AtomicFile::create(outputs[0])?;
 
