@@ -2,7 +2,7 @@
 use crate::programs::{Runs, build};
 use crate::run::{Result, cargo, output};
 use crate::steps::Steps;
-use crate::test::{WORKSPACE, format, lints, outcome};
+use crate::test::{WORKSPACE, documentation, format, lints, outcome};
 use serde_json::Value;
 
 /// Tests that are left for `cargo xtask test`.
@@ -65,7 +65,7 @@ const fn tests(
     LeftOut { package, target: Some(target), tests, why }
 }
 
-/// Formatting, lints, and all tests but [`LEFT_OUT`]; stops at the first step that fails.
+/// Formatting, lints, documentation, and all tests but [`LEFT_OUT`]; stops at the first step that fails.
 pub(crate) fn check() -> Result {
     let mut steps = Steps::default();
     let mut runs = Runs::default();
@@ -74,7 +74,7 @@ pub(crate) fn check() -> Result {
     runs.print();
     println!(
         "\nleft for `cargo xtask test`, beside the kernels' freshness, the runtime alone and in browsers, a newcomer's crate, the \
-         packages, validation and documentation:"
+         packages and validation:"
     );
     for left_out in LEFT_OUT {
         println!("  {left_out}: {}", left_out.why);
@@ -87,6 +87,7 @@ pub(crate) fn check() -> Result {
 fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("format", format)?;
     steps.step("lints", lints)?;
+    steps.step("documentation", documentation)?;
     let programs =
         steps.step("build tests", || build(&options()?.iter().map(String::as_str).collect::<Vec<_>>()))?;
     steps.step("tests", || {

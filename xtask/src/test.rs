@@ -26,6 +26,7 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("setup", setup::setup)?;
     steps.step("format", format)?;
     steps.step("lints", lints)?;
+    steps.step("documentation", documentation)?;
     steps.step("dependencies", deny::deny_where_installed)?;
     steps.step("runtime alone", library::runtime)?;
     let programs = steps.step("build tests", || build(&WORKSPACE))?;
@@ -49,13 +50,6 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
         let mut validated = Runs::default();
         validated.run("devices, under Vulkan's validation layer", command)?;
         outcome(&validated)
-    })?;
-    steps.step("documentation", || {
-        // With the examples, dependencies have the features that they have in the lints, which have checked them.
-        let targets = ["--lib", "--bins", "--examples"];
-        let mut doc = cargo(&[&["doc", "--no-deps"], &WORKSPACE[..], &targets].concat());
-        doc.env("RUSTDOCFLAGS", "-D warnings");
-        run(doc)
     })
 }
 
@@ -77,6 +71,15 @@ pub(crate) fn format() -> Result {
 pub(crate) fn lints() -> Result {
     component("clippy", "clippy")?;
     run(cargo(&[&["clippy"], &WORKSPACE[..], &["--all-targets", "--", "-D", "warnings"]].concat()))
+}
+
+/// No warning of rustdoc's, a link that leads nowhere among them.
+pub(crate) fn documentation() -> Result {
+    // With the examples, dependencies have the features that they have in the lints, which have checked them.
+    let targets = ["--lib", "--bins", "--examples"];
+    let mut doc = cargo(&[&["doc", "--no-deps"], &WORKSPACE[..], &targets].concat());
+    doc.env("RUSTDOCFLAGS", "-D warnings");
+    run(doc)
 }
 
 /// A component of the Rust toolchain may be left out of an installation.

@@ -11,7 +11,7 @@ const ROWS: usize = 8;
 /// Says what drives vertices in a frame.
 ///
 /// # Errors
-/// As reading; [`Error::Input`] for a frame or a vertex that is not there.
+/// As reading; [`rhytid::Error::Input`] for a frame or a vertex that is not there.
 pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid explain RIG TAKE --frame N --vertex V")?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
