@@ -150,19 +150,20 @@ pub(crate) fn take(
     Ok(take)
 }
 
-/// A take with the edits of a file, if there is one, and what they do to folds.
+/// A take with the edits of a file, if there is one, and what they do beside; what they do to folds in all frames is done to the rig.
 ///
 /// # Errors
 /// As [`Layers::read`] and [`Layers::edit`].
 pub(crate) fn edited(
     take: Take,
-    rig: &Rig,
+    rig: &mut Rig,
     edit: Option<&Path>,
     reading: &TakeReading,
 ) -> Result<(Take, Option<Layers>)> {
     let Some(path) = edit else { return Ok((take, None)) };
-    let layers = Layers::read(path, rig, reading.elsewhere.reach())?;
+    let mut layers = Layers::read(path, rig, reading.elsewhere.reach())?;
     let take = layers.edit(take, rig)?;
+    layers.settle(rig);
     Ok((take, Some(layers)))
 }
 

@@ -238,6 +238,18 @@ impl<T: Real> Rig<T> {
             .collect()
     }
 
+    /// Multiplies the folds of each vertex, what the full result has more than the large scale, by `factor`, a ratio: they are linear in their weights. By 0 none
+    /// are left; by 1 every bit stays. Frames cost what they cost without.
+    pub fn scale_folds(&mut self, factor: impl Fn(usize) -> f64) {
+        let centers = self.centers();
+        for (v, weights) in self.rbf_weights.chunks_exact_mut(centers).enumerate() {
+            let factor = factor(v);
+            if factor != 1.0 {
+                weights.as_flattened_mut().iter_mut().for_each(|w| *w = T::round_from(factor * w.widen()));
+            }
+        }
+    }
+
     /// The rig with the shell alone, as it was before any example was seen: ΔB is taken out of the basis, nothing is added to it,
     /// and there are no folds.
     pub fn shell(mut self) -> Self {

@@ -77,7 +77,9 @@ struct Rows<'a> {
 impl Rows<'_> {
     /// Of an array of `width` elements each.
     fn of<E: Copy>(&self, array: &[E], width: usize) -> Vec<E> {
-        self.kept.iter().flat_map(|&v| &array[v as usize * width..][..width]).copied().collect()
+        let mut rows = Vec::with_capacity(self.kept.len() * width);
+        self.kept.iter().for_each(|&v| rows.extend_from_slice(&array[v as usize * width..][..width]));
+        rows
     }
 
     fn of_learned<T: Real>(&self, learned: &Learned<T>, influences: usize) -> Learned<T> {

@@ -70,16 +70,27 @@ impl Bounds {
         positions
     }
 
+    /// The vertices of which edited markers hold anything, ascending.
+    pub(crate) fn held(&self) -> impl Iterator<Item = u32> {
+        (0..).zip(&self.weights).filter(|(_, weight)| **weight > 0.0).map(|(v, _)| v)
+    }
+
+    /// Where vertex `v` is shown that is at these two places without and with the edits.
+    pub(crate) fn between(&self, v: usize, without: [f32; 3], with: [f32; 3]) -> [f32; 3] {
+        match self.weights[v] {
+            0.0 => without,
+            1.0 => with,
+            w => std::array::from_fn(|c| {
+                let was = f64::from(without[c]);
+                (was + f64::from(w) * (f64::from(with[c]) - was)) as f32
+            }),
+        }
+    }
+
     /// From V positions without the edits and those with them to what is shown, in place of the latter.
     pub(crate) fn blend(&self, without: &[[f32; 3]], with: &mut [[f32; 3]]) {
-        for ((x, was), weight) in with.iter_mut().zip(without).zip(&self.weights) {
-            *x = match *weight {
-                0.0 => *was,
-                1.0 => *x,
-                w => std::array::from_fn(|c| {
-                    (f64::from(was[c]) + f64::from(w) * (f64::from(x[c]) - f64::from(was[c]))) as f32
-                }),
-            };
+        for (v, (x, was)) in with.iter_mut().zip(without).enumerate() {
+            *x = self.between(v, *was, *x);
         }
     }
 

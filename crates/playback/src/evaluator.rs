@@ -5,6 +5,7 @@ use rhytid_core::{
     Animator, Device, DeviceErrorKind, DeviceInfo, Error, Result, Rig, Session, Stage, UploadOptions,
 };
 use std::collections::VecDeque;
+use std::iter;
 
 /// Opens a device: [`rhytid_backends::open`], but for tests.
 pub type Open<'a> = &'a (dyn Fn(&DeviceInfo) -> Result<Device> + Sync);
@@ -28,6 +29,23 @@ impl<'a> Evaluator<'a> {
         let none = || Error::Internal("no device to evaluate on".into());
         let current = upload_to_next(rig, options, open, &mut next, none())?;
         Ok(Self { rig, options, open, current, next })
+    }
+
+    /// Makes a part of the rig, with all of its handles, resident on the device that evaluates now, with the same devices to fall back on.
+    ///
+    /// # Errors
+    /// As [`Evaluator::new`].
+    pub(crate) fn of_part<'b>(&self, part: &'b Rig) -> Result<Evaluator<'b>>
+    where
+        'a: 'b,
+    {
+        let devices: Vec<DeviceInfo> = iter::once(&self.current.info).chain(&self.next).cloned().collect();
+        Evaluator::new(part, self.options, &devices, self.open)
+    }
+
+    /// The rig.
+    pub(crate) fn rig(&self) -> &'a Rig {
+        self.rig
     }
 
     /// The device that evaluates now.

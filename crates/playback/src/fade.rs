@@ -1,4 +1,4 @@
-//! Folds that are stronger or weaker than learned: by a gain, and where they are not to be trusted, as the markers that drive them were filled
+//! Folds that are stronger or weaker than learned: by gains over time, and where they are not to be trusted, as the markers that drive them were filled
 //! rather than measured, or the frame is far outside what the examples show.
 
 use crate::local_normals;
@@ -32,16 +32,21 @@ impl VertexGain {
         self.by.at(time)
     }
 
+    /// The vertices where something changes, ascending.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> {
+        self.weights.iter().map(|(v, _)| *v)
+    }
+
+    /// g, where it is the same at all times.
+    pub(crate) fn constant(&self) -> Option<f64> {
+        let by = self.by.at(0.0);
+        self.by.is_constantly(by).then_some(by)
+    }
+
     /// What folds are multiplied by where it is not 1, if g is `by`: vertices, ascending, and factors.
     pub(crate) fn factors(&self, by: f64) -> impl Iterator<Item = (usize, f64)> {
         let weights = self.weights.iter().filter(move |_| by != 1.0);
         weights.map(move |&(v, weight)| (v as usize, 1.0 + f64::from(weight) * (by - 1.0)))
-    }
-
-    /// The same over all time, given at each of the H handles: a vertex has the mean of those of the handles that drive its folds.
-    pub(crate) fn of_handles(rig: &Rig, gains: &[f32]) -> Self {
-        let beyond: Vec<f64> = gains.iter().map(|gain| f64::from(*gain) - 1.0).collect();
-        Self::new(&of_vertices(rig, &beyond), Curve::constant(2.0))
     }
 }
 
@@ -53,7 +58,6 @@ impl VertexGain {
 /// to 0 where σ_v is from [`FAR`] to twice as many times that of an example that is left out.
 pub(crate) struct Fade<'a> {
     rig: &'a Rig,
-    gain: f64,
     gains: &'a [VertexGain],
     /// Of each frame, in seconds.
     times: &'a [f64],
@@ -62,10 +66,6 @@ pub(crate) struct Fade<'a> {
     edges: Vec<f32>,
     /// Where some frame is far from the examples.
     far: Option<Uncertainty>,
-    /// V: the product of all gains.
-    factors: Vec<f64>,
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
 }
 
 impl<'a> Fade<'a> {
@@ -76,7 +76,6 @@ impl<'a> Fade<'a> {
     /// As [`Uncertainty::new`].
     pub(crate) fn new(
         (rig, vertex_triangles): (&'a Rig, &Arc<VertexTriangles>),
-        gain: f64,
         gains: &'a [VertexGain],
         (take, handle_positions): (&'a Take, &[f32]),
         fades: bool,
@@ -99,87 +98,68 @@ impl<'a> Fade<'a> {
             true => Uncertainty::new(rig, handle_positions)?.filter(is_far),
             false => None,
         };
-        let is_gained = gains.iter().any(|gain| !gain.by.is_constantly(1.0));
-        if gain == 1.0 && !is_gained && edges.is_empty() && far.is_none() {
+        let is_gained = gains.iter().any(|gain| gain.constant() != Some(1.0));
+        if !is_gained && edges.is_empty() && far.is_none() {
             return Ok(None);
         }
         Ok(Some(Self {
             rig,
-            gain,
             gains,
             times: &take.times,
             vertex_triangles: vertex_triangles.clone(),
             edges,
             far,
-            factors: vec![gain; rig.vertices()],
-            positions: Vec::new(),
-            normals: Vec::new(),
         }))
     }
 
-    /// Whether any of these frames may need its large scale.
-    pub(crate) fn touches(&self, frames: Range<usize>) -> bool {
+    /// Whether any of these frames may fade all over the face, for which it needs its large scale.
+    pub(crate) fn is_everywhere(&self, frames: Range<usize>) -> bool {
         let edges = self.rig.strain_edges.len();
-        let unsure = !self.edges.is_empty()
-            && self.edges[frames.start * edges..frames.end * edges].iter().any(|&c| c < 1.0);
-        self.gain != 1.0
-            || unsure
-            || frames.clone().any(|frame| self.is_gained(frame))
-            || self.far.as_ref().is_some_and(|far| frames.clone().any(|frame| far.is_far(frame)))
+        let unsure = |frame: usize| {
+            let of_frame = self.edges.get(frame * edges..(frame + 1) * edges).unwrap_or_default();
+            of_frame.iter().any(|&c| c < 1.0)
+        };
+        let is_far = |frame| self.far.as_ref().is_some_and(|far| far.is_far(frame));
+        frames.into_iter().any(|frame| unsure(frame) || is_far(frame))
     }
 
-    fn is_gained(&self, frame: usize) -> bool {
+    /// Whether a gain does something in a frame, for which that needs the large scale of the gain's vertices.
+    pub(crate) fn is_gained(&self, frame: usize) -> bool {
         self.gains.iter().any(|gain| gain.at(self.times[frame]) != 1.0)
     }
 
-    /// A frame's 3V positions and normals (empty where they are not wanted) after the fading, from those before and the 3V
-    /// positions of its large scale. Where nothing fades, and away from what does, every bit is what came in.
-    pub(crate) fn frame<'s>(
-        &'s mut self,
+    /// Fades a frame's V positions and normals (empty where they are not wanted), from the positions of its large scale, which count where something
+    /// fades. Where nothing does, and away from what does, every bit stays.
+    pub(crate) fn frame(
+        &self,
         frame: usize,
-        large_scale: &[f32],
-        [positions, normals]: [&'s [f32]; 2],
-    ) -> [&'s [f32]; 2] {
-        let unchanged = [positions, normals];
-        if !self.touches(frame..frame + 1) {
-            return unchanged;
-        }
-        let before = positions.as_chunks::<3>().0;
-        let smooth = large_scale.as_chunks::<3>().0;
-        let time = self.times[frame];
-        let factors = || self.gains.iter().flat_map(move |gain| gain.factors(gain.at(time)));
-        self.factors.fill(self.gain);
-        factors().for_each(|(v, factor)| self.factors[v] *= factor);
-        let of_frame = frame * self.rig.strain_edges.len()..(frame + 1) * self.rig.strain_edges.len();
-        let confidence = self.edges.get(of_frame).unwrap_or_default();
-        let far = self.far.as_ref().map(|far| (far, far.samples(frame)));
-        if self.gain == 1.0 && confidence.is_empty() && far.is_none() {
-            // Only where a gain is.
-            self.positions.clear();
-            self.positions.extend_from_slice(before);
-            for (v, _) in factors() {
-                self.positions[v] = folded(smooth[v], before[v], self.factors[v]);
-            }
-        } else {
-            let faded = |(v, (smooth, full)): (usize, (&[f32; 3], &[f32; 3]))| {
+        large_scale: &[[f32; 3]],
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        let mut moved: Vec<u32> = Vec::new();
+        if self.is_everywhere(frame..frame + 1) {
+            let edges = self.rig.strain_edges.len();
+            let confidence = self.edges.get(frame * edges..(frame + 1) * edges).unwrap_or_default();
+            let far = self.far.as_ref().map(|far| (far, far.samples(frame)));
+            let fade = |(v, (x, smooth)): (usize, (&mut [f32; 3], &[f32; 3]))| {
                 let mut c = if confidence.is_empty() { 1.0 } else { of_vertex(self.rig, v, confidence) };
                 if let Some((far, samples)) = &far {
                     c *= (2.0 - far.times(v, samples) / FAR).clamp(0.0, 1.0);
                 }
-                folded(*smooth, *full, c.min(1.0) * self.factors[v])
+                let before = std::mem::replace(x, folded(*smooth, *x, c.min(1.0)));
+                (*x != before).then_some(v as u32)
             };
-            smooth.par_iter().zip(before).enumerate().map(faded).collect_into_vec(&mut self.positions);
+            let all = positions.par_iter_mut().zip(large_scale).enumerate();
+            moved = all.filter_map(fade).collect();
         }
-        let moved = |v: &usize| self.positions[*v] != before[*v];
-        let moved: Vec<u32> = (0..before.len()).filter(moved).map(|v| v as u32).collect();
-        if moved.is_empty() {
-            return unchanged;
+        for gain in self.gains {
+            for (v, factor) in gain.factors(gain.at(self.times[frame])) {
+                positions[v] = folded(large_scale[v], positions[v], factor);
+                moved.push(v as u32);
+            }
         }
-        self.normals.clear();
-        self.normals.extend_from_slice(normals.as_chunks().0);
-        let (triangles, moved) = (&self.vertex_triangles, moved.into_iter());
-        local_normals::update(self.rig, triangles, moved, &self.positions, &mut self.normals);
-        [self.positions.as_flattened(), self.normals.as_flattened()]
+        local_normals::update(self.rig, &self.vertex_triangles, moved.into_iter(), positions, normals);
     }
 }
 

@@ -1,124 +1,128 @@
-//! What is done to a frame once it was evaluated, in order: folds, triangles that are turned over, how far edits of markers reach, corrections.
+//! What is done to a frame once it was evaluated, in order: edits of markers, folds, triangles that are turned over, corrections.
 
 use crate::bounds::Bounds;
 use crate::correction::Correction;
 use crate::fade::Fade;
+use crate::local_normals;
+use crate::reached::{Local, Reached};
 use crate::untangle::Untangle;
 use rhytid_core::Rig;
 use rhytid_kernels::normals::VertexTriangles;
-use std::ops::Range;
 
 /// What there is to do, beside turning triangles back.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct OnTop<'f, 'r> {
-    pub fade: Option<&'f mut Fade<'r>>,
+    pub fade: Option<&'f Fade<'r>>,
+    pub reached: Option<&'f Reached>,
     pub corrections: &'f [Correction],
     /// Of each frame, in seconds; empty without corrections.
     pub times: &'f [f64],
-    /// Where edits of markers are bounded, and frames × H × 3 positions without them.
-    pub bounds: Option<(&'f Bounds, &'f [f32])>,
 }
 
-/// A frame as a device gave it.
-#[derive(Clone, Copy)]
+/// A frame as a device gave it, without the edits of markers that are bounded; it is finished in place.
 pub(crate) struct Given<'b> {
-    /// 3V positions, and normals; empty where they are not wanted.
-    shown: [&'b [f32]; 2],
-    /// 3V positions of the large scale, where it may fade.
-    large_scale: Option<&'b [f32]>,
-    /// 3H positions of its handles.
-    pose: &'b [f32],
+    /// V.
+    pub positions: &'b mut [[f32; 3]],
+    /// V; empty where they are not wanted.
+    pub normals: &'b mut [[f32; 3]],
+    /// V positions of the large scale, where the frame may fade all over the face.
+    pub large_scale: Option<&'b [[f32; 3]]>,
+    /// H positions without the edits of markers that are bounded, and with all edits.
+    pub poses: [&'b [[f32; 3]]; 2],
 }
-
-impl<'b> Given<'b> {
-    /// From the part `of` of each stage: positions, normals if there are any, and the large scale if the frame fades.
-    pub(crate) fn new(
-        results: &'b [Vec<f32>],
-        of: Range<usize>,
-        (normals, fades): (bool, bool),
-        pose: &'b [f32],
-    ) -> Self {
-        let stage = |stage: usize| &results[stage][of.clone()];
-        let shown = [stage(0), if normals { stage(1) } else { &[] }];
-        Self { shown, large_scale: fades.then(|| stage(results.len() - 1)), pose }
-    }
-}
-
-/// V positions and normals.
-type Shape = [Vec<[f32; 3]>; 2];
 
 /// Finishes frames, one after the other.
-pub(crate) struct Finish<'f, 'r, 'u> {
+pub(crate) struct Finish<'f, 'r> {
     rig: &'f Rig,
     triangles: &'f VertexTriangles,
     on_top: OnTop<'f, 'r>,
-    untangle: Option<&'f mut Untangle<'u>>,
+    untangle: Option<&'f Untangle<'f>>,
     /// The farthest that each correction moved a vertex in each frame so far, in mesh units.
     pub corrected: Vec<Vec<f64>>,
-    with: Shape,
-    without: Shape,
+    /// The triangles at what edits of markers hold, as [`Untangle::at`] gives them.
+    held_triangles: Vec<u32>,
+    /// V: whose normals change where edits of markers do something.
+    is_beside: Vec<bool>,
+    /// V positions of the large scale, of which those count that edits reach.
+    large_scale: Vec<[f32; 3]>,
+    /// V positions with the edits of markers, and of their large scale.
+    edited: [Vec<[f32; 3]>; 2],
 }
 
-impl<'f, 'r, 'u> Finish<'f, 'r, 'u> {
+impl<'f, 'r> Finish<'f, 'r> {
     pub(crate) fn new(
         (rig, triangles): (&'f Rig, &'f VertexTriangles),
         on_top: OnTop<'f, 'r>,
-        untangle: Option<&'f mut Untangle<'u>>,
+        untangle: Option<&'f Untangle<'f>>,
     ) -> Self {
-        let corrected = vec![Vec::new(); on_top.corrections.len()];
-        Self { rig, triangles, on_top, untangle, corrected, with: <_>::default(), without: <_>::default() }
+        let bounds = on_top.reached.and_then(Reached::bounds);
+        let beside = |bounds: &Bounds| local_normals::beside(rig, triangles, bounds.held());
+        let held = |untangle: &Untangle<'_>| bounds.map(|bounds| untangle.at(bounds.held()));
+        Self {
+            held_triangles: untangle.and_then(held).unwrap_or_default(),
+            is_beside: bounds.map(beside).unwrap_or_default(),
+            rig,
+            triangles,
+            on_top,
+            untangle,
+            corrected: vec![Vec::new(); on_top.corrections.len()],
+            large_scale: Vec::new(),
+            edited: <_>::default(),
+        }
     }
 
-    /// 3V positions and normals of the frame with this number, from those that were given, with edits of markers and, where these are bounded and move any, `without`.
-    /// What nothing is done to keeps every bit.
-    pub(crate) fn frame<'s>(
-        &'s mut self,
-        number: usize,
-        given: Given<'s>,
-        without: Option<Given<'_>>,
-    ) -> [&'s [f32]; 2] {
-        let Self { rig, triangles, on_top, untangle, .. } = self;
-        if on_top.corrections.is_empty() && without.is_none() {
-            return turned_back(on_top, untangle, number, given);
+    /// Finishes the frame with this number. What nothing is done to keeps every bit.
+    pub(crate) fn frame(&mut self, number: usize, given: Given<'_>, local: Option<Local<'_>>) {
+        let Given { positions, normals, large_scale, poses: [unedited, edited] } = given;
+        let (rig, triangles, on_top, untangle) = (self.rig, self.triangles, self.on_top, self.untangle);
+        let vertices = on_top.reached.map_or(&[][..], Reached::vertices);
+        let mut large_scale: &[[f32; 3]] = large_scale.unwrap_or_default();
+        if let (Some(found), true) = (local.and_then(|local| local.large_scale), large_scale.is_empty()) {
+            self.large_scale.resize(rig.vertices(), [0.0; 3]);
+            vertices.iter().zip(found).for_each(|(&v, x)| self.large_scale[v as usize] = *x);
+            large_scale = &self.large_scale;
         }
-        let bounds = without.zip(on_top.bounds).map(|(without, (bounds, _))| {
-            copy(turned_back(on_top, untangle, number, without), &mut self.without);
-            bounds
-        });
-        copy(turned_back(on_top, untangle, number, given), &mut self.with);
-        let [x, n] = &mut self.with;
-        if let Some(bounds) = bounds {
-            bounds.blend(&self.without[0], x);
-            bounds.blend_normals(rig, triangles, x, &self.without[1], n);
+        let fade = |large_scale: &[[f32; 3]], x: &mut [[f32; 3]], n: &mut [[f32; 3]]| {
+            if let Some(fade) = on_top.fade {
+                fade.frame(number, large_scale, x, n);
+            }
+        };
+        let untangle_all = |pose: &[[f32; 3]], x: &mut [[f32; 3]], n: &mut [[f32; 3]]| {
+            if let Some(untangle) = untangle {
+                untangle.frame(pose, x, n);
+            }
+        };
+        let bounds = on_top.reached.and_then(Reached::bounds);
+        match bounds.zip(local.and_then(|local| local.edited)) {
+            None => {
+                fade(large_scale, positions, normals);
+                untangle_all(edited, positions, normals);
+            }
+            Some((bounds, with)) => {
+                // Both as a whole, since what is turned back goes by all that is around it.
+                let without = [&*positions, large_scale];
+                for ((blended, without), with) in self.edited.iter_mut().zip(without).zip(with) {
+                    blended.clear();
+                    blended.extend_from_slice(without);
+                    if !without.is_empty() {
+                        for (&v, x) in vertices.iter().zip(with) {
+                            blended[v as usize] = bounds.between(v as usize, without[v as usize], *x);
+                        }
+                    }
+                }
+                let [blended, blended_large_scale] = &mut self.edited;
+                fade(blended_large_scale, blended, &mut []);
+                if let Some(untangle) = untangle {
+                    untangle.frame_at(&self.held_triangles, edited, blended, &mut []);
+                }
+                fade(large_scale, positions, normals);
+                untangle_all(unedited, positions, normals);
+                bounds.held().for_each(|v| positions[v as usize] = blended[v as usize]);
+                local_normals::update_where(&self.is_beside, rig, triangles, positions, normals);
+            }
         }
         for (correction, moved) in on_top.corrections.iter().zip(&mut self.corrected) {
-            let pose = (on_top.times[number], given.pose.as_chunks().0);
-            moved.push(correction.apply(rig, triangles, pose, x, n));
+            moved.push(correction.apply(rig, triangles, (on_top.times[number], edited), positions, normals));
         }
-        [x.as_flattened(), n.as_flattened()]
-    }
-}
-
-/// A frame with its folds as they are wanted, and no triangle turned over.
-fn turned_back<'s>(
-    on_top: &'s mut OnTop<'_, '_>,
-    untangle: &'s mut Option<&mut Untangle<'_>>,
-    number: usize,
-    Given { shown, large_scale, pose }: Given<'s>,
-) -> [&'s [f32]; 2] {
-    let shown = match on_top.fade.as_deref_mut().zip(large_scale) {
-        Some((fade, large_scale)) => fade.frame(number, large_scale, shown),
-        None => shown,
-    };
-    match untangle {
-        Some(untangle) => untangle.frame(pose, shown),
-        None => shown,
-    }
-}
-
-fn copy([positions, normals]: [&[f32]; 2], into: &mut Shape) {
-    for (from, into) in [positions, normals].into_iter().zip(into) {
-        into.clear();
-        into.extend_from_slice(from.as_chunks().0);
     }
 }

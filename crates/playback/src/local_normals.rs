@@ -13,15 +13,35 @@ pub(crate) fn update(
     positions: &[[f32; 3]],
     normals: &mut [[f32; 3]],
 ) {
-    if normals.is_empty() {
-        return;
+    let mut moved = moved.peekable();
+    if !normals.is_empty() && moved.peek().is_some() {
+        update_where(&beside(rig, triangles, moved), rig, triangles, positions, normals);
     }
-    let mut is_beside = vec![false; positions.len()];
-    for v in moved {
+}
+
+/// V: which vertices these are and which are beside them, whose normals change where they move.
+pub(crate) fn beside(
+    rig: &Rig,
+    triangles: &VertexTriangles,
+    vertices: impl Iterator<Item = u32>,
+) -> Vec<bool> {
+    let mut beside = vec![false; rig.vertices()];
+    for v in vertices {
         let corners = triangles.at(v as usize).iter().flat_map(|&t| rig.triangles[t as usize]);
-        corners.for_each(|v| is_beside[v as usize] = true);
+        corners.for_each(|v| beside[v as usize] = true);
     }
-    normals.par_iter_mut().enumerate().filter(|(v, _)| is_beside[*v]).for_each(|(v, normal)| {
+    beside
+}
+
+/// Computes the normals of these of V vertices.
+pub(crate) fn update_where(
+    vertices: &[bool],
+    rig: &Rig,
+    triangles: &VertexTriangles,
+    positions: &[[f32; 3]],
+    normals: &mut [[f32; 3]],
+) {
+    normals.par_iter_mut().enumerate().filter(|(v, _)| vertices[*v]).for_each(|(v, normal)| {
         *normal = vertex_normal(positions, &rig.triangles, triangles.at(v));
     });
 }

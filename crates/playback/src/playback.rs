@@ -6,6 +6,7 @@ use crate::correction::{Correction, Sculpted};
 use crate::evaluator::Evaluator;
 use crate::fade::{Fade, VertexGain};
 use crate::finish::{Finish, Given, OnTop};
+use crate::reached::{OnceMore, Poses, Reached};
 use crate::refined::Refined;
 use crate::selection::Selection;
 use crate::uncertainty::Uncertainty;
@@ -41,15 +42,11 @@ pub struct Playback<'a> {
 /// What the device gave of some frames.
 #[derive(Default)]
 struct Batch {
-    /// The number of the first.
-    first: usize,
-    /// Whether any of them may fade.
-    fades: bool,
-    /// Positions; normals, if they are wanted; the large scale, if any frame may fade.
+    frames: Range<usize>,
+    /// Positions; normals, if they are wanted; the large scale, if any frame may fade all over the face.
     results: Vec<Vec<f32>>,
-    /// The numbers of those that edits of markers move, where these are bounded, and the same of them as they were.
-    moved: Vec<usize>,
-    before: Vec<Vec<f32>>,
+    /// What edits reach.
+    once_more: OnceMore,
 }
 
 /// What is wanted of each frame, beside its positions.
@@ -68,8 +65,6 @@ pub struct PlaybackOptions {
     /// Detail fades where the take's confidence is below 1, and where the rig's says that a frame is far outside what its examples
     /// show; of use to [`OutputStage::Full`] alone.
     pub fade_detail: bool,
-    /// By how much detail is multiplied, from 0, which is the large scale, to 2; of use to [`OutputStage::Full`] alone.
-    pub detail: f64,
     /// What becomes of the head's motion: [`HeadMotion::Bake`] puts it into the frames.
     pub head: HeadMotion,
     /// Each frame is refined on the host ([`rhytid_solve::Refine`]), which a rig without examples can be.
@@ -86,7 +81,6 @@ impl Default for PlaybackOptions {
             sigma: false,
             strain: false,
             fade_detail: false,
-            detail: 1.0,
             head: HeadMotion::Keep,
             refine: false,
         }
@@ -127,31 +121,12 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// With folds that are stronger or weaker by region: `gains` for each of the H handles, as [`crate::handle_gains`] gives them. A vertex has the
-    /// mean of those of the handles that drive its folds.
-    #[must_use]
-    pub fn with_gains(self, gains: &[f32]) -> Self {
-        match gains.iter().all(|gain| *gain == 1.0) {
-            true => self,
-            false => {
-                let gain = VertexGain::of_handles(self.rig, gains);
-                self.with_vertex_gains(vec![gain])
-            }
-        }
-    }
-
-    /// With folds that are stronger or weaker besides. Gains multiply.
-    fn with_vertex_gains(mut self, gains: Vec<VertexGain>) -> Self {
-        self.gains = self.gains.iter().cloned().chain(gains).collect();
-        self
-    }
-
     /// With all that `layers` do beside editing the take: folds by vertex, and what was sculpted, for which frames of the `edited` take are evaluated.
     ///
     /// # Errors
     /// As [`Playback::play`]; [`Error::Input`] if the take has no frame that was sculpted.
     pub fn with_layers(mut self, layers: &Layers, edited: &Take, progress: &dyn Progress) -> Result<Self> {
-        self = self.with_vertex_gains(layers.vertex_gains(edited));
+        self.gains = self.gains.iter().cloned().chain(layers.vertex_gains(edited)).collect();
         for sculpt in layers.sculpted() {
             let frame = sculpt.correction.frame;
             if frame >= edited.frames() {
@@ -238,13 +213,13 @@ impl<'a> Playback<'a> {
         progress: &dyn Progress,
         each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
-        self.evaluate_edited(handles, (stage, normals), OnTop::default(), progress, each)
+        self.evaluate_edited([handles; 2], (stage, normals), OnTop::default(), progress, each)
     }
 
     /// As [`Playback::evaluate`], with what is done to the full stage.
     fn evaluate_edited(
         &mut self,
-        handles: &[f32],
+        poses: Poses<'_>,
         (stage, normals): (OutputStage, bool),
         on_top: OnTop<'_, '_>,
         progress: &dyn Progress,
@@ -255,64 +230,60 @@ impl<'a> Playback<'a> {
                 "the rig has a linear band in its large scale; play what Rig::shell gives",
             ));
         }
-        let (per_frame, frame) = (self.rig.handles.len() * 3, self.rig.vertices() * 3);
-        let frames = handles.len() / per_frame;
+        let (handles, vertices) = (self.rig.handles.len(), self.rig.vertices());
+        let [unedited, edited] = poses.map(|pose| pose.as_chunks::<3>().0);
+        let frames = unedited.len() / handles;
         let batches = (0..frames).step_by(self.batch).map(|first| first..frames.min(first + self.batch));
-        // Without confidence below 1, a batch costs what it costs without fading.
-        let touched =
-            |frames: &Range<usize>| on_top.fade.as_ref().is_some_and(|fade| fade.touches(frames.clone()));
-        let batches: Vec<_> = batches.map(|frames| (touched(&frames), frames)).collect();
-        let unedited = on_top.bounds.map(|(_, unedited)| unedited);
-        let evaluate = |(fades, frames): (bool, Range<usize>), batch: &mut Batch| {
-            let [positions, vertex_normals] = stages(stage);
-            let mut stages = vec![positions];
+        let part = on_top.reached.and_then(Reached::part);
+        let mut part = part.map(|part| self.evaluator.of_part(part)).transpose()?;
+        let has_part = part.is_some();
+        let is_gained = |frame: usize| on_top.fade.is_some_and(|fade| fade.is_gained(frame));
+        // Where nothing fades, and no edit is about any frame, a batch costs what it costs without.
+        let fades = |frames: &Range<usize>| {
+            let everywhere = on_top.fade.is_some_and(|fade| fade.is_everywhere(frames.clone()));
+            everywhere || !has_part && frames.clone().any(is_gained)
+        };
+        let evaluate = |frames: Range<usize>, batch: &mut Batch| {
+            let [shown, vertex_normals] = stages(stage);
+            let mut stages = vec![shown];
             stages.extend(normals.then_some(vertex_normals));
-            stages.extend(fades.then_some(Stage::LargeScale));
+            stages.extend(fades(&frames).then_some(Stage::LargeScale));
             batch.results.resize(stages.len(), Vec::new());
-            batch.first = frames.start;
-            batch.fades = fades;
-            let of_frames = &handles[frames.start * per_frame..frames.end * per_frame];
-            self.evaluator.evaluate(of_frames, &stages, &mut batch.results)?;
-            // Those that edits move, once more without them.
-            batch.moved.clear();
-            let Some(unedited) = unedited else { return Ok(()) };
-            let mut once_more = Vec::new();
-            for frame in frames {
-                let of_frame = frame * per_frame..(frame + 1) * per_frame;
-                if unedited[of_frame.clone()] != handles[of_frame.clone()] {
-                    batch.moved.push(frame);
-                    once_more.extend_from_slice(&unedited[of_frame]);
-                }
-            }
-            batch.before.resize(stages.len(), Vec::new());
-            match once_more.is_empty() {
-                true => Ok(()),
-                false => self.evaluator.evaluate(&once_more, &stages, &mut batch.before),
+            batch.frames = frames.clone();
+            let of_frames = &unedited[frames.start * handles..frames.end * handles];
+            self.evaluator.evaluate(of_frames.as_flattened(), &stages, &mut batch.results)?;
+            let (Some(reached), of_frames) = (on_top.reached, (frames, poses)) else { return Ok(()) };
+            let once_more = &mut batch.once_more;
+            let fades = (on_top.fade.is_some(), |frame| has_part && is_gained(frame));
+            match &mut part {
+                Some(part) => reached.evaluate(part, of_frames, fades, shown, once_more),
+                None => reached.evaluate(&mut self.evaluator, of_frames, fades, shown, once_more),
             }
         };
-        let untangle = self.untangle.as_mut();
-        let mut finish = Finish::new((self.rig, &self.triangles), on_top, untangle);
-        pipeline::run(
-            pipeline::BUFFERS,
-            batches.into_iter(),
-            evaluate,
-            |Batch { first, fades, results, moved, before }| {
-                for number in *first..*first + results[0].len() / frame {
-                    if progress.cancelled() {
-                        return Err(Error::Cancelled);
-                    }
-                    let (shown, of) = ((normals, *fades), number * per_frame..(number + 1) * per_frame);
-                    let part = |at: usize| at * frame..(at + 1) * frame;
-                    let given = Given::new(results, part(number - *first), shown, &handles[of.clone()]);
-                    let moved = unedited.zip(moved.iter().position(|moved| *moved == number));
-                    let without =
-                        moved.map(|(unedited, at)| Given::new(before, part(at), shown, &unedited[of]));
-                    let [x, n] = finish.frame(number, given, without);
-                    each(x, n)?;
+        let mut finish = Finish::new((self.rig, &self.triangles), on_top, self.untangle.as_ref());
+        let has_normals = normals;
+        pipeline::run(pipeline::BUFFERS, batches, evaluate, |Batch { frames, results, once_more }| {
+            for (at, number) in frames.clone().enumerate() {
+                if progress.cancelled() {
+                    return Err(Error::Cancelled);
                 }
-                Ok(())
-            },
-        )?;
+                let mut results = results
+                    .iter_mut()
+                    .map(|results| &mut results.as_chunks_mut().0[at * vertices..][..vertices]);
+                let positions = results.next().unwrap_or_default();
+                let normals = if has_normals { results.next().unwrap_or_default() } else { &mut [] };
+                let given = Given {
+                    positions: &mut *positions,
+                    normals: &mut *normals,
+                    large_scale: results.next().map(|large_scale| &*large_scale),
+                    poses: [unedited, edited].map(|pose| &pose[number * handles..][..handles]),
+                };
+                let local = on_top.reached.map(|reached| reached.frame(once_more, number));
+                finish.frame(number, given, local);
+                each(positions.as_flattened(), normals.as_flattened())?;
+            }
+            Ok(())
+        })?;
         self.corrected = finish.corrected;
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
@@ -331,14 +302,10 @@ impl<'a> Playback<'a> {
         let handles = selection.take.handle_positions(&self.rig.labels)?;
         let of_the_take = (&selection.take, &handles[..]);
         let gains = self.gains.clone();
-        let mut fade = match options.stage {
-            OutputStage::Full => Fade::new(
-                (self.rig, &self.triangles),
-                options.detail,
-                &gains,
-                of_the_take,
-                options.fade_detail,
-            )?,
+        let fade = match options.stage {
+            OutputStage::Full => {
+                Fade::new((self.rig, &self.triangles), &gains, of_the_take, options.fade_detail)?
+            }
             _ => None,
         };
         if options.refine && !self.corrections.is_empty() {
@@ -384,16 +351,20 @@ impl<'a> Playback<'a> {
         };
         let (stage, normals) = (options.stage, options.normals);
         let corrections = self.corrections.clone();
+        let gains = gains.iter().filter(|_| fade.is_some());
+        let is_gained = |gain: &&VertexGain| selection.take.times.iter().any(|time| gain.at(*time) != 1.0);
         let bounds = Bounds::new(self.rig, &selection.take);
-        let unedited = |bounds| (bounds, Bounds::unedited(self.rig, &selection.take, &handles));
-        let bounds = bounds.map(unedited);
+        let unedited = bounds.as_ref().map(|_| Bounds::unedited(self.rig, &selection.take, &handles));
+        let bounds = bounds.filter(|_| unedited.as_ref() != Some(&handles));
+        let reached = Reached::new(self.rig, bounds, gains.filter(is_gained));
         let on_top = OnTop {
-            fade: fade.as_mut(),
+            fade: fade.as_ref(),
+            reached: reached.as_ref(),
             corrections: if stage == OutputStage::Full { &corrections } else { &[] },
             times: &selection.take.times,
-            bounds: bounds.as_ref().map(|(bounds, unedited)| (bounds, &unedited[..])),
         };
-        self.evaluate_edited(&handles, (stage, normals), on_top, progress, |positions, normals| {
+        let poses = [unedited.as_ref().unwrap_or(&handles), &handles[..]];
+        self.evaluate_edited(poses, (stage, normals), on_top, progress, |positions, normals| {
             let shown = match &mut refined {
                 Some(refined) => {
                     refined.frame(&handles[evaluated * per_frame..][..per_frame], [positions, normals])
@@ -445,7 +416,6 @@ mod tests {
             sigma: true,
             strain: true,
             fade_detail: false,
-            detail: 1.0,
             head: HeadMotion::Keep,
             refine: false,
         };

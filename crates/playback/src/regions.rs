@@ -1,6 +1,7 @@
 //! Regions of a face by the names of its handles, and folds that are stronger or weaker there.
 
-use rhytid_core::{Error, Result};
+use crate::fade::of_vertices;
+use rhytid_core::{Error, Result, Rig};
 
 /// Words in a label, and the region that they stand for; the first that is found counts.
 const WORDS: [(&str, &[&str]); 10] = [
@@ -29,11 +30,21 @@ pub fn region_of(label: &str) -> Option<&'static str> {
     by_word.map(|(name, _)| *name).or_else(|| by_number().map(|(name, _)| *name))
 }
 
-/// For each handle by how much folds are multiplied there: 1, or what `gains` say of the handle, else of its region.
+/// Multiplies a rig's folds by `gains`, each a handle or a region and a ratio; a handle's own counts before its region's. A vertex has the mean of those of
+/// the handles that drive its folds.
 ///
 /// # Errors
 /// [`Error::Input`] if a name is neither a handle's nor that of a region which some handle is in.
-pub fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f32>> {
+pub fn scale_folds(rig: &mut Rig, gains: &[(String, f64)]) -> Result<()> {
+    let gains = handle_gains(&rig.labels, gains)?;
+    let beyond: Vec<f64> = gains.iter().map(|gain| gain - 1.0).collect();
+    let beyond = of_vertices(rig, &beyond);
+    rig.scale_folds(|v| 1.0 + f64::from(beyond[v]));
+    Ok(())
+}
+
+/// For each handle by how much folds are multiplied there: 1, or what `gains` say of the handle, else of its region.
+fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f64>> {
     for (name, _) in gains {
         if !labels.iter().any(|label| label == name || region_of(label) == Some(name)) {
             let mut regions: Vec<&str> = labels.iter().filter_map(|label| region_of(label)).collect();
@@ -46,8 +57,7 @@ pub fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f3
         }
     }
     let gain = |label: &String| {
-        let of =
-            |is: &dyn Fn(&str) -> bool| gains.iter().find(|(name, _)| is(name)).map(|(_, gain)| *gain as f32);
+        let of = |is: &dyn Fn(&str) -> bool| gains.iter().find(|(name, _)| is(name)).map(|(_, gain)| *gain);
         of(&|name| name == label).or_else(|| of(&|name| region_of(label) == Some(name))).unwrap_or(1.0)
     };
     Ok(labels.iter().map(gain).collect())

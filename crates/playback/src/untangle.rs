@@ -46,8 +46,6 @@ pub(crate) struct Untangle<'a> {
     is_free: Vec<bool>,
     /// D_pe, (F + H)×P.
     example_vectors: Vec<[f32; 3]>,
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
 }
 
 #[derive(Clone, Copy)]
@@ -83,46 +81,46 @@ impl<'a> Untangle<'a> {
             triangles: rig.triangles.iter().enumerate().filter_map(triangle).collect(),
             is_free,
             example_vectors: (0..rig.features()).flat_map(of_feature).collect(),
-            positions: Vec::new(),
-            normals: Vec::new(),
         })
     }
 
-    /// A frame's 3V positions and normals (empty where they are not wanted) with no triangle turned over, from those before and the 3H positions of
-    /// its handles. Where there is none they are what came in, and away from one every bit is.
-    pub(crate) fn frame<'s>(
-        &'s mut self,
-        handles: &[f32],
-        [positions, normals]: [&'s [f32]; 2],
-    ) -> [&'s [f32]; 2] {
-        let turned = self.turned(positions.as_chunks().0);
-        let moved = match turned.is_empty() {
-            true => HashMap::new(),
-            false => self.turn_back(handles.as_chunks().0, positions.as_chunks().0, turned),
-        };
-        if moved.is_empty() {
-            return [positions, normals];
+    /// Moves a frame's V positions, and turns its normals (empty where they are not wanted), so that no triangle is turned over, from the positions of
+    /// its H handles. Away from one that is, every bit stays.
+    pub(crate) fn frame(&self, handles: &[[f32; 3]], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+        self.turn(self.turned(positions), handles, positions, normals);
+    }
+
+    /// The same of these triangles alone, as [`Untangle::at`] gives them, and of those that turn over on the way.
+    pub(crate) fn frame_at(
+        &self,
+        triangles: &[u32],
+        handles: &[[f32; 3]],
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        let turned = |t: &u32| is_turned(&self.triangles[*t as usize], positions);
+        let turned = triangles.iter().copied().filter(turned).collect();
+        self.turn(turned, handles, positions, normals);
+    }
+
+    fn turn(
+        &self,
+        turned: Vec<u32>,
+        handles: &[[f32; 3]],
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        if turned.is_empty() {
+            return;
         }
-        self.positions.clear();
-        self.positions.extend_from_slice(positions.as_chunks().0);
-        moved.iter().for_each(|(&v, x)| self.positions[v as usize] = x.map(|x| x as f32));
-        if !normals.is_empty() {
-            self.normals.clear();
-            self.normals.extend_from_slice(normals.as_chunks().0);
-            let moved = moved.keys().copied();
-            let triangles = &self.vertex_triangles;
-            local_normals::update(self.rig, triangles, moved, &self.positions, &mut self.normals);
-        }
-        [self.positions.as_flattened(), self.normals.as_flattened()]
+        let moved = self.turn_back(handles, positions, turned);
+        moved.iter().for_each(|(&v, x)| positions[v as usize] = x.map(|x| x as f32));
+        local_normals::update(self.rig, &self.vertex_triangles, moved.keys().copied(), positions, normals);
     }
 
     /// The triangles of which less than [`LEAST`] is left, as indices into [`Untangle::triangles`], ascending.
     fn turned(&self, positions: &[[f32; 3]]) -> Vec<u32> {
-        let is_turned = |triangle: &Triangle| {
-            let [a, b, c] = triangle.corners;
-            let n = normal([positions[a as usize], positions[b as usize], positions[c as usize]]);
-            vec3::dot(n, triangle.rest_normal) < LEAST as f32
-        };
+        let is_turned = |triangle: &Triangle| is_turned(triangle, positions);
         // Most blocks have none, and a block is looked through without an exit.
         let in_block = |(block, triangles): (usize, &[Triangle])| {
             let turned = triangles.iter().fold(false, |any, triangle| any | is_turned(triangle));
@@ -173,7 +171,7 @@ impl<'a> Untangle<'a> {
                     stepped.push(corners[i]);
                 }
             }
-            open = self.around(stepped.iter());
+            open = self.at(stepped.into_iter());
             if open.is_empty() {
                 break;
             }
@@ -181,9 +179,9 @@ impl<'a> Untangle<'a> {
         moved
     }
 
-    /// The triangles at any of these vertices, as [`Untangle::turned`] gives them.
-    fn around<'v>(&self, vertices: impl Iterator<Item = &'v u32>) -> Vec<u32> {
-        let triangles = vertices.flat_map(|&v| self.vertex_triangles.at(v as usize));
+    /// The triangles at any of these vertices that can be turned over and back, as indices of them, ascending.
+    pub(crate) fn at(&self, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
+        let triangles = vertices.flat_map(|v| self.vertex_triangles.at(v as usize));
         let at = |index: &u32| self.triangles.binary_search_by_key(index, |triangle| triangle.index).ok();
         let mut around: Vec<u32> = triangles.filter_map(at).map(|t| t as u32).collect();
         around.sort_unstable();
@@ -284,6 +282,12 @@ impl<'a> Frame<'a> {
     }
 }
 
+#[inline(always)]
+fn is_turned(triangle: &Triangle, positions: &[[f32; 3]]) -> bool {
+    let n = normal(triangle.corners.map(|v| positions[v as usize]));
+    vec3::dot(n, triangle.rest_normal) < LEAST as f32
+}
+
 /// (b − a) × (c − a).
 #[inline(always)]
 fn normal<T: Real>([a, b, c]: [[T; 3]; 3]) -> [T; 3] {
@@ -351,7 +355,7 @@ mod tests {
     fn what_is_turned_over_is_turned_back_and_little_else_moves() {
         let rig = rig(None);
         let handles = handles_at_rest(&rig);
-        let mut untangle = untangle(&rig);
+        let untangle = untangle(&rig);
         let all_normals = |positions: &[[f32; 3]]| -> Vec<[f32; 3]> {
             let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
             (0..rig.vertices())
@@ -363,9 +367,8 @@ mod tests {
             let mut last: Option<Vec<[f32; 3]>> = None;
             for step in 0..31 {
                 let before = tangled(&rig, v, 0.05 * step as f32);
-                let normals = all_normals(&before);
-                let shown = [before.as_flattened(), normals.as_flattened()];
-                let [after, normals] = untangle.frame(&handles, shown).map(|x| x.as_chunks::<3>().0.to_vec());
+                let (mut after, mut normals) = (before.clone(), all_normals(&before));
+                untangle.frame(handles.as_chunks().0, &mut after, &mut normals);
                 let turned = left(&rig, &before).iter().filter(|left| **left < 0.0).count();
                 seen += turned;
                 assert!(
@@ -399,21 +402,22 @@ mod tests {
     #[test]
     fn examples_keep_their_own_shape_and_only_they() {
         let rig = rig(None);
-        let mut untangle = untangle(&rig);
+        let untangle = untangle(&rig);
         let rest = handles_at_rest(&rig);
         // Where the example moves most.
         let example = evaluate(&rig, &rig.example_handles[..rig.handles.len()]).positions;
         let moved = |v: &u32| vec3::length(vec3::sub(example[*v as usize], rig.rest[*v as usize]));
         let v = amid_free_ones(&untangle).into_iter().max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap();
         let positions = tangled(&rig, v, 1.5);
-        let mut moved = |part: f32| {
+        let moved = |part: f32| {
             let example = rig.example_handles[..rig.handles.len()].as_flattened();
             let handles: Vec<f32> = rest.iter().zip(example).map(|(r, x)| r + part * (x - r)).collect();
-            let [after, _] = untangle.frame(&handles, [positions.as_flattened(), &[]]);
-            apart(after.as_chunks().0, &positions)
+            let mut after = positions.clone();
+            untangle.frame(handles.as_chunks().0, &mut after, &mut []);
+            apart(&after, &positions)
         };
         assert_eq!(moved(1.0), 0.0);
-        let parts = [0.95, 0.9, 0.85, 0.7, 0.5, 0.0].map(&mut moved);
+        let parts = [0.95, 0.9, 0.85, 0.7, 0.5, 0.0].map(moved);
         assert!(parts[0] > 0.0 && parts.is_sorted(), "{parts:?}");
         assert!(parts[0] < 0.5 * parts[4], "{parts:?}");
     }

@@ -10,7 +10,7 @@ use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
 use rhytid::formats::take::Missing;
 use rhytid::formats::{FileKind, mesh, refuse_inputs};
 use rhytid::human;
-use rhytid::playback::{Correction, Playback, PlaybackOptions, Selection, handle_gains};
+use rhytid::playback::{Correction, Playback, PlaybackOptions, Selection, scale_folds};
 use rhytid::{AtomicFile, DeviceInfo, Error, Mesh, Result, Rig, Take, rig_file};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -112,13 +112,14 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let hash = rig_file::hash(&args.rig)?;
     // Before what is recorded could be lost by it.
     let gains = gains(args)?;
-    let handle_gains = handle_gains(&rig.labels, &gains)?;
+    rig.scale_folds(|_| args.detail);
+    scale_folds(&mut rig, &gains)?;
     let regions = args.strain_curves.as_ref().map(|_| regions(args, &rig)).transpose()?;
     let take = match (&args.take, count) {
         (Some(path), None) => inputs::take(path, &rig, &args.reading, ui)?,
         _ => listen::take(args, &rig, count.unwrap_or_default(), ui)?,
     };
-    let (take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &args.reading)?;
+    let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
     let range = match args.frames {
         FramesChoice::Range(range) => range.within(take.frames())?,
         FramesChoice::Count(_) => 0..take.frames(),
@@ -167,13 +168,12 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         sigma: args.sigma,
         strain: args.strain,
         fade_detail: args.fade_detail,
-        detail: args.detail,
         head: args.head.into(),
         refine: args.refine,
     };
 
     let devices = inputs::devices(device, ui)?;
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?.with_gains(&handle_gains);
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
     if let Some(layers) = &layers {
         playback = playback.with_layers(layers, &take, ui)?;
     }

@@ -21,9 +21,9 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
     let read = [&args.rig, &args.take].into_iter().chain(&args.reading.setup).chain(&edits);
     refuse_inputs(&[output], read.map(PathBuf::as_path))?;
     drop(AtomicFile::create(output)?);
-    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
-    let (take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &args.reading)?;
+    let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
     let frame = inputs::frame(&take, args.frame, &args.take)?;
     let mut playback = Playback::new(&rig, &[inputs::processor()?], 1)?;
     if let Some(layers) = &layers {

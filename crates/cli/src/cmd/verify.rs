@@ -8,7 +8,7 @@ use rhytid::formats::animation_reader::{AnimationReader, Summary};
 use rhytid::formats::export::{Frame, HeadMotion, OutputStage, Provenance};
 use rhytid::formats::take::Missing;
 use rhytid::human;
-use rhytid::playback::{FrameRange, Playback, PlaybackOptions, Selection, handle_gains};
+use rhytid::playback::{FrameRange, Playback, PlaybackOptions, Selection, scale_folds};
 use rhytid::{Error, Progress, Result, Rig, RigidMotion, rig_file};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -48,7 +48,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         space: args.space.clone(),
     };
     let take = inputs::take(&args.take, &rig, &reading, ui)?;
-    let (take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &reading)?;
+    let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &reading)?;
     match (&provenance.edit_hash, &layers) {
         (None, None) => {}
         (Some(made), Some(layers)) if made == layers.hash() => {}
@@ -82,8 +82,9 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let differences = differences(&summary, &provenance, &rig, Format::of(&args.file)?);
     let devices = inputs::devices(device, ui)?;
     let gains = regions(provenance.detail_of.as_deref().unwrap_or_default());
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?
-        .with_gains(&handle_gains(&rig.labels, &gains)?);
+    rig.scale_folds(|_| provenance.detail.unwrap_or(1.0));
+    scale_folds(&mut rig, &gains)?;
+    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
     if let Some(layers) = &layers {
         playback = playback.with_layers(layers, &take, ui)?;
     }
@@ -94,7 +95,6 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         sigma: false,
         strain: summary.strain,
         fade_detail: provenance.fade_detail,
-        detail: provenance.detail.unwrap_or(1.0),
         head: request.head,
         refine: provenance.refine.unwrap_or(false),
     };

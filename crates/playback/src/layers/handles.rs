@@ -61,7 +61,7 @@ impl AddedTake {
 /// [`Layers::edit`].
 pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
     // So that what is missing is said once.
-    take.handle_positions(&rig.labels)?;
+    take.slice(0..take.frames().min(1)).handle_positions(&rig.labels)?;
     let column = |label: &String| take.labels.iter().position(|other| other == label).unwrap_or_default();
     let columns: Vec<usize> = rig.labels.iter().map(column).collect();
     let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
@@ -103,15 +103,20 @@ pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
 fn with_what_was(take: Take, columns: &[usize], before: &[[f64; 3]]) -> Take {
     let markers = take.labels.len();
     let frames = || take.positions.chunks_exact(markers).zip(before.chunks_exact(markers));
-    let is_edited = |column: &usize| frames().any(|(now, was)| now[*column] != was[*column]);
-    let edited: Vec<usize> = columns.iter().copied().filter(is_edited).collect();
-    let positions =
-        frames().flat_map(|(now, was)| now.iter().chain(edited.iter().map(|&c| &was[c])).copied());
+    let mut is_edited = vec![false; markers];
+    for (now, was) in frames() {
+        is_edited.iter_mut().zip(now.iter().zip(was)).for_each(|(edited, (now, was))| *edited |= now != was);
+    }
+    let edited: Vec<usize> = columns.iter().copied().filter(|column| is_edited[*column]).collect();
+    let mut positions = Vec::with_capacity(take.frames() * (markers + edited.len()));
+    for (now, was) in frames() {
+        positions.extend_from_slice(now);
+        positions.extend(edited.iter().map(|&column| was[column]));
+    }
     let confidence = take.confidence.as_ref().map(|confidence| {
         let frames = confidence.chunks_exact(markers);
         frames.flat_map(|frame| frame.iter().chain(edited.iter().map(|&c| &frame[c])).copied()).collect()
     });
-    let positions = positions.collect();
     let labels = edited.iter().map(|&column| as_it_was(&take.labels[column]));
     let labels = take.labels.iter().cloned().chain(labels).collect();
     Take { labels, positions, confidence, ..take }

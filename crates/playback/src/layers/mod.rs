@@ -116,6 +116,19 @@ impl Layers {
         handles::edit(self, take, rig)
     }
 
+    /// Multiplies the rig's own folds by those gains that are the same in all frames, which these layers are without from then on: in the rig they
+    /// cost nothing.
+    pub fn settle(&mut self, rig: &mut Rig) {
+        let mut factors = vec![1.0; rig.vertices()];
+        self.details.retain(|(weights, by)| {
+            let gain = VertexGain::new(weights, by.clone());
+            let Some(by) = gain.constant() else { return true };
+            gain.factors(by).for_each(|(v, factor)| factors[v] *= factor);
+            false
+        });
+        rig.scale_folds(|v| factors[v]);
+    }
+
     /// What was sculpted.
     pub(crate) fn sculpted(&self) -> &[Sculpt] {
         &self.corrections

@@ -1,6 +1,8 @@
 use super::*;
 use crate::{Playback, PlaybackOptions, Selection, choose_devices};
 use rhytid_core::NoProgress;
+use rhytid_formats::export::OutputStage;
+use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use std::fs;
 use std::path::PathBuf;
 
@@ -51,18 +53,23 @@ impl Fixture {
     fn play(&self, text: &str) -> Vec<[Vec<f32>; 2]> {
         let layers = self.layers(text).unwrap();
         let edited = layers.edit(self.take.clone(), &self.rig).unwrap();
-        let selection = Selection::all(edited.clone()).unwrap();
-        let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
-        let mut playback = Playback::new(&self.rig, &devices, 60).unwrap();
-        playback = playback.with_layers(&layers, &edited, &NoProgress).unwrap();
-        let mut frames = Vec::new();
-        let each = |frame: rhytid_formats::export::Frame<'_>| {
-            frames.push([frame.positions.to_vec(), frame.normals.unwrap_or_default().to_vec()]);
-            Ok(())
-        };
-        playback.play(&selection, PlaybackOptions::default(), &NoProgress, each).unwrap();
-        frames
+        play(&self.rig, &layers, &edited, OutputStage::Full)
     }
+}
+
+fn play(rig: &Rig, layers: &Layers, edited: &Take, stage: OutputStage) -> Vec<[Vec<f32>; 2]> {
+    let selection = Selection::all(edited.clone()).unwrap();
+    let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
+    let mut playback = Playback::new(rig, &devices, 60).unwrap();
+    playback = playback.with_layers(layers, edited, &NoProgress).unwrap();
+    let mut frames = Vec::new();
+    let each = |frame: rhytid_formats::export::Frame<'_>| {
+        frames.push([frame.positions.to_vec(), frame.normals.unwrap_or_default().to_vec()]);
+        Ok(())
+    };
+    let options = PlaybackOptions { stage, ..<_>::default() };
+    playback.play(&selection, options, &NoProgress, each).unwrap();
+    frames
 }
 
 fn close(a: [f64; 3], b: [f64; 3]) -> bool {
@@ -159,21 +166,7 @@ fn detail_changes_where_and_when_it_says_and_nothing_else() {
     let plain = f.play("");
     let edited =
         f.play(&format!("{region}[[detail]]\nregion = \"left\"\nby = [[20, 1], [30, 0], [40, 1]]\n"));
-    let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
-    let smooth = {
-        let mut playback = Playback::new(&f.rig, &devices, 60).unwrap();
-        let options =
-            PlaybackOptions { stage: rhytid_formats::export::OutputStage::LargeScale, ..<_>::default() };
-        let mut frames = Vec::new();
-        let selection = Selection::all(f.take.clone()).unwrap();
-        playback
-            .play(&selection, options, &NoProgress, |frame| {
-                frames.push(frame.positions.to_vec());
-                Ok(())
-            })
-            .unwrap();
-        frames
-    };
+    let smooth = play(&f.rig, &f.layers("").unwrap(), &f.take, OutputStage::LargeScale);
     let beside: Vec<bool> = {
         let is_left = |v: u32| f.rig.rest[v as usize][0] > 0.0;
         let mut beside = vec![false; f.rig.vertices()];
@@ -192,7 +185,7 @@ fn detail_changes_where_and_when_it_says_and_nothing_else() {
         let gain = 1.0 - s * s * (3.0 - 2.0 * s);
         for (v, is_beside) in beside.iter().enumerate() {
             for i in 3 * v..3 * v + 3 {
-                let (full, large) = (plain[frame][0][i], smooth[frame][i]);
+                let (full, large) = (plain[frame][0][i], smooth[frame][0][i]);
                 if f.rig.rest[v][0] > 0.0 {
                     moved = moved.max((full - positions[i]).abs());
                     assert!(
@@ -337,7 +330,7 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
         labels.join(", ")
     );
     let (plain, edited, take) = (f.play(""), f.play(&text), f.edited(&text));
-    // By the basis, as the issue of how far a marker reaches is one of the shell.
+    // How far a marker reaches is a matter of the shell.
     let held = |v: usize| {
         let row = &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
         // What has no row goes by what it listens to.
@@ -392,5 +385,138 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
     for frame in 9..50 {
         let (face, marker) = (step(frame), marker_step(frame));
         assert!(face < 2.0 * marker + 0.02, "frame {frame}: {face}, the markers {marker}");
+    }
+}
+
+/// What is evaluated of a part of the face, or of all of it, is what two whole takes come to, blended and folded by the formulas.
+#[test]
+fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
+    let f = Fixture::new();
+    let rig = &f.rig;
+    let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+    let by_side: Vec<usize> = {
+        let mut handles: Vec<usize> = (0..rig.handles.len()).collect();
+        handles.sort_by(|a, b| f.handle(*b).1[0].total_cmp(&f.handle(*a).1[0]));
+        handles
+    };
+    let none = f.layers("").unwrap();
+    let [plain, plain_smooth] =
+        [OutputStage::Full, OutputStage::LargeScale].map(|stage| play(rig, &none, &f.take, stage));
+    for markers in [2, by_side.len() - 3] {
+        let chosen = &by_side[..markers];
+        let labels: Vec<String> = chosen.iter().map(|&h| format!("{:?}", rig.labels[h])).collect();
+        let keys = |by: f64| format!("[[10, 1], [20, {by}], [40, {by}], [50, 1]]\nease = \"linear\"\n");
+        let text = format!(
+            "[region.a]\nmarkers = [{}]\n[[gain]]\nregion = \"a\"\nby = {}[[detail]]\nregion = \"a\"\nby = {}",
+            labels.join(", "),
+            keys(1.2),
+            keys(0.5)
+        );
+        let layers = f.layers(&text).unwrap();
+        let take = layers.edit(f.take.clone(), rig).unwrap();
+        let found = play(rig, &layers, &take, OutputStage::Full);
+        let shown_smooth = play(rig, &layers, &take, OutputStage::LargeScale);
+        // The same markers without a word of what they were: nothing is bounded.
+        let handles = take.labels.len() - markers;
+        let rows = take.positions.chunks_exact(take.labels.len());
+        let unbounded = Take {
+            labels: take.labels[..handles].to_vec(),
+            positions: rows.flat_map(|row| row[..handles].to_vec()).collect(),
+            ..take.clone()
+        };
+        let [whole, whole_smooth] =
+            [OutputStage::Full, OutputStage::LargeScale].map(|stage| play(rig, &none, &unbounded, stage));
+        let held = |v: usize| {
+            let row = &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
+            let of = |h: usize| if chosen.contains(&h) { 1.0 } else { 0.0 };
+            let sum = match row.iter().any(|b| *b != 0.0) {
+                true => row.iter().enumerate().map(|(h, b)| f64::from(*b) * of(h)).sum::<f64>(),
+                false => {
+                    let edges = rig.strain_edges.len();
+                    let of_feature = |e: usize| match rig.strain_edges.get(e) {
+                        Some([a, b]) => 0.5 * (of(*a as usize) + of(*b as usize)),
+                        None => of(e - edges),
+                    };
+                    let all: f64 = rig.listens_to(v).map(|(_, w)| w).sum();
+                    rig.listens_to(v).map(|(e, w)| w / all * of_feature(e)).sum()
+                }
+            };
+            let s = ((sum - 0.05) / 0.9).clamp(0.0, 1.0);
+            s * s * (3.0 - 2.0 * s)
+        };
+        let folds = of_handles(rig, chosen);
+        let (mut far, mut moved, mut folded) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for frame in 0..60 {
+            let at = frame as f64;
+            let s = ((at - 10.0) / 10.0).min((50.0 - at) / 10.0).clamp(0.0, 1.0);
+            for v in 0..rig.vertices() {
+                let w = held(v);
+                let gain = 1.0 + folds[v] * (0.5 - 1.0) * s;
+                for i in 3 * v..3 * v + 3 {
+                    let between = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| {
+                        let [a, b] = [a, b].map(|frames| f64::from(frames[frame][0][i]));
+                        a + w * (b - a)
+                    };
+                    let smooth = between(&plain_smooth, &whole_smooth);
+                    let full = between(&plain, &whole);
+                    let x = f64::from(found[frame][0][i]);
+                    far = far.max((x - (smooth + gain * (full - smooth))).abs());
+                    far = far.max((f64::from(shown_smooth[frame][0][i]) - smooth).abs());
+                    moved = moved.max((full - f64::from(plain[frame][0][i])).abs());
+                    folded = folded.max((x - full).abs());
+                }
+            }
+            let (positions, _) = found[frame][0].as_chunks::<3>();
+            for (v, normal) in found[frame][1].as_chunks::<3>().0.iter().enumerate() {
+                let expected = vertex_normal(positions, &rig.triangles, triangles.at(v));
+                let off = (0..3).map(|c| (normal[c] - expected[c]).abs()).fold(0.0, f32::max);
+                assert!(off < 1e-4, "{markers} markers, frame {frame}, vertex {v}: {normal:?}, {expected:?}");
+            }
+        }
+        assert!(far < 2e-5, "{markers} markers: {far}");
+        assert!(moved > 1e-3 && folded > 1e-3, "{markers} markers: moved {moved}, folded {folded}");
+    }
+}
+
+/// V: how much of what drives a vertex's folds these handles are.
+fn of_handles(rig: &Rig, handles: &[usize]) -> Vec<f64> {
+    let k = rig.influences();
+    let of_edge = |e: u32| {
+        let ends = rig.strain_edges[e as usize].map(|h| f64::from(u8::from(handles.contains(&(h as usize)))));
+        0.5 * (ends[0] + ends[1])
+    };
+    let of_vertex = |v: usize| {
+        let influences = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..][..k]);
+        let all: f64 = influences.clone().map(|(_, w)| f64::from(*w)).sum();
+        let of = influences.map(|(e, w)| f64::from(*w) * of_edge(*e)).sum::<f64>();
+        if all > 0.0 { of / all } else { 0.0 }
+    };
+    (0..rig.vertices()).map(of_vertex).collect()
+}
+
+/// A gain that is the same in all frames does the same in the rig as on its frames, and nothing elsewhere.
+#[test]
+fn what_is_the_same_in_all_frames_is_put_into_the_rig() {
+    let f = Fixture::new();
+    let label = f.handle(3).0;
+    let constant =
+        format!("[[detail]]\nregion = \"{label}\"\nby = 0.25\n[[detail]]\nby = [[3, 1.5], [8, 1.5]]\n");
+    let keyed = format!("{constant}[[detail]]\nby = [[10, 1], [20, 0.5]]\n");
+    let plain = f.play("");
+    for text in [constant, keyed] {
+        let expected = f.play(&text);
+        let (mut layers, mut rig) = (f.layers(&text).unwrap(), f.rig.clone());
+        layers.settle(&mut rig);
+        assert_ne!(rig.rbf_weights, f.rig.rbf_weights);
+        let found = play(&rig, &layers, &f.take, OutputStage::Full);
+        let apart = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| {
+            let pairs = a.iter().flat_map(|[x, _]| x).zip(b.iter().flat_map(|[x, _]| x));
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+        };
+        assert!(apart(&found, &expected) < 1e-5, "{}", apart(&found, &expected));
+        assert!(apart(&found, &plain) > 1e-3);
+        // Once, and no more.
+        layers.settle(&mut rig);
+        assert_eq!(play(&rig, &layers, &f.take, OutputStage::Full), found);
     }
 }

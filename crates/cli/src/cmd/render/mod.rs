@@ -133,6 +133,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     if args.stage == StageChoice::Shell {
         rig = rig.shell();
     }
+    rig.scale_folds(|_| args.detail);
     if let Some(vertex) = args.vertex.filter(|vertex| *vertex >= rig.vertices()) {
         let last = rig.vertices() - 1;
         return Err(Error::input(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
@@ -142,7 +143,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         return Err(Error::input(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
     }
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
-    let (mut take, layers) = inputs::edited(take, &rig, args.edit.as_deref(), &args.reading)?;
+    let (mut take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
     let layers = layers.map(|layers| (layers, take.clone()));
     hide_parts(&mut rig, &args.hide);
     if rig.triangles.is_empty() {
@@ -201,7 +202,6 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
             stage: args.stage.into(),
             sigma: args.show.contains(&Show::Sigma),
             fade_detail: args.fade_detail,
-            detail: args.detail,
             ..PlaybackOptions::default()
         },
         layers,
