@@ -449,9 +449,9 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
         for frame in 0..60 {
             let at = frame as f64;
             let s = ((at - 10.0) / 10.0).min((50.0 - at) / 10.0).clamp(0.0, 1.0);
-            for v in 0..rig.vertices() {
+            for (v, fold) in folds.iter().enumerate() {
                 let w = held(v);
-                let gain = 1.0 + folds[v] * (0.5 - 1.0) * s;
+                let gain = 1.0 + fold * (0.5 - 1.0) * s;
                 for i in 3 * v..3 * v + 3 {
                     let between = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| {
                         let [a, b] = [a, b].map(|frames| f64::from(frames[frame][0][i]));
