@@ -54,10 +54,10 @@ pub struct Region {
     /// Where the groups are: a mesh like the rig's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of: Option<PathBuf>,
-    /// A PLY with the rig's vertices, which has been painted.
+    /// A PLY or USD file with the rig's vertices, which has been painted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<PathBuf>,
-    /// The property of its vertices that has the weights, from 0 to 1, or 0 to 255 where it is of whole numbers.
+    /// The property or primvar of its vertices that has the weights, from 0 to 1, or 0 to 255 where it is of whole numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub property: Option<String>,
 }

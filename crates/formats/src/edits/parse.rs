@@ -67,7 +67,7 @@ fn region(section: &Section<'_>) -> Result<Region> {
         markers: section.texts("markers", "a list of labels of handles, such as [\"chin\", \"lip_*\"]")?,
         groups: section.texts("groups", "a list of names of groups")?,
         of: path("of", "the .obj with the groups")?,
-        weights: path("weights", "the .ply with painted vertices")?,
+        weights: path("weights", "the .ply or .usd with painted vertices")?,
         property: section.text("property", "the name of a property of the vertices")?.map(str::to_owned),
     };
     let kinds = [!region.markers.is_empty(), !region.groups.is_empty(), region.weights.is_some()];

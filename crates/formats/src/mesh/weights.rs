@@ -1,27 +1,29 @@
-//! Weights of vertices, as they are painted: a property of a PLY's vertices.
+//! Weights of vertices, as they are painted: a property of a PLY's vertices, or a primvar.
 
 use super::ply;
+use crate::usd::read::read_primvar;
 use rhytid_core::{Error, Result, input_file};
 use std::path::Path;
 
-/// The weights of a PLY's vertices, from 0 to 1: the numbers of `property`, or a 255th of them where they are whole ones of a byte, as colours are.
-/// `vertices` is how many there have to be.
+/// The weights of a painted mesh's vertices, from 0 to 1. Of a PLY: the numbers of `property`, or a 255th of them where they are whole ones of a byte, as colours are. Of a USD
+/// file: the primvar of this name, as [`read_primvar`] gives it. `vertices` is how many there have to be.
 ///
 /// # Errors
-/// [`Error::Input`] if the file is no PLY, has another number of vertices or no such property, or where a weight is not from 0 to 1; [`Error::Io`].
+/// [`Error::Input`] if the file is neither, has another number of vertices or no such property, or where a weight is not from 0 to 1; [`Error::Io`].
 pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<f32>> {
     let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
-    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply")) {
-        return Err(fault("weights are read from .ply; export the painted mesh in this format".into()));
-    }
-    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
-    let mut found = ply::scalars(&bytes, &path.display().to_string())?;
-    let Some(at) = found.iter().position(|(name, _)| name == property) else {
-        let known: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
-        let known = known.join(", ");
-        return Err(fault(format!("its vertices have no property “{property}”, expected one of {known}")));
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let weights = match extension.as_deref() {
+        Some("ply") => of_ply(path, property)?,
+        Some("usd" | "usda" | "usdc" | "usdz") => {
+            read_primvar(path, property)?.into_iter().map(f64::from).collect()
+        }
+        _ => {
+            return Err(fault(
+                "weights are read from .ply and .usd; export the painted mesh in one of these formats".into(),
+            ));
+        }
     };
-    let weights = found.swap_remove(at).1;
     if weights.len() != vertices {
         return Err(fault(format!("has {} vertices, expected the rig's {vertices}", weights.len())));
     }
@@ -32,6 +34,20 @@ pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<
         ))),
         None => Ok(weights.into_iter().map(|weight| weight as f32).collect()),
     }
+}
+
+fn of_ply(path: &Path, property: &str) -> Result<Vec<f64>> {
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
+    let mut found = ply::scalars(&bytes, &path.display().to_string())?;
+    let Some(at) = found.iter().position(|(name, _)| name == property) else {
+        let known: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
+        return Err(Error::Input(format!(
+            "{}: its vertices have no property “{property}”, expected one of {}",
+            path.display(),
+            known.join(", ")
+        )));
+    };
+    Ok(found.swap_remove(at).1)
 }
 
 #[cfg(test)]
@@ -65,7 +81,7 @@ mod tests {
             (floats, "brow", 4, "has 3 vertices, expected the rig's 4"),
             (write("c.ply", "float", ["0", "1.5", "1"]), "brow", 3, "vertex 1 has 1.5 as its brow"),
             (write("d.ply", "float", ["0", "nan", "1"]), "brow", 3, "vertex 1 has NaN as its brow"),
-            ("e.obj".into(), "brow", 3, "weights are read from .ply"),
+            ("e.obj".into(), "brow", 3, "weights are read from .ply and .usd"),
         ] {
             let error = read(&path, property, vertices).unwrap_err();
             assert!(error.contains(words), "{error}");

@@ -124,6 +124,8 @@ pub enum Value {
     Float2s(Vec<[f32; 2]>),
     /// `float3[]` and its roles, such as `point3f[]`
     Float3s(Vec<[f32; 3]>),
+    /// `float4[]` and `color4f[]`
+    Float4s(Vec<[f32; 4]>),
     /// `double2[]`
     Double2s(Vec<[f64; 2]>),
     /// `matrix4d[]`
@@ -164,6 +166,7 @@ impl Value {
             Self::Floats(_) => "float[]",
             Self::Float2s(_) => "float2[]",
             Self::Float3s(_) => "float3[]",
+            Self::Float4s(_) => "float4[]",
             Self::Double2s(_) => "double2[]",
             Self::Matrix4ds(_) => "matrix4d[]",
             Self::Dictionary(_) => "dictionary",

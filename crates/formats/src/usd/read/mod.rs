@@ -14,6 +14,7 @@ mod open;
 mod opened;
 mod package;
 mod parts;
+mod primvar;
 mod shapes;
 mod source;
 mod text;
@@ -31,6 +32,7 @@ pub(super) use lookup::default_prim;
 pub use open::{decode, open};
 pub use opened::{Opened, Samples};
 pub(super) use parts::Parts;
+pub use primvar::read_primvar;
 
 /// The animation that one file's `bytes` hold; `name` is for messages.
 ///

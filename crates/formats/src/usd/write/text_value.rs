@@ -21,6 +21,9 @@ pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> i
         Value::Floats(numbers) => write_floats(out, numbers),
         Value::Float2s(vectors) => write_float2s(out, vectors),
         Value::Float3s(vectors) => write_float3s(out, vectors),
+        Value::Float4s(vectors) => {
+            write_list(out, vectors, 8, |out, vector| write!(out, "({})", vector.map(float).join(", ")))
+        }
         Value::Double2s(vectors) => {
             write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", double(*x), double(*y)))
         }

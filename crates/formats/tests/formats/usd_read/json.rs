@@ -66,6 +66,7 @@ fn value(found: &Value) -> Json {
         Value::Floats(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
         Value::Float2s(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
         Value::Float3s(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
+        Value::Float4s(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
         Value::Double2s(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
         Value::Matrix4ds(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
         Value::Dictionary(x) => json!({ "dictionary": fields(x) }),

@@ -86,6 +86,7 @@ def every_type(stage):
         ("many_floats", names.FloatArray, [i / 7 for i in range(300)]),
         ("float2s", names.Float2Array, [(0.1, -0.0)]),
         ("color", names.Color3fArray, [(0.1, 0.2, 0.3)]),
+        ("color_and_opacity", names.Color4fArray, [(0.1, 0.2, 0.3, 1), (0, -0.0, 1, 0.5)]),
         ("left_out", names.Float3, (1, 2, 3)),
         ("left_out_too", names.Int64Array, list(range(50))),
         ("left_out_strings", names.StringArray, ["a ] \"b", "c"]),
@@ -128,7 +129,7 @@ def every_type(stage):
         stage.DefinePrim("/other/within", "Xform").CreateAttribute("x", names.Int).Set(1)
 
 
-ARRAYS = (Vt.IntArray, Vt.FloatArray, Vt.Vec2fArray, Vt.Vec3fArray, Vt.Vec2dArray, Vt.Matrix4dArray)
+ARRAYS = (Vt.IntArray, Vt.FloatArray, Vt.Vec2fArray, Vt.Vec3fArray, Vt.Vec4fArray, Vt.Vec2dArray, Vt.Matrix4dArray)
 
 
 def dump(value):

@@ -222,6 +222,7 @@ impl Reader {
             }),
             kind::FLOAT2 => Value::Float2s(self.elements(rep, floats::<8, 2>)?),
             kind::FLOAT3 => Value::Float3s(self.elements(rep, floats::<12, 3>)?),
+            kind::FLOAT4 => Value::Float4s(self.elements(rep, floats::<16, 4>)?),
             kind::DOUBLE2 => Value::Double2s(self.elements(rep, doubles)?),
             kind::MATRIX4D => Value::Matrix4ds(self.elements(rep, matrix)?),
             kind::TOKEN => {

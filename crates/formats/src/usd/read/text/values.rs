@@ -35,6 +35,7 @@ fn nested_value(lexer: &mut Lexer, type_name: &str, depth: usize) -> Result<Opti
         "float3[]" | "point3f[]" | "normal3f[]" | "vector3f[]" | "color3f[]" | "texCoord3f[]" => {
             Value::Float3s(list(lexer, |lexer| tuple(lexer, float))?)
         }
+        "float4[]" | "color4f[]" => Value::Float4s(list(lexer, |lexer| tuple(lexer, float))?),
         "double2[]" | "texCoord2d[]" => Value::Double2s(list(lexer, |lexer| tuple(lexer, Lexer::number))?),
         "matrix4d[]" | "frame4d[]" => Value::Matrix4ds(list(lexer, matrix)?),
         "frame4d" => Value::Matrix4d(matrix(lexer)?),

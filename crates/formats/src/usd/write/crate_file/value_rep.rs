@@ -16,6 +16,7 @@ pub(super) enum Type {
     Vec2d = 19,
     Vec2f = 20,
     Vec3f = 24,
+    Vec4f = 28,
     Dictionary = 31,
     TokenListOp = 32,
     PathListOp = 34,

@@ -63,6 +63,10 @@ impl<W: Write + Send + 'static> Values<W> {
             Value::Floats(numbers) => self.floats(numbers),
             Value::Float2s(vectors) => self.sample(Sample::Float2s(vectors)),
             Value::Float3s(vectors) => self.sample(Sample::Float3s(vectors)),
+            Value::Float4s(vectors) => {
+                let bytes = float_bytes(vectors.as_flattened());
+                self.array(ValueRep::array(Type::Vec4f), vectors.len(), &bytes)
+            }
             Value::Double2s(vectors) => {
                 let bytes = double_bytes(vectors.as_flattened());
                 self.array(ValueRep::array(Type::Vec2d), vectors.len(), &bytes)
