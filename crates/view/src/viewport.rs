@@ -219,8 +219,9 @@ fn legend(ui: &egui::Ui, rect: Rect, heat: Heat, words: &str) {
         let step = Rect::from_min_max(pos2(at(i), bar.top()), pos2(at(i + 1) + 0.5, bar.bottom()));
         painter.rect_filled(step, 0.0, colour);
     }
-    write(ui, bar.left_bottom() + vec2(0.0, 5.0), egui::Align2::LEFT_TOP, &low.to_string());
-    write(ui, bar.right_bottom() + vec2(0.0, 5.0), egui::Align2::RIGHT_TOP, &high.to_string());
+    let number = |x: f32| egui::emath::format_with_decimals_in_range(x.into(), 0..=9);
+    write(ui, bar.left_bottom() + vec2(0.0, 5.0), egui::Align2::LEFT_TOP, &number(low));
+    write(ui, bar.right_bottom() + vec2(0.0, 5.0), egui::Align2::RIGHT_TOP, &number(high));
     write(ui, bar.center_top() - vec2(0.0, 5.0), egui::Align2::CENTER_BOTTOM, words);
 }
 
