@@ -1,73 +1,32 @@
 //! Displacement maps: an artist's wrinkles as an image, put onto a mesh.
 
+use super::map_image::{MapImage, corner_uvs};
 use glam::{DVec2, DVec3};
-use rhytid_core::{Error, Mesh, Result, input_file};
-use std::io::Cursor;
+use rhytid_core::{Mesh, Result};
 use std::path::Path;
 
-/// A displacement map: rows of pixels from the top, where the middle grey moves nothing.
+/// A displacement map: of one number, along the normal; or of three, along the tangent (towards larger u), the bitangent (towards larger v) and the
+/// normal. The middle grey moves nothing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DisplacementMap {
-    width: usize,
-    height: usize,
-    /// Numbers of each pixel: 1, along the normal; or 3, along the tangent (towards larger u), the bitangent (towards larger v) and the normal.
-    channels: usize,
-    /// −1 for black to 1 for white.
-    values: Vec<f32>,
-}
+pub struct DisplacementMap(MapImage);
 
 impl DisplacementMap {
     /// Reads a PNG of 8 or 16 bits: grey ones are heights, coloured ones tangent-space vectors. Opacity is ignored.
     ///
     /// # Errors
-    /// [`Error::Input`] if it is no such image; [`Error::Io`].
+    /// [`rhytid_core::Error::Input`] if it is no such image; [`rhytid_core::Error::Io`].
     pub fn read(path: &Path) -> Result<Self> {
-        let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
-        let no_png = |e: png::DecodingError| {
-            fault(format!("is no PNG that can be read ({e}); save the map as PNG, grey or RGB, of 16 bits"))
-        };
-        let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
-        let mut decoder = png::Decoder::new(Cursor::new(bytes));
-        // Palettes and fewer bits become whole bytes.
-        decoder.set_transformations(png::Transformations::EXPAND);
-        let mut reader = decoder.read_info().map_err(no_png)?;
-        let size = reader.output_buffer_size().ok_or_else(|| fault("is too large".into()))?;
-        let mut pixels = vec![0; size];
-        let info = reader.next_frame(&mut pixels).map_err(no_png)?;
-        let (all, channels) = match info.color_type {
-            png::ColorType::Grayscale => (1, 1),
-            png::ColorType::GrayscaleAlpha => (2, 1),
-            png::ColorType::Rgba => (4, 3),
-            _ => (3, 3),
-        };
-        let numbers: Vec<f32> = match info.bit_depth {
-            png::BitDepth::Sixteen => pixels
-                .as_chunks::<2>()
-                .0
-                .iter()
-                .map(|b| signed(u16::from_be_bytes(*b).into(), 65_535))
-                .collect(),
-            _ => pixels.iter().map(|&b| signed(b.into(), 255)).collect(),
-        };
-        let values = numbers.chunks_exact(all).flat_map(|pixel| pixel[..channels].iter().copied());
-        let (width, height) = (info.width as usize, info.height as usize);
-        Ok(Self { width, height, channels, values: values.collect() })
+        MapImage::read(path).map(Self)
     }
 
     /// Moves a mesh's vertices: by `full` mesh units where the map is white. A vertex with several texture coordinates takes the mean of the map there. Between
     /// pixels, whose centres have the values, it is linear; beyond the image its border goes on.
     ///
     /// # Errors
-    /// [`Error::Input`] if the mesh has no texture coordinates.
+    /// [`rhytid_core::Error::Input`] if the mesh has no texture coordinates.
     pub fn displace(&self, mesh: &mut Mesh, full: f64) -> Result<()> {
-        let Some(uvs) = &mesh.uvs else {
-            return Err(Error::input("has no texture coordinates, which a displacement map needs"));
-        };
+        let corner_uv = corner_uvs(mesh.uvs.as_ref())?;
         let vertices = mesh.positions.len();
-        let corner_uv = |corner: usize, vertex: u32| {
-            let at = uvs.corners.as_ref().map_or(vertex, |corners| corners[corner]);
-            DVec2::from_array(uvs.values[at as usize].map(f64::from))
-        };
         let mut values = vec![(DVec3::ZERO, 0.0_f64); vertices];
         // The surface's normal about each vertex, and where u and v grow, each triangle by its area.
         let mut frames = vec![[DVec3::ZERO; 3]; vertices];
@@ -103,34 +62,12 @@ impl DisplacementMap {
         Ok(())
     }
 
-    /// The map at texture coordinates, of which v points up: along tangent, bitangent and normal.
+    /// The map at texture coordinates: along tangent, bitangent and normal.
     fn at(&self, uv: DVec2) -> DVec3 {
-        let place = |x: f64, size: usize| {
-            let x = (x * size as f64 - 0.5).clamp(0.0, (size - 1) as f64);
-            let low = x.floor() as usize;
-            (low, (low + 1).min(size - 1), x - x.floor())
-        };
-        let ((x0, x1, s), (y0, y1, t)) = (place(uv.x, self.width), place(1.0 - uv.y, self.height));
-        let pixel = |x: usize, y: usize, channel: usize| {
-            f64::from(self.values[(y * self.width + x) * self.channels + channel])
-        };
-        let between = |channel: usize| {
-            let row = |y: usize| (1.0 - s) * pixel(x0, y, channel) + s * pixel(x1, y, channel);
-            (1.0 - t) * row(y0) + t * row(y1)
-        };
-        match self.channels {
-            1 => DVec3::new(0.0, 0.0, between(0)),
-            _ => DVec3::new(between(0), between(1), between(2)),
+        match (self.0.channels, self.0.at(uv)) {
+            (1, [height, ..]) => DVec3::new(0.0, 0.0, height),
+            (_, vector) => DVec3::from_array(vector),
         }
-    }
-}
-
-/// −1 to 1 from 0 to `most`; both numbers in its middle are 0, so that a flat map moves nothing.
-fn signed(value: u32, most: u32) -> f32 {
-    let middle = most / 2;
-    match value {
-        v if v <= middle => -((middle - v) as f32) / middle as f32,
-        v => (v - middle - 1) as f32 / middle as f32,
     }
 }
 

@@ -60,6 +60,11 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
             let full = millimetres * 1e-3 / project.mesh.units.metres_per_unit();
             positions = sculpted::displaced(&neutral, &neutral_path, positions, (&map, full))?;
         }
+        if let Some(map) = &example.normal_map {
+            let map = existing(path, map, &format!("[[example]] {:?}: normal_map", example.name), reach)?;
+            let of_map = (&*map, example.green, example.strength.unwrap_or(1.0));
+            positions = sculpted::with_normal_map(&neutral, &neutral_path, positions, of_map)?;
+        }
         Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
     };
     // Of several errors the first in the file's order is told.
@@ -103,7 +108,8 @@ pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
     };
     let named = [&project.mesh.neutral, &project.handles.vertices].into_iter();
     let named = named.chain(project.examples.iter().flat_map(|example| {
-        std::iter::once(&example.mesh).chain(&example.take).chain(&example.displacement)
+        let maps = example.displacement.iter().chain(&example.normal_map);
+        std::iter::once(&example.mesh).chain(&example.take).chain(maps)
     }));
     let named = named.chain(&project.pins.vertices).chain(edges);
     std::iter::once(path.to_owned()).chain(named.map(|file| folder.join(file))).collect()

@@ -1,7 +1,7 @@
 //! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
 use super::sections::{
-    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, PinsSection, Project, StrainSection, Units,
+    Edges, ExampleSection, FineScaleSection, Green, HandlesSection, LargeScaleSection, LearnedSection,
+    MeshSection, Method, PinsSection, Project, StrainSection, Units,
 };
 use crate::document::{File, Section, found, tables, vector_of};
 use crate::tables::text::quoted;
@@ -151,7 +151,18 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
     let mut seen = HashMap::new();
     let sections = root.sections("example")?;
     for section in &sections {
-        section.allow(&["name", "mesh", "mirror", "take", "frame", "displacement", "millimetres"])?;
+        section.allow(&[
+            "name",
+            "mesh",
+            "mirror",
+            "take",
+            "frame",
+            "displacement",
+            "millimetres",
+            "normal_map",
+            "green",
+            "strength",
+        ])?;
         let expected = "a name that no other example has";
         let name = match section.text("name", expected)? {
             None => return Err(section.lacks("name", expected)),
@@ -172,6 +183,30 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         };
         let take = file("take", "the take's CSV that the mesh is a frame of")?;
         let displacement = file("displacement", "a displacement map, a PNG")?;
+        let normal_map = file("normal_map", "a tangent-space normal map, a PNG")?;
+        if displacement.is_some() && normal_map.is_some() {
+            return Err(section.error("has displacement and normal_map; leave one of them out"));
+        }
+        for key in ["green", "strength"] {
+            if section.get(key).is_some() && normal_map.is_none() {
+                return Err(
+                    section.error(&format!("has {key} without normal_map; name that too, or leave it out"))
+                );
+            }
+        }
+        let expected = "\"up\" (OpenGL) or \"down\" (DirectX)";
+        let green = match section.text("green", expected)? {
+            None => None,
+            Some("up") => Some(Green::Up),
+            Some("down") => Some(Green::Down),
+            Some(other) => return Err(section.wrong("green", &quoted(other), expected)),
+        };
+        let strength = match section.get("strength") {
+            None => None,
+            Some(_) => {
+                Some(section.positive("strength", "what heights are multiplied by, a number above 0")?)
+            }
+        };
         for (key, is_there, partner, is_partner_there) in [
             ("frame", section.get("frame").is_some(), "take", take.is_some()),
             ("millimetres", section.get("millimetres").is_some(), "displacement", displacement.is_some()),
@@ -193,7 +228,18 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         };
         let frame = section.whole("frame", "a frame of the take, counted from 0")?;
         let name = name.to_owned();
-        examples.push(ExampleSection { name, mesh, mirror, take, frame, displacement, millimetres });
+        examples.push(ExampleSection {
+            name,
+            mesh,
+            mirror,
+            take,
+            frame,
+            displacement,
+            millimetres,
+            normal_map,
+            green,
+            strength,
+        });
     }
     Ok(examples)
 }

@@ -1,6 +1,7 @@
 //! Examples that were sculpted: a frame of a take, whose handles are known; a displacement map put onto a mesh.
 
-use crate::mesh::DisplacementMap;
+use super::Green;
+use crate::mesh::{DisplacementMap, NormalMap};
 use crate::take::{self, Missing};
 use rhytid_core::{Error, Handles, Mesh, Result};
 use std::path::Path;
@@ -69,5 +70,38 @@ pub(super) fn displaced(
     DisplacementMap::read(map)?
         .displace(&mut mesh, full)
         .map_err(|error| error.in_file(neutral_path.display()))?;
+    Ok(mesh.positions)
+}
+
+/// Where so much of a normal map's slopes are no surface's, and by the other green so many times less, green points the other way.
+const LEFT: f64 = 0.4;
+const BETTER: f64 = 0.7;
+
+/// An example's positions with the surface of a normal map, whose heights are multiplied.
+///
+/// # Errors
+/// As of [`NormalMap`].
+pub(super) fn with_normal_map(
+    neutral: &Mesh,
+    neutral_path: &Path,
+    positions: Vec<[f64; 3]>,
+    (path, green, strength): (&Path, Option<Green>, f64),
+) -> Result<Vec<[f64; 3]>> {
+    let mesh = Mesh { positions, ..neutral.clone() };
+    let is_up = green != Some(Green::Down);
+    let displaced = |is_up: bool| {
+        let mut mesh = mesh.clone();
+        let found = NormalMap::read(path, is_up)?.displace(&mut mesh, strength);
+        Ok((mesh, found.map_err(|error| error.in_file(neutral_path.display()))?))
+    };
+    let (mesh, found) = displaced(is_up)?;
+    if found.left > LEFT && displaced(!is_up)?.1.left < BETTER * found.left {
+        log::warn!(
+            "{}: its green seems to point {}, by which its slopes are much more those of a surface; say green = \"{}\"",
+            path.display(),
+            if is_up { "down, as in DirectX" } else { "up, as in OpenGL" },
+            if is_up { "down" } else { "up" }
+        );
+    }
     Ok(mesh.positions)
 }

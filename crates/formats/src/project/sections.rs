@@ -75,6 +75,25 @@ pub struct ExampleSection {
     /// How far the map moves a vertex where it is white; given with `displacement` alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub millimetres: Option<f64>,
+    /// A tangent-space normal map over the neutral's texture coordinates, whose surface is put onto the mesh ([`crate::mesh::NormalMap`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_map: Option<PathBuf>,
+    /// Which way its green points; up where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub green: Option<Green>,
+    /// Its heights times this, 1 where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strength: Option<f64>,
+}
+
+/// Which way green points in a tangent-space normal map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Green {
+    /// Towards larger v, as in OpenGL.
+    Up,
+    /// Away from larger v, as in DirectX.
+    Down,
 }
 
 /// `[pins]`: what stays where it is, in addition to each other.

@@ -2,8 +2,8 @@
 use proptest::prelude::*;
 use rhytid_core::{Bind, Error, FoldStrains, UpAxis};
 use rhytid_formats::project::{
-    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, PinsSection, Project, StrainSection, Units, parse, write,
+    Edges, ExampleSection, FineScaleSection, Green, HandlesSection, LargeScaleSection, LearnedSection,
+    MeshSection, Method, PinsSection, Project, StrainSection, Units, parse, write,
 };
 use std::path::PathBuf;
 
@@ -21,6 +21,9 @@ vertices = "markers.csv"
 [[example]]
 name = "frown"
 mesh = "poses/frown.obj"
+normal_map = "frown.png"
+green = "down"
+strength = 0.5
 [[example]]
 name = "smile"
 mesh = "poses/smile.ply"
@@ -61,6 +64,9 @@ fn full() -> Project {
         frame: (name == "smile").then_some(120),
         displacement: (name == "smile").then(|| "smile.png".into()),
         millimetres: (name == "smile").then_some(1.5),
+        normal_map: (name == "frown").then(|| "frown.png".into()),
+        green: (name == "frown").then_some(Green::Down),
+        strength: (name == "frown").then_some(0.5),
     };
     Project {
         method: Method::Chapter,

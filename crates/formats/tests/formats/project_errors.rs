@@ -55,7 +55,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
         (
             "mesh = \"poses",
             "MESH = \"poses",
-            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh, mirror, take, frame, displacement, millimetres",
+            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh, mirror, take, frame, displacement, millimetres, normal_map, green, strength",
         ),
         (
             "bending_length",
@@ -123,6 +123,31 @@ fn what_is_missing_is_named() {
         ),
     ] {
         assert_eq!(changed(from, to), expected);
+    }
+}
+
+#[test]
+fn maps_are_one_a_mesh_and_say_how_they_are_meant() {
+    for (keys, expected) in [
+        (
+            "green = \"up\"",
+            "line 8: [[example]] has green without normal_map; name that too, or leave it out",
+        ),
+        (
+            "normal_map = \"n.png\"\ndisplacement = \"d.png\"\nmillimetres = 1",
+            "line 8: [[example]] has displacement and normal_map; leave one of them out",
+        ),
+        (
+            "normal_map = \"n.png\"\ngreen = \"left\"",
+            "line 11: [[example]] green is \"left\", expected \"up\" (OpenGL) or \"down\" (DirectX)",
+        ),
+        (
+            "normal_map = \"n.png\"\nstrength = -1",
+            "line 11: [[example]] strength is -1, expected what heights are multiplied by, a number above 0",
+        ),
+    ] {
+        let said = changed("mesh = \"poses", &format!("{keys}\nmesh = \"poses"));
+        assert_eq!(said, format!("face.toml, {expected}"));
     }
 }
 

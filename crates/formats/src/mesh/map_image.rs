@@ -1,0 +1,98 @@
+//! Images over a mesh's texture coordinates whose colours are numbers.
+
+use glam::DVec2;
+use rhytid_core::{Error, Result, Uvs, input_file};
+use std::io::Cursor;
+use std::path::Path;
+
+/// An image of numbers: rows of pixels from the top, where the middle grey is 0.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MapImage {
+    pub width: usize,
+    pub height: usize,
+    /// Numbers of each pixel: 1 of a grey image, 3 of a coloured one.
+    pub channels: usize,
+    /// −1 for black to 1 for white.
+    values: Vec<f32>,
+}
+
+impl MapImage {
+    /// Reads a PNG of 8 or 16 bits: grey or coloured. Opacity is ignored.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it is no such image; [`Error::Io`].
+    pub(super) fn read(path: &Path) -> Result<Self> {
+        let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
+        let no_png = |e: png::DecodingError| {
+            fault(format!("is no PNG that can be read ({e}); save the map as PNG, grey or RGB, of 16 bits"))
+        };
+        let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
+        let mut decoder = png::Decoder::new(Cursor::new(bytes));
+        // Palettes and fewer bits become whole bytes.
+        decoder.set_transformations(png::Transformations::EXPAND);
+        let mut reader = decoder.read_info().map_err(no_png)?;
+        let size = reader.output_buffer_size().ok_or_else(|| fault("is too large".into()))?;
+        let mut pixels = vec![0; size];
+        let info = reader.next_frame(&mut pixels).map_err(no_png)?;
+        let (all, channels) = match info.color_type {
+            png::ColorType::Grayscale => (1, 1),
+            png::ColorType::GrayscaleAlpha => (2, 1),
+            png::ColorType::Rgba => (4, 3),
+            _ => (3, 3),
+        };
+        let numbers: Vec<f32> = match info.bit_depth {
+            png::BitDepth::Sixteen => pixels
+                .as_chunks::<2>()
+                .0
+                .iter()
+                .map(|b| signed(u16::from_be_bytes(*b).into(), 65_535))
+                .collect(),
+            _ => pixels.iter().map(|&b| signed(b.into(), 255)).collect(),
+        };
+        let values = numbers.chunks_exact(all).flat_map(|pixel| pixel[..channels].iter().copied());
+        let (width, height) = (info.width as usize, info.height as usize);
+        Ok(Self { width, height, channels, values: values.collect() })
+    }
+
+    /// The numbers at texture coordinates, of which v points up; the first stands for those that are not there. Between pixels, whose centres have the values, it is linear; beyond the
+    /// image its border goes on.
+    pub(super) fn at(&self, uv: DVec2) -> [f64; 3] {
+        let place = |x: f64, size: usize| {
+            let x = (x * size as f64 - 0.5).clamp(0.0, (size - 1) as f64);
+            let low = x.floor() as usize;
+            (low, (low + 1).min(size - 1), x - x.floor())
+        };
+        let ((x0, x1, s), (y0, y1, t)) = (place(uv.x, self.width), place(1.0 - uv.y, self.height));
+        let pixel = |x: usize, y: usize, channel: usize| {
+            f64::from(self.values[(y * self.width + x) * self.channels + channel])
+        };
+        let between = |channel: usize| {
+            let row = |y: usize| (1.0 - s) * pixel(x0, y, channel) + s * pixel(x1, y, channel);
+            (1.0 - t) * row(y0) + t * row(y1)
+        };
+        [0, 1, 2].map(|channel: usize| between(channel.min(self.channels - 1)))
+    }
+}
+
+/// Texture coordinates of a mesh by its corners, counted through all faces, and the corner's vertex.
+///
+/// # Errors
+/// [`Error::Input`] if there are none.
+pub(super) fn corner_uvs(uvs: Option<&Uvs>) -> Result<impl Fn(usize, u32) -> DVec2> {
+    let Some(uvs) = uvs else {
+        return Err(Error::input("has no texture coordinates, which a map over them needs"));
+    };
+    Ok(move |corner: usize, vertex: u32| {
+        let at = uvs.corners.as_ref().map_or(vertex, |corners| corners[corner]);
+        DVec2::from_array(uvs.values[at as usize].map(f64::from))
+    })
+}
+
+/// −1 to 1 from 0 to `most`; both numbers in its middle are 0, so that a flat map moves nothing.
+fn signed(value: u32, most: u32) -> f32 {
+    let middle = most / 2;
+    match value {
+        v if v <= middle => -((middle - v) as f32) / middle as f32,
+        v => (v - middle - 1) as f32 / middle as f32,
+    }
+}
