@@ -20,7 +20,7 @@ impl DisplacementMap {
     }
 
     /// Moves a mesh's vertices: by `full` mesh units where the map is white. A vertex with several texture coordinates takes the mean of the map there. Between
-    /// pixels, whose centres have the values, it is linear; beyond the image its border goes on.
+    /// pixels, whose centres have the values, it is linear; what is beyond the image stays, as other tiles (UDIM) do.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the mesh has no texture coordinates.
@@ -119,6 +119,16 @@ mod tests {
             let expected = [before[0] + 2.0, before[1] - 2.0, 2.0 * 63.0 / 127.0];
             assert!((0..3).all(|c| (found[c] - expected[c]).abs() < 1e-6), "{found:?}, {expected:?}");
         }
+    }
+
+    #[test]
+    fn other_tiles_stay() {
+        let path = png(png::ColorType::Grayscale, png::BitDepth::Eight, [1, 1], &[255]);
+        let mut mesh = square();
+        mesh.uvs.as_mut().unwrap().values.iter_mut().for_each(|uv| uv[0] += 0.75);
+        DisplacementMap::read(&path).unwrap().displace(&mut mesh, 1.0).unwrap();
+        let heights: Vec<f64> = mesh.positions.iter().map(|x| x[2]).collect();
+        assert_eq!(heights, [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
     }
 
     #[test]

@@ -55,8 +55,13 @@ impl MapImage {
     }
 
     /// The numbers at texture coordinates, of which v points up; the first stands for those that are not there. Between pixels, whose centres have the values, it is linear; beyond the
-    /// image its border goes on.
+    /// image all is 0: what is there has other images (UDIM).
     pub(super) fn at(&self, uv: DVec2) -> [f64; 3] {
+        // Some write the border itself a little beyond it.
+        let is_there = |x: f64| (-1e-4..=1.0 + 1e-4).contains(&x);
+        if !(is_there(uv.x) && is_there(uv.y)) {
+            return [0.0; 3];
+        }
         let place = |x: f64, size: usize| {
             let x = (x * size as f64 - 0.5).clamp(0.0, (size - 1) as f64);
             let low = x.floor() as usize;

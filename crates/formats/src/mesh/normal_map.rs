@@ -33,8 +33,8 @@ pub struct NormalMap {
 pub struct Integrated {
     /// The largest height, inwards or outwards, in mesh units.
     pub highest: f64,
-    /// How much of the map's slopes no surface has, as a part of their root mean square: near 0 of a map that was made of one, and near 1 where
-    /// green points the other way.
+    /// How much of the map's slopes no surface has, as a part of their root mean square: near 0 of a map that was made of one and is coarse beside
+    /// the mesh, and more where green points the other way.
     pub left: f64,
 }
 

@@ -73,9 +73,8 @@ pub(super) fn displaced(
     Ok(mesh.positions)
 }
 
-/// Where so much of a normal map's slopes are no surface's, and by the other green so many times less, green points the other way.
-const LEFT: f64 = 0.4;
-const BETTER: f64 = 0.7;
+/// Where by the other green so many times less of a normal map's slopes are no surface's, green points the other way.
+const BETTER: f64 = 0.9;
 
 /// An example's positions with the surface of a normal map, whose heights are multiplied.
 ///
@@ -95,9 +94,9 @@ pub(super) fn with_normal_map(
         Ok((mesh, found.map_err(|error| error.in_file(neutral_path.display()))?))
     };
     let (mesh, found) = displaced(is_up)?;
-    if found.left > LEFT && displaced(!is_up)?.1.left < BETTER * found.left {
+    if displaced(!is_up)?.1.left < BETTER * found.left {
         log::warn!(
-            "{}: its green seems to point {}, by which its slopes are much more those of a surface; say green = \"{}\"",
+            "{}: its green seems to point {}, by which its slopes are more nearly those of a surface; say green = \"{}\"",
             path.display(),
             if is_up { "down, as in DirectX" } else { "up, as in OpenGL" },
             if is_up { "down" } else { "up" }
