@@ -24,7 +24,7 @@ pub use check::check;
 pub use displacement::DisplacementMap;
 pub use groups::read_groups;
 pub use like::read_like;
-pub use normal_map::{Integrated, NormalMap};
+pub use normal_map::{Green, Integrated, NormalMap};
 pub use numbers::{Numbers, decode_numbers, read_numbers, write_numbers};
 pub use read::{Format, decode, read};
 pub use textures::read_textures;

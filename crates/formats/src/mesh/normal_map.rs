@@ -3,7 +3,8 @@
 use super::map_image::{MapImage, corner_uvs};
 use glam::{DVec2, DVec3};
 use rhytid_core::laplacian::{Laplacian, is_degenerate, laplacian};
-use rhytid_core::{Mesh, Result};
+use rhytid_core::{Error, Mesh, Result};
+use serde::Serialize;
 use std::path::Path;
 
 /// Slopes above this, which are steeper than 84°, are no skin's.
@@ -22,10 +23,28 @@ const STEPS: usize = 4000;
 /// A tangent-space normal map: red and green are the normal's parts along the tangent (towards larger u) and the bitangent; blue, which follows
 /// from them, is not looked at.
 #[derive(Debug, Clone, PartialEq)]
-pub struct NormalMap {
-    image: MapImage,
-    /// 1 where the bitangent points towards larger v, as in OpenGL; −1 where it points away, as in DirectX.
-    green: f64,
+pub struct NormalMap(MapImage);
+
+/// Which way green points in a tangent-space normal map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Green {
+    /// Towards larger v, as in OpenGL.
+    #[default]
+    Up,
+    /// Away from larger v, as in DirectX.
+    Down,
+}
+
+impl Green {
+    /// The other one.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Up => Self::Down,
+            Self::Down => Self::Up,
+        }
+    }
 }
 
 /// What [`NormalMap::displace`] found.
@@ -39,29 +58,29 @@ pub struct Integrated {
 }
 
 impl NormalMap {
-    /// Reads a PNG of 8 or 16 bits, whose green points up (OpenGL) or down (DirectX).
+    /// Reads a coloured PNG of 8 or 16 bits. Opacity is ignored.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Input`] if it is no such image; [`rhytid_core::Error::Io`].
-    pub fn read(path: &Path, green_is_up: bool) -> Result<Self> {
+    /// [`Error::Input`] if it is no such image; [`Error::Io`].
+    pub fn read(path: &Path) -> Result<Self> {
         let image = MapImage::read(path)?;
         if image.channels < 3 {
-            return Err(rhytid_core::Error::input(format!(
+            return Err(Error::input(format!(
                 "{}: is grey, expected a tangent-space normal map, which is coloured; a map of heights is a displacement",
                 path.display()
             )));
         }
-        Ok(Self { image, green: if green_is_up { 1.0 } else { -1.0 } })
+        Ok(Self(image))
     }
 
-    /// Moves a mesh's vertices along their normals, so that its slopes are the map's times `strength`, as nearly as they can be.
+    /// Moves a mesh's vertices along their normals, so that its slopes are the map's times `strength`, a ratio, as nearly as they can be.
     ///
     /// The heights h minimise `∫ |∇h − g|² + h² / w²` over the surface, from the map's slopes g, each triangle's the mean over it, and with w half of
     /// the mesh's diagonal. That is `(−C + M / w²) h = b` with the Laplacian of section 1 and `b_v = ∫ ∇φ_v · g` (a screened Poisson equation). Seams of the texture coordinates do not matter.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Input`] if the mesh has no texture coordinates.
-    pub fn displace(&self, mesh: &mut Mesh, strength: f64) -> Result<Integrated> {
+    /// [`Error::Input`] if the mesh has no texture coordinates.
+    pub fn displace(&self, mesh: &mut Mesh, green: Green, strength: f64) -> Result<Integrated> {
         let corner_uv = corner_uvs(mesh.uvs.as_ref())?;
         let at = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
         let mut triangles = Vec::new();
@@ -79,7 +98,7 @@ impl NormalMap {
                 let [a, b, c] = points;
                 triangle.iter().for_each(|&v| normals[v as usize] += (b - a).cross(c - a));
                 triangles.push(triangle);
-                slopes.push(self.slope(points, corners.map(|i| corner_uv(first + i, face[i]))));
+                slopes.push(self.slope(points, corners.map(|i| corner_uv(first + i, face[i])), green));
             }
             first += *count as usize;
         }
@@ -112,17 +131,18 @@ impl NormalMap {
     }
 
     /// The mean slope over a triangle, in its plane: how far the surface rises by length, and which way.
-    fn slope(&self, [a, b, c]: [DVec3; 3], [p, q, r]: [DVec2; 3]) -> DVec3 {
+    fn slope(&self, [a, b, c]: [DVec3; 3], [p, q, r]: [DVec2; 3], green: Green) -> DVec3 {
+        let upwards = if green == Green::Up { 1.0 } else { -1.0 };
         let (e, f, s, t) = (b - a, c - a, q - p, r - p);
-        let size = DVec2::new(self.image.width as f64, self.image.height as f64);
+        let size = DVec2::new(self.0.width as f64, self.0.height as f64);
         let longest = [s, t, t - s].map(|edge| (edge * size).length()).into_iter().fold(0.0, f64::max);
         let rows = (longest.ceil() as usize).clamp(1, ROWS);
         let (mut sum, mut count) = (DVec2::ZERO, 0.0);
         for i in 0..rows {
             for j in 0..rows - i {
                 let place = |k: usize| (k as f64 + 1.0 / 3.0) / rows as f64;
-                let [x, y, _] = self.image.at(p + place(i) * s + place(j) * t);
-                let (x, y) = (x, self.green * y);
+                let [x, y, _] = self.0.at(p + place(i) * s + place(j) * t);
+                let y = upwards * y;
                 let z = (1.0 - x * x - y * y).max(0.0).sqrt();
                 sum += DVec2::new(-x, -y) / z.max(x.hypot(y) / STEEPEST).max(1e-9);
                 count += 1.0;
@@ -208,14 +228,15 @@ mod tests {
         [0.03 * f * g, 0.03 * df * g, 0.03 * f * dg]
     }
 
-    /// The bump's normals as an image, of 16 bits, with green up or down, for a sheet that is `long` units in u.
-    fn image(green: f64, long: f64) -> tempfile::TempPath {
+    /// The bump's normals as an image, of 16 bits, for a sheet that is `long` units in u.
+    fn image(green: Green, long: f64) -> tempfile::TempPath {
+        let upwards = if green == Green::Up { 1.0 } else { -1.0 };
         let mut bytes = Vec::new();
         for y in 0..PIXELS {
             for x in 0..PIXELS {
                 let at = |i: usize| (i as f64 + 0.5) / PIXELS as f64;
                 let [_, du, dv] = bump(at(x), 1.0 - at(y));
-                let n = DVec3::new(-du / long, -green * dv, 1.0).normalize();
+                let n = DVec3::new(-du / long, -upwards * dv, 1.0).normalize();
                 for c in n.to_array() {
                     bytes.extend((((c + 1.0) * 0.5 * 65_535.0).round() as u16).to_be_bytes());
                 }
@@ -274,10 +295,10 @@ mod tests {
             ("mirrored", &flat, true),
         ] {
             let (before, uvs) = sheet(place, mirrored);
-            for (green, up) in [(1.0, true), (-1.0, false)] {
-                let map = NormalMap::read(&image(green, 1.0), up).unwrap();
+            for green in [Green::Up, Green::Down] {
+                let map = NormalMap::read(&image(green, 1.0)).unwrap();
                 let mut mesh = before.clone();
-                let found = map.displace(&mut mesh, 1.0).unwrap();
+                let found = map.displace(&mut mesh, green, 1.0).unwrap();
                 let outwards = |i: usize| match name {
                     "bent" => DVec3::new(before.positions[i][0], 0.0, before.positions[i][2]).normalize(),
                     "mirrored" => -DVec3::Z,
@@ -288,16 +309,15 @@ mod tests {
                     (a - b).dot(outwards(i))
                 };
                 let heights: Vec<f64> = (0..uvs.len()).map(height).collect();
-                assert!(off(&heights, &uvs) < 0.04, "{name}, green {green}: {}", off(&heights, &uvs));
-                assert!(found.left < 0.1, "{name}, green {green}: {}", found.left);
+                assert!(off(&heights, &uvs) < 0.04, "{name}, {green:?}: {}", off(&heights, &uvs));
+                assert!(found.left < 0.1, "{name}, {green:?}: {}", found.left);
                 // Twice as strong is twice as high.
                 let mut twice = before.clone();
-                let doubled = map.displace(&mut twice, 2.0).unwrap();
+                let doubled = map.displace(&mut twice, green, 2.0).unwrap();
                 assert!((doubled.highest - 2.0 * found.highest).abs() < 1e-9);
                 // The other way of green is no surface.
-                let wrong = NormalMap::read(&image(green, 1.0), !up).unwrap();
-                let left = wrong.displace(&mut before.clone(), 1.0).unwrap().left;
-                assert!(left > 0.5, "{name}, green {green}, read the other way: {left}");
+                let left = map.displace(&mut before.clone(), green.other(), 1.0).unwrap().left;
+                assert!(left > 0.5, "{name}, {green:?}, read the other way: {left}");
             }
         }
     }
@@ -306,7 +326,7 @@ mod tests {
     #[test]
     fn lengths_are_the_meshs() {
         let (mut mesh, uvs) = sheet(|u, v| [2.0 * u, v, 0.0], false);
-        NormalMap::read(&image(1.0, 2.0), true).unwrap().displace(&mut mesh, 1.0).unwrap();
+        NormalMap::read(&image(Green::Up, 2.0)).unwrap().displace(&mut mesh, Green::Up, 1.0).unwrap();
         let heights: Vec<f64> = mesh.positions.iter().map(|x| x[2]).collect();
         assert!(off(&heights, &uvs) < 0.04, "{}", off(&heights, &uvs));
     }
@@ -319,7 +339,7 @@ mod tests {
         encoder.write_header().unwrap().write_image_data(&[128, 128, 255]).unwrap();
         let (mut mesh, _) = sheet(|u, v| [u, v, 0.0], false);
         let before = mesh.clone();
-        let found = NormalMap::read(file.path(), true).unwrap().displace(&mut mesh, 1.0).unwrap();
+        let found = NormalMap::read(file.path()).unwrap().displace(&mut mesh, Green::Up, 1.0).unwrap();
         assert_eq!((mesh, found), (before, Integrated { highest: 0.0, left: 0.0 }));
     }
 }

@@ -8,8 +8,8 @@ mod sections;
 pub use load::{files, load, load_without_handles};
 pub use parse::parse;
 pub use sections::{
-    Edges, ExampleSection, FineScaleSection, Green, HandlesSection, LargeScaleSection, LearnedSection,
-    MeshSection, Method, PinsSection, Project, StrainSection, Units,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, Project, StrainSection, Units,
 };
 
 use crate::named_file::Reach;

@@ -1,9 +1,10 @@
 //! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
 use super::sections::{
-    Edges, ExampleSection, FineScaleSection, Green, HandlesSection, LargeScaleSection, LearnedSection,
-    MeshSection, Method, PinsSection, Project, StrainSection, Units,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, Project, StrainSection, Units,
 };
 use crate::document::{File, Section, found, tables, vector_of};
+use crate::mesh::Green;
 use crate::tables::text::quoted;
 use rhytid_core::{Bind, FoldStrains, Result, UpAxis};
 use std::collections::HashMap;

@@ -1,7 +1,6 @@
 //! Examples that were sculpted: a frame of a take, whose handles are known; a displacement map put onto a mesh.
 
-use super::Green;
-use crate::mesh::{DisplacementMap, NormalMap};
+use crate::mesh::{DisplacementMap, Green, NormalMap};
 use crate::take::{self, Missing};
 use rhytid_core::{Error, Handles, Mesh, Result};
 use std::path::Path;
@@ -86,21 +85,23 @@ pub(super) fn with_normal_map(
     positions: Vec<[f64; 3]>,
     (path, green, strength): (&Path, Option<Green>, f64),
 ) -> Result<Vec<[f64; 3]>> {
-    let mesh = Mesh { positions, ..neutral.clone() };
-    let is_up = green != Some(Green::Down);
-    let displaced = |is_up: bool| {
-        let mut mesh = mesh.clone();
-        let found = NormalMap::read(path, is_up)?.displace(&mut mesh, strength);
+    let (map, green) = (NormalMap::read(path)?, green.unwrap_or_default());
+    let displaced = |green: Green| {
+        let mut mesh = Mesh { positions: positions.clone(), ..neutral.clone() };
+        let found = map.displace(&mut mesh, green, strength);
         Ok((mesh, found.map_err(|error| error.in_file(neutral_path.display()))?))
     };
-    let (mesh, found) = displaced(is_up)?;
-    if displaced(!is_up)?.1.left < BETTER * found.left {
-        log::warn!(
-            "{}: its green seems to point {}, by which its slopes are more nearly those of a surface; say green = \"{}\"",
-            path.display(),
-            if is_up { "down, as in DirectX" } else { "up, as in OpenGL" },
-            if is_up { "down" } else { "up" }
-        );
+    let (mesh, found) = displaced(green)?;
+    if displaced(green.other())?.1.left < BETTER * found.left {
+        let other = match green {
+            Green::Up => {
+                "down, as in DirectX, by which its slopes are more nearly those of a surface; say green = \"down\""
+            }
+            Green::Down => {
+                "up, as in OpenGL, by which its slopes are more nearly those of a surface; say green = \"up\""
+            }
+        };
+        log::warn!("{}: its green seems to point {other}", path.display());
     }
     Ok(mesh.positions)
 }

@@ -1,5 +1,6 @@
 //! The sections of a project file.
 
+use crate::mesh::Green;
 use rhytid_core::{Bind, FoldStrains, LearnedSettings, UpAxis};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -84,16 +85,6 @@ pub struct ExampleSection {
     /// Its heights times this, 1 where nothing is said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strength: Option<f64>,
-}
-
-/// Which way green points in a tangent-space normal map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Green {
-    /// Towards larger v, as in OpenGL.
-    Up,
-    /// Away from larger v, as in DirectX.
-    Down,
 }
 
 /// `[pins]`: what stays where it is, in addition to each other.

@@ -1,9 +1,10 @@
 //! The project file: what its text means, and that it survives being written.
 use proptest::prelude::*;
 use rhytid_core::{Bind, Error, FoldStrains, UpAxis};
+use rhytid_formats::mesh::Green;
 use rhytid_formats::project::{
-    Edges, ExampleSection, FineScaleSection, Green, HandlesSection, LargeScaleSection, LearnedSection,
-    MeshSection, Method, PinsSection, Project, StrainSection, Units, parse, write,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, Project, StrainSection, Units, parse, write,
 };
 use std::path::PathBuf;
 

@@ -116,8 +116,8 @@ impl Layers {
         handles::edit(self, take, rig)
     }
 
-    /// Multiplies the rig's own folds by those gains that are the same in all frames, which these layers are without from then on: in the rig they
-    /// cost nothing.
+    /// Multiplies the own folds of the rig that they were read for by those gains that are the same in all frames, which these layers are without from
+    /// then on: in the rig they cost nothing.
     pub fn settle(&mut self, rig: &mut Rig) {
         let mut factors = vec![1.0; rig.vertices()];
         self.details.retain(|(weights, by)| {
