@@ -45,6 +45,9 @@ pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
 /// A case takes so long at most, whatever else a machine does.
 const CASE: Duration = PATIENCE.saturating_mul(2);
 
+/// A large case takes so long at most: the chapter's face takes SwiftShader 19 s on two cores.
+const LARGE_CASE: Duration = PATIENCE.saturating_mul(20);
+
 /// Times are taken for so long at most: a device that got there has passed everything.
 const TIMES: Duration = Duration::from_secs(600);
 
@@ -55,17 +58,17 @@ fn examine(info: &DeviceInfo, suite: Suite, ui: &Ui) -> Result<DeviceReport> {
         ui.line(&format!("{} ({})", info.id(), info.name));
     }
     if !guard().is_on() {
-        let found = found(info, suite, |done, total| ui.report("conform", done as u64, total as u64));
+        let found = found(info, suite, |_, done, total| ui.report("conform", done as u64, total as u64));
         return Ok(found.report(info));
     }
     let name = if suite == Suite::Quick { QUICK } else { FULL };
     let answer = guard().ask(&[CONFORM, &info.id(), name], &info.id(), &[], ui, |sign| {
-        let Some((done, total)) = sign.split_once(' ') else {
+        let &[size, done, total] = &sign.split(' ').collect::<Vec<_>>()[..] else {
             ui.report("time the stages", 0, 1);
             return TIMES;
         };
         ui.report("conform", done.parse().unwrap_or_default(), total.parse().unwrap_or(1));
-        CASE
+        if size == LARGE { LARGE_CASE } else { CASE }
     });
     let unreadable = |error| Error::Internal(format!("what was found of {}: {error}", info.id()));
     match answer.and_then(|answer| toml::from_str::<Conformance>(&answer).map_err(unreadable)) {
@@ -78,6 +81,8 @@ fn examine(info: &DeviceInfo, suite: Suite, ui: &Ui) -> Result<DeviceReport> {
 const CONFORM: &str = "conform";
 const QUICK: &str = "quick";
 const FULL: &str = "full";
+const LARGE: &str = "large";
+const USUAL: &str = "usual";
 
 /// What a child found out: the parts of a [`DeviceReport`] that are not known before.
 #[derive(Serialize, Deserialize)]
@@ -104,15 +109,16 @@ pub(super) fn look(request: &[String]) -> Result<()> {
     }
     let info = find_device(id, Guard::NONE)?;
     let suite = if suite == QUICK { Suite::Quick } else { Suite::Full };
-    let found = found(&info, suite, |done, total| {
-        Signs.tell(&if done < total { format!("{done} {total}") } else { "times".to_owned() });
+    let found = found(&info, suite, |is_large, done, total| {
+        let size = if is_large { LARGE } else { USUAL };
+        Signs.tell(&if done < total { format!("{size} {done} {total}") } else { "times".to_owned() });
     });
     Signs.answer(&toml::to_string(&found).map_err(|error| Error::Internal(error.to_string()))?)
 }
 
-/// Runs the suite, and times the stages of a device that passes the full one; `before` is told how many cases are done, all of them
-/// before the times.
-fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(usize, usize)) -> Conformance {
+/// Runs the suite, and times the stages of a device that passes the full one; `before` is told whether the next case is a large one,
+/// how many are done, and of how many: all of them before the times.
+fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(bool, usize, usize)) -> Conformance {
     let device = match rhytid::backends::open(info) {
         Ok(device) => device,
         Err(error) => {
@@ -120,13 +126,13 @@ fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(usize, usize)) -> Conf
             return Conformance { wall_seconds, outcomes, times: Vec::new() };
         }
     };
-    let report = run_device(&device, suite, |_, done, total| {
-        before(done, total);
+    let report = run_device(&device, suite, |case, done, total| {
+        before(case.large, done, total);
         true
     });
     let mut times = Vec::new();
     if suite == Suite::Full && report.passed() {
-        before(1, 1);
+        before(false, 1, 1);
         let rig = sized_rig(Size::CHAPTER, Method::default());
         // A device that cannot hold the face has no times.
         times = bench::stage_times(info, &rig, &Memory::new()).unwrap_or_default();
