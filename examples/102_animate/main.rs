@@ -3,8 +3,8 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 102_animate -- face.usd
 //! ```
-use rhytid::formats::export::{Options, Provenance};
-use rhytid::playback::{Guard, Playback, PlaybackOptions, Selection, choose_devices};
+use rhytid::formats::export::{Options, Recipe};
+use rhytid::playback::{Guard, Performance, choose_devices};
 use rhytid::solve::solve;
 use rhytid::{NoProgress, Result};
 use std::path::PathBuf;
@@ -16,14 +16,12 @@ fn main() -> Result<()> {
     let rig = solve(&face, &NoProgress)?.cast::<f32>();
     let take = rhytid_demo::performance(&face);
 
-    // Two seconds of it. Velocities would need the frames before and after: true in place of false.
-    let selection = Selection::new(take, 0..48, None, false)?;
+    // Two seconds of it. The recipe stands in the file, where `rhytid verify` reads it.
+    let recipe = Recipe { end_frame: 48, ..Recipe::default() };
+    let performance = Performance::new(recipe, rig, take, None)?;
     let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
-    // How it was made, in the file: `rhytid verify` would read it.
-    let provenance = Provenance::default();
-    let (wanted, options) = (PlaybackOptions::default(), Options::default());
-    let written = playback.export(&selection, wanted, &path, &options, &provenance, &NoProgress)?;
+    let mut playback = performance.playback(&devices, &NoProgress)?;
+    let written = playback.export(&performance, &path, &Options::default(), &NoProgress)?;
 
     let device = playback.device();
     println!("{}: {} bytes, on {} ({})", path.display(), written.bytes, device.id(), device.name);

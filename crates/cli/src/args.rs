@@ -1,6 +1,7 @@
 //! Every command and flag, once: parsing, help, man pages and shell completions are all made from these files.
 
 mod animate;
+mod channels;
 mod correct;
 mod explain;
 mod judge;
@@ -17,6 +18,7 @@ mod values;
 mod view;
 
 pub(crate) use animate::Animate;
+pub(crate) use channels::{Channels, formats, option};
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use correct::Correct;
@@ -32,7 +34,7 @@ pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
 use values::parse_rate;
-pub(crate) use values::{Elsewhere, HeadChoice, MissingChoice, StageChoice, UnitChoice};
+pub(crate) use values::{Elsewhere, HeadChoice, StageChoice, UnitChoice};
 #[cfg(feature = "view")]
 pub(crate) use view::View;
 
@@ -108,7 +110,7 @@ Examples:
   rhytid animate FACE.safetensors --listen --frames 2400 -o FACE.usd --record TAKE.csv
 
 docs/export.md says which format and which options suit which program.")]
-    Animate(Animate),
+    Animate(Box<Animate>),
 
     /// Send a take over the network as if it were captured now.
     ///

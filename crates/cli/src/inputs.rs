@@ -7,7 +7,7 @@ use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
 use rhytid::formats::edits;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
-use rhytid::playback::{self, CleanUp, Layers, choose_devices, find_device};
+use rhytid::playback::{self, CleanUp, EditedTake, Layers, choose_devices, find_device};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take, human};
 use std::path::{Path, PathBuf};
 
@@ -159,12 +159,19 @@ pub(crate) fn edited(
     rig: &mut Rig,
     edit: Option<&Path>,
     reading: &TakeReading,
-) -> Result<(Take, Option<Layers>)> {
-    let Some(path) = edit else { return Ok((take, None)) };
-    let mut layers = Layers::read(path, rig, reading.elsewhere.reach())?;
+) -> Result<(EditedTake, Option<Layers>)> {
+    let Some(mut layers) = layers(edit, rig, reading)? else { return Ok((take.into(), None)) };
     let take = layers.edit(take, rig)?;
     layers.settle(rig);
     Ok((take, Some(layers)))
+}
+
+/// The edits in a file, if there is one.
+///
+/// # Errors
+/// As [`Layers::read`].
+pub(crate) fn layers(edit: Option<&Path>, rig: &Rig, reading: &TakeReading) -> Result<Option<Layers>> {
+    edit.map(|path| Layers::read(path, rig, reading.elsewhere.reach())).transpose()
 }
 
 /// A file of edits, if there is one, and all that it names: what an output must not be.

@@ -5,6 +5,7 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
+use std::path::PathBuf;
 
 /// These make a line look like another one.
 const DIRECTIONS: [char; 9] = [
@@ -77,6 +78,14 @@ pub(crate) fn table<const N: usize>(rows: &[[String; N]]) -> String {
         line.trim_end().to_owned()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Where a frame's number goes in the name of a file for each frame.
+pub(crate) const FRAME: &str = "{frame}";
+
+/// The name of a frame's file.
+pub(crate) fn numbered(name: &str, frame: usize) -> PathBuf {
+    PathBuf::from(name.replace(FRAME, &format!("{frame:05}")))
 }
 
 #[cfg(test)]

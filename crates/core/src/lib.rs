@@ -25,6 +25,7 @@ mod animator;
 mod atomic_file;
 mod backend;
 pub mod buffer_ring;
+pub mod channel;
 mod error;
 mod explain;
 mod face;
@@ -52,6 +53,7 @@ pub use atomic_file::AtomicFile;
 pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
+pub use channel::{Channel, ChannelKind};
 pub use error::{DeviceErrorKind, Error, Result};
 pub use explain::{EdgeShare, ExampleShare, Explanation};
 pub use face::{

@@ -25,6 +25,7 @@ mod noise;
 mod regions;
 mod strain_curves;
 mod truth;
+mod wrinkle_masks;
 
 pub use errors::{Errors, RegionError};
 pub use evaluation::{Evaluation, LeaveOneOut, LeftOut, Map, NoiseAnswer, Subject, evaluate};
@@ -32,3 +33,4 @@ pub use noise::NOISE_MM;
 pub use regions::Regions;
 pub use strain_curves::StrainCurves;
 pub use truth::{Comparison, Truth};
+pub use wrinkle_masks::WrinkleMasks;

@@ -1,7 +1,7 @@
 //! Curves of strain: how much each region of a face is stretched and squeezed, frame by frame.
 
 use crate::Regions;
-use rhytid_core::{PrincipalStrains, Result, Rig, StrainGauge};
+use rhytid_core::{PrincipalStrains, Result, Rig, StrainGauge, channel};
 use rhytid_formats::export::Frame;
 use rhytid_formats::tables;
 use std::path::Path;
@@ -38,12 +38,15 @@ impl<'a> StrainCurves<'a> {
 
     /// Adds a frame, whose strains are computed where it comes without.
     pub fn frame(&mut self, frame: &Frame<'_>) {
-        if frame.strain.is_none() {
-            self.gauge.measure(frame.positions.as_chunks().0, &mut self.strains);
-        }
-        let strains = frame.strain.unwrap_or(&self.strains);
+        let strains = match frame.get(&channel::STRAIN) {
+            Some(strains) => strains.as_chunks().0,
+            None => {
+                self.gauge.measure(frame.positions().as_chunks().0, &mut self.strains);
+                &self.strains.strains
+            }
+        };
         let mut means = vec![[0.0; CURVES.len()]; self.sums.len()];
-        for (v, (strain, area)) in strains.strains.iter().zip(&self.areas).enumerate() {
+        for (v, (strain, area)) in strains.iter().zip(&self.areas).enumerate() {
             if let Some(region) = self.regions.of_vertex(v as u32) {
                 let [first, second] = strain.map(f64::from);
                 let of_area = (1.0 + first) * (1.0 + second) - 1.0;
@@ -82,14 +85,11 @@ mod tests {
         let mut curves = StrainCurves::new(&rig, &regions);
         let rest = rig.rest.as_flattened();
         let larger: Vec<f32> = rest.iter().map(|x| 1.25 * x).collect();
-        let strained =
-            PrincipalStrains { strains: vec![[0.5, -0.2]; rig.vertices()], ..PrincipalStrains::default() };
-        let mut frame = Frame { positions: rest, normals: None, velocities: None, sigma: None, strain: None };
+        let strained = vec![[0.5, -0.2]; rig.vertices()].into_flattened();
+        curves.frame(&Frame::new(rest));
+        let frame = Frame::new(&larger);
         curves.frame(&frame);
-        frame.positions = &larger;
-        curves.frame(&frame);
-        frame.strain = Some(&strained);
-        curves.frame(&frame);
+        curves.frame(&frame.with(&channel::STRAIN, &strained));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("curves.csv");
         curves.write(&path, 7, 25.0).unwrap();
@@ -118,17 +118,10 @@ mod tests {
         let inside = |v: u32| left.binary_search(&v).is_ok();
         let regions = Regions::by_groups(rig.vertices(), &[("left".to_owned(), left.clone())]).unwrap();
         let height = |v: u32| f64::from(rig.rest[v as usize][1]);
-        let strains = (0..rig.vertices() as u32).map(|v| [height(v) as f32, 0.0]).collect();
-        let strain = PrincipalStrains { strains, ..PrincipalStrains::default() };
+        let strains: Vec<f32> = (0..rig.vertices() as u32).flat_map(|v| [height(v) as f32, 0.0]).collect();
         let mut curves = StrainCurves::new(&rig, &regions);
         let positions = rig.rest.as_flattened();
-        curves.frame(&Frame {
-            positions,
-            normals: None,
-            velocities: None,
-            sigma: None,
-            strain: Some(&strain),
-        });
+        curves.frame(&Frame::new(positions).with(&channel::STRAIN, &strains));
         let (mut sum, mut area) = (0.0, 0.0);
         for triangle in &rig.triangles {
             let [a, b, c] = triangle.map(|v| rig.rest[v as usize].map(f64::from));

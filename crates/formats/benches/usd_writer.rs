@@ -5,9 +5,9 @@
 //! sides have them alike; reading it is in nobody's time. Ours computes the extents, USD is given them. USD's time is
 //! that of authoring and saving, and what it takes until the file is on the disk is told apart, since ours always
 //! waits for that. At the end USD compares every array of the two files.
-use rhytid_core::{Faces, NoProgress, UpAxis};
+use rhytid_core::{Faces, NoProgress, UpAxis, channel};
 use rhytid_formats::animation;
-use rhytid_formats::export::{Frame, Options, Provenance, Scene};
+use rhytid_formats::export::{Frame, Options, Scene, StatedRecipe};
 use serde_json::Value;
 use std::error::Error;
 use std::fs::File;
@@ -98,14 +98,12 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
     source.read_exact(bytemuck::cast_slice_mut(&mut frame))?;
     let (faces, triangle_corners) = sheet();
     let (positions, normals) = frame.split_at(3 * SIDE * SIDE);
-    let provenance = Provenance::default();
+    let recipe = StatedRecipe::default();
     let scene = Scene {
         name: "face",
         rest: positions.as_chunks().0,
         rest_normals: Some(normals.as_chunks().0),
-        velocities: false,
-        sigma: false,
-        strain: false,
+        channels: std::slice::from_ref(&channel::NORMALS),
         faces: &faces,
         triangle_corners: &triangle_corners,
         uvs: None,
@@ -116,7 +114,7 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         frames: FRAMES,
         rate: 24.0,
         first_time_code: 1.0,
-        provenance: &provenance,
+        recipe: &recipe,
     };
     let start = Instant::now();
     let mut exporter = animation::create(path, &scene, &Options::default())?;
@@ -127,13 +125,7 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         }
         let (positions, normals) = frame.split_at(3 * SIDE * SIDE);
         let start = Instant::now();
-        exporter.frame(Frame {
-            positions,
-            normals: Some(normals),
-            velocities: None,
-            sigma: None,
-            strain: None,
-        })?;
+        exporter.frame(&Frame::new(positions).with(&channel::NORMALS, normals))?;
         spent += start.elapsed();
     }
     let start = Instant::now();

@@ -6,20 +6,18 @@
 //!
 //! ```
 //! use rhytid_core::{NoProgress, UpAxis};
-//! use rhytid_formats::export::{Frame, Options, Provenance, Scene};
+//! use rhytid_formats::export::{Frame, Options, Scene, StatedRecipe};
 //! use rhytid_formats::{animation, mesh};
 //!
 //! let obj = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 //! let square = mesh::decode(obj, mesh::Format::Obj, "square.obj")?;
 //! let rest: Vec<[f32; 3]> = square.positions.iter().map(|p| p.map(|x| x as f32)).collect();
-//! let provenance = Provenance::default();
+//! let recipe = StatedRecipe::default();
 //! let scene = Scene {
 //!     name: "square",
 //!     rest: &rest,
 //!     rest_normals: None,
-//!     velocities: false,
-//!     sigma: false,
-//!     strain: false,
+//!     channels: &[],
 //!     faces: &square.faces,
 //!     triangle_corners: &[[0, 1, 2], [0, 2, 3]],
 //!     uvs: None,
@@ -30,7 +28,7 @@
 //!     frames: 2,
 //!     rate: 24.0,
 //!     first_time_code: 0.0,
-//!     provenance: &provenance,
+//!     recipe: &recipe,
 //! };
 //! let raised: Vec<f32> = rest.iter().flat_map(|[x, y, z]| [*x, *y, z + 1.0]).collect();
 //!
@@ -40,7 +38,7 @@
 //! // `path` could as well end in .usd, .usdz, .glb or .gltf.
 //! let mut exporter = animation::create(path, &scene, &Options::default())?;
 //! for positions in [rest.as_flattened(), &raised] {
-//!     exporter.frame(Frame { positions, normals: None, velocities: None, sigma: None, strain: None })?;
+//!     exporter.frame(&Frame::new(positions))?;
 //! }
 //! exporter.finish(&NoProgress)?;
 //!

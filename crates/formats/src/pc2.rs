@@ -46,9 +46,9 @@ impl PointCache {
 }
 
 impl Exporter for PointCache {
-    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
         self.frame.clear();
-        self.frame.extend(frame.positions.iter().flat_map(|x| x.to_le_bytes()));
+        self.frame.extend(frame.positions().iter().flat_map(|x| x.to_le_bytes()));
         let name_path = self.file.error();
         self.file.write_all(&self.frame).map_err(name_path)?;
         self.bytes += self.frame.len() as u64;

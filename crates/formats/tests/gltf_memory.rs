@@ -1,9 +1,9 @@
 //! Memory does not grow with the frames. (A process of its own: what is measured is the most that it ever had.)
 #![cfg(target_os = "linux")]
 
-use rhytid_core::{Faces, NoProgress, UpAxis};
+use rhytid_core::{Faces, NoProgress, UpAxis, channel};
 use rhytid_formats::animation;
-use rhytid_formats::export::{Frame, Options, Provenance, Scene};
+use rhytid_formats::export::{Frame, Options, Scene, StatedRecipe};
 use rhytid_test_support::peak;
 use std::path::Path;
 
@@ -17,9 +17,7 @@ fn export(path: &Path, frames: usize, options: &Options) {
         name: "face",
         rest: &rest,
         rest_normals: Some(&rest),
-        velocities: false,
-        sigma: false,
-        strain: false,
+        channels: std::slice::from_ref(&channel::NORMALS),
         faces: &faces,
         triangle_corners: &[[0, 1, 2]],
         uvs: None,
@@ -30,22 +28,14 @@ fn export(path: &Path, frames: usize, options: &Options) {
         frames,
         rate: 30.0,
         first_time_code: 0.0,
-        provenance: &Provenance::default(),
+        recipe: &StatedRecipe::default(),
     };
     let mut exporter = animation::create(path, &scene, options).unwrap();
     let mut positions = vec![0.0; 3 * VERTICES];
     let normals = vec![0.5; 3 * VERTICES];
     for k in 0..frames {
         positions.iter_mut().enumerate().for_each(|(i, x)| *x = ((i * (k + 1)) as f32 * 0.1).sin());
-        exporter
-            .frame(Frame {
-                positions: &positions,
-                normals: Some(&normals),
-                velocities: None,
-                sigma: None,
-                strain: None,
-            })
-            .unwrap();
+        exporter.frame(&Frame::new(&positions).with(&channel::NORMALS, &normals)).unwrap();
     }
     exporter.finish(&NoProgress).unwrap();
 }

@@ -43,11 +43,6 @@ impl<'a> Evaluator<'a> {
         Evaluator::new(part, self.options, &devices, self.open)
     }
 
-    /// The rig.
-    pub(crate) fn rig(&self) -> &'a Rig {
-        self.rig
-    }
-
     /// The device that evaluates now.
     pub fn device(&self) -> &DeviceInfo {
         &self.current.info

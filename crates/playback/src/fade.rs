@@ -1,8 +1,8 @@
 //! Folds that are stronger or weaker than learned: by gains over time, and where they are not to be trusted, as the markers that drive them were filled
 //! rather than measured, or the frame is far outside what the examples show.
 
+use crate::channels::Uncertainty;
 use crate::local_normals;
-use crate::uncertainty::Uncertainty;
 use rayon::prelude::*;
 use rhytid_core::{Result, Rig, Take};
 use rhytid_formats::edits::Curve;

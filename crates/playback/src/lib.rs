@@ -6,7 +6,8 @@
 //!
 //! ```
 //! use rhytid_core::NoProgress;
-//! use rhytid_playback::{Guard, Playback, PlaybackOptions, Selection, choose_devices};
+//! use rhytid_formats::export::Recipe;
+//! use rhytid_playback::{Guard, Playback, Selection, choose_devices};
 //!
 //! # let face = rhytid_demo::face(1_000);
 //! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
@@ -17,8 +18,8 @@
 //! let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress)?.devices;
 //! let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
 //! let mut highest = f32::MIN;
-//! playback.play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {
-//!     highest = frame.positions.iter().skip(1).step_by(3).copied().fold(highest, f32::max);
+//! playback.play(&selection, &Recipe::default(), &NoProgress, |frame| {
+//!     highest = frame.positions().iter().skip(1).step_by(3).copied().fold(highest, f32::max);
 //!     Ok(())
 //! })?;
 //! assert!(highest > 0.0);
@@ -27,48 +28,55 @@
 //! [`Playback::export`] plays into a USD or glTF file.
 #![forbid(unsafe_code)]
 
+mod affected_region;
 mod bake;
 mod batch;
-mod bounds;
+mod channels;
 mod comes_back;
 mod correction;
 mod devices;
+mod edit_falloff;
+mod edited_take;
 mod evaluator;
 mod export;
 mod fade;
-mod finish;
 mod guard;
 mod layers;
 mod listing;
 mod local_normals;
 mod manifests;
+mod performance;
 mod pipeline;
 mod playback;
-mod reached;
 mod refined;
 mod regions;
 mod selection;
 mod shapes;
+mod stages;
 mod takes;
 mod trial;
-mod uncertainty;
 mod untangle;
 mod velocities;
+mod verify;
 mod watch;
 mod what_changes;
 
 pub use batch::{batch_frames, frame_bytes, rig_bytes};
+pub use channels::of_recipe as channels_of;
 pub use comes_back::{ComesBack, comes_back};
 pub use correction::Correction;
 pub use devices::{Choice, choose_devices, devices, find_device};
+pub use edited_take::EditedTake;
 pub use evaluator::{Evaluator, Open};
 pub use guard::{Guard, PATIENCE, Signs};
 pub use layers::{FrameEdits, Layers};
 pub use listing::answer;
-pub use playback::{Playback, PlaybackOptions};
-pub use regions::{region_of, scale_folds};
+pub use performance::Performance;
+pub use playback::Playback;
+pub use regions::{check_gains, region_of, scale_folds};
 pub use selection::{FrameRange, Selection, uneven_step};
 pub use shapes::handle_shapes;
 pub use takes::{CleanUp, read_raw_take, read_take};
+pub use verify::{ChannelDifference, Verified, verify};
 pub use watch::Watch;
 pub use what_changes::{Change, what_changes};

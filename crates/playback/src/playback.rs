@@ -1,25 +1,20 @@
 //! Playback: a take on a rig, frame by frame. It is what is exported, and what an exported file is compared with.
 
-use crate::bake::Bake;
-use crate::bounds::Bounds;
+use crate::affected_region::AffectedRegion;
+use crate::channels::{ChannelSources, Given};
 use crate::correction::{Correction, Sculpted};
+use crate::edit_falloff::EditFalloff;
 use crate::evaluator::Evaluator;
 use crate::fade::{Fade, VertexGain};
-use crate::finish::{Finish, Given, OnTop};
-use crate::reached::{OnceMore, Poses, Reached};
 use crate::refined::Refined;
 use crate::selection::Selection;
-use crate::uncertainty::Uncertainty;
+use crate::stages::{Batch, Context, Evaluate, FrameBuffers, FrameEffects, Stages, stages};
 use crate::untangle::Untangle;
 use crate::velocities::Velocities;
-use crate::{Layers, batch, layers, pipeline};
-use rhytid_core::{
-    DeviceInfo, Error, PrincipalStrains, Progress, Result, Rig, Stage, StrainGauge, Take, UploadOptions,
-    human,
-};
-use rhytid_formats::export::{Frame, HeadMotion, OutputStage};
+use crate::{EditedTake, Layers, batch, layers, pipeline};
+use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, human};
+use rhytid_formats::export::{ChannelChoice, Frame, HeadMotion, OutputStage, Recipe};
 use rhytid_kernels::normals::VertexTriangles;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// A rig on a device, and the devices to go on with if that one fails.
@@ -36,63 +31,7 @@ pub struct Playback<'a> {
     corrected: Vec<Vec<f64>>,
     triangles: Arc<VertexTriangles>,
     /// Where something was learned.
-    untangle: Option<Untangle<'a>>,
-}
-
-/// What the device gave of some frames.
-#[derive(Default)]
-struct Batch {
-    frames: Range<usize>,
-    /// Positions; normals, if they are wanted; the large scale, if any frame may fade all over the face.
-    results: Vec<Vec<f32>>,
-    /// What edits reach.
-    once_more: OnceMore,
-}
-
-/// What is wanted of each frame, beside its positions.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlaybackOptions {
-    /// How far to go.
-    pub stage: OutputStage,
-    /// Normals too.
-    pub normals: bool,
-    /// Velocities too, which need [`Selection::new`] to be asked for neighbours.
-    pub velocities: bool,
-    /// How far each vertex is to be trusted too ([`rhytid_solve::Confidence`]), which a rig of the learned method knows.
-    pub sigma: bool,
-    /// The principal strains of each vertex too ([`StrainGauge`]), of the positions as they are handed on.
-    pub strain: bool,
-    /// Detail fades where the take's confidence is below 1, and where the rig's says that a frame is far outside what its examples
-    /// show; of use to [`OutputStage::Full`] alone.
-    pub fade_detail: bool,
-    /// What becomes of the head's motion: [`HeadMotion::Bake`] puts it into the frames.
-    pub head: HeadMotion,
-    /// Each frame is refined on the host ([`rhytid_solve::Refine`]), which a rig without examples can be.
-    pub refine: bool,
-}
-
-impl Default for PlaybackOptions {
-    /// Positions and normals of the whole face, in head space.
-    fn default() -> Self {
-        Self {
-            stage: OutputStage::Full,
-            normals: true,
-            velocities: false,
-            sigma: false,
-            strain: false,
-            fade_detail: false,
-            head: HeadMotion::Keep,
-            refine: false,
-        }
-    }
-}
-
-/// The stages that have an output stage's positions and normals.
-fn stages(stage: OutputStage) -> [Stage; 2] {
-    match stage {
-        OutputStage::LargeScale | OutputStage::Shell => [Stage::LargeScale, Stage::LargeScaleNormals],
-        OutputStage::Full => [Stage::Positions, Stage::Normals],
-    }
+    untangle: Option<Arc<Untangle<'a>>>,
 }
 
 impl<'a> Playback<'a> {
@@ -116,7 +55,7 @@ impl<'a> Playback<'a> {
             gains: Arc::default(),
             corrections: Arc::default(),
             corrected: Vec::new(),
-            untangle: Untangle::new(rig, triangles.clone()),
+            untangle: Untangle::new(rig, triangles.clone()).map(Arc::new),
             triangles,
         }
     }
@@ -125,23 +64,29 @@ impl<'a> Playback<'a> {
     ///
     /// # Errors
     /// As [`Playback::play`]; [`Error::Input`] if the take has no frame that was sculpted.
-    pub fn with_layers(mut self, layers: &Layers, edited: &Take, progress: &dyn Progress) -> Result<Self> {
-        self.gains = self.gains.iter().cloned().chain(layers.vertex_gains(edited)).collect();
+    pub fn with_layers(
+        mut self,
+        layers: &Layers,
+        edited: &EditedTake,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let take = &edited.take;
+        self.gains = self.gains.iter().cloned().chain(layers.vertex_gains(take)).collect();
         for sculpt in layers.sculpted() {
             let frame = sculpt.correction.frame;
-            if frame >= edited.frames() {
+            if frame >= take.frames() {
                 return Err(Error::input(format!(
                     "{}: [[correction]] of frame {frame}: the take has {}, counted from 0",
                     layers.path().display(),
-                    human::counted(edited.frames(), "frame")
+                    human::counted(take.frames(), "frame")
                 )));
             }
             let selection = Selection::all(edited.slice(frame..frame + 1))?;
-            let handles = selection.take.handle_positions(&self.rig.labels)?;
-            let options = PlaybackOptions { normals: false, ..PlaybackOptions::default() };
+            let handles = selection.take.take.handle_positions(&self.rig.labels)?;
+            let recipe = Recipe { channels: ChannelChoice::NONE, ..Recipe::default() };
             let mut before = Vec::new();
-            self.play(&selection, options, progress, |frame| {
-                before = frame.positions.to_vec();
+            self.play(&selection, &recipe, progress, |frame| {
+                before = frame.positions().to_vec();
                 Ok(())
             })?;
             let sculpted = Sculpted {
@@ -151,7 +96,7 @@ impl<'a> Playback<'a> {
                 handles: handles.as_chunks().0,
                 weights: &sculpt.weights,
                 reach: sculpt.correction.reach,
-                amount: layers::timed(edited, &sculpt.correction.amount),
+                amount: layers::timed(take, &sculpt.correction.amount),
             };
             let correction = Correction::new(self.rig, &self.triangles, sculpted);
             if 2 * correction.vertices() > self.rig.vertices() {
@@ -211,178 +156,124 @@ impl<'a> Playback<'a> {
         stage: OutputStage,
         normals: bool,
         progress: &dyn Progress,
-        each: impl FnMut(&[f32], &[f32]) -> Result<()>,
-    ) -> Result<()> {
-        self.evaluate_edited([handles; 2], (stage, normals), OnTop::default(), progress, each)
-    }
-
-    /// As [`Playback::evaluate`], with what is done to the full stage.
-    fn evaluate_edited(
-        &mut self,
-        poses: Poses<'_>,
-        (stage, normals): (OutputStage, bool),
-        on_top: OnTop<'_, '_>,
-        progress: &dyn Progress,
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
-        if stage == OutputStage::Shell && self.rig.learned.is_some() {
+        let (triangles, untangle) = (self.triangles.clone(), self.untangle.clone());
+        let poses = handles.as_chunks().0;
+        let (rig, triangles) = (self.rig, &*triangles);
+        let context = Context { rig, triangles, unedited: poses, edited: poses, times: &[], stage, normals };
+        let effects = FrameEffects { untangle: untangle.as_deref(), ..FrameEffects::default() };
+        self.run(&context, &effects, progress, |frame| {
+            each(frame.positions.as_flattened(), frame.normals.as_flattened())
+        })
+    }
+
+    /// Takes all frames of a context through their stages, and hands each to `each`.
+    fn run(
+        &mut self,
+        context: &Context<'_>,
+        effects: &FrameEffects<'_>,
+        progress: &dyn Progress,
+        mut each: impl FnMut(FrameBuffers<'_>) -> Result<()>,
+    ) -> Result<()> {
+        if context.stage == OutputStage::Shell && self.rig.learned.is_some() {
             return Err(Error::input(
                 "the rig has a linear band in its large scale; play what Rig::shell gives",
             ));
         }
-        let (handles, vertices) = (self.rig.handles.len(), self.rig.vertices());
-        let [unedited, edited] = poses.map(|pose| pose.as_chunks::<3>().0);
-        let frames = unedited.len() / handles;
+        let refined = effects.refine.then(|| Refined::new(context.rig, context.triangles, progress));
+        let mut stages = Stages::new(context, effects, refined.transpose()?);
+        let part = effects.region.as_ref().and_then(AffectedRegion::part);
+        let of_region = part.map(|part| self.evaluator.of_part(part)).transpose()?;
+        let frames = context.frames();
         let batches = (0..frames).step_by(self.batch).map(|first| first..frames.min(first + self.batch));
-        let part = on_top.reached.and_then(Reached::part);
-        let mut part = part.map(|part| self.evaluator.of_part(part)).transpose()?;
-        let has_part = part.is_some();
-        let is_gained = |frame: usize| on_top.fade.is_some_and(|fade| fade.is_gained(frame));
-        // Where nothing fades, and no edit is about any frame, a batch costs what it costs without.
-        let fades = |frames: &Range<usize>| {
-            let everywhere = on_top.fade.is_some_and(|fade| fade.is_everywhere(frames.clone()));
-            everywhere || !has_part && frames.clone().any(is_gained)
-        };
-        let evaluate = |frames: Range<usize>, batch: &mut Batch| {
-            let [shown, vertex_normals] = stages(stage);
-            let mut stages = vec![shown];
-            stages.extend(normals.then_some(vertex_normals));
-            stages.extend(fades(&frames).then_some(Stage::LargeScale));
-            batch.results.resize(stages.len(), Vec::new());
-            batch.frames = frames.clone();
-            let of_frames = &unedited[frames.start * handles..frames.end * handles];
-            self.evaluator.evaluate(of_frames.as_flattened(), &stages, &mut batch.results)?;
-            let (Some(reached), of_frames) = (on_top.reached, (frames, poses)) else { return Ok(()) };
-            let once_more = &mut batch.once_more;
-            let fades = (on_top.fade.is_some(), |frame| has_part && is_gained(frame));
-            match &mut part {
-                Some(part) => reached.evaluate(part, of_frames, fades, shown, once_more),
-                None => reached.evaluate(&mut self.evaluator, of_frames, fades, shown, once_more),
-            }
-        };
-        let mut finish = Finish::new((self.rig, &self.triangles), on_top, self.untangle.as_ref());
-        let has_normals = normals;
-        pipeline::run(pipeline::BUFFERS, batches, evaluate, |Batch { frames, results, once_more }| {
-            for (at, number) in frames.clone().enumerate() {
+        let mut evaluate = Evaluate { context, effects, evaluator: &mut self.evaluator, of_region };
+        let fill = |frames, batch: &mut Batch| evaluate.batch(frames, batch);
+        pipeline::run(pipeline::BUFFERS, batches, fill, |batch| {
+            for (mut frame, partial) in batch.frames(context, effects) {
                 if progress.cancelled() {
                     return Err(Error::Cancelled);
                 }
-                let mut results = results
-                    .iter_mut()
-                    .map(|results| &mut results.as_chunks_mut().0[at * vertices..][..vertices]);
-                let positions = results.next().unwrap_or_default();
-                let normals = if has_normals { results.next().unwrap_or_default() } else { &mut [] };
-                let given = Given {
-                    positions: &mut *positions,
-                    normals: &mut *normals,
-                    large_scale: results.next().map(|large_scale| &*large_scale),
-                    poses: [unedited, edited].map(|pose| &pose[number * handles..][..handles]),
-                };
-                let local = on_top.reached.map(|reached| reached.frame(once_more, number));
-                finish.frame(number, given, local);
-                each(positions.as_flattened(), normals.as_flattened())?;
+                stages.frame(&mut frame, partial);
+                each(frame)?;
             }
             Ok(())
         })?;
-        self.corrected = finish.corrected;
+        self.corrected = stages.corrected;
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
-    /// Plays the selection's inner frames in order.
+    /// Plays the selection's inner frames in order. Of the recipe that is what is done to the frames of a rig and a selection: stage, channels, fading, head,
+    /// refinement, groups of wrinkles. What is done to the rig and the take before is [`crate::Performance`]'s.
     ///
     /// # Errors
-    /// [`Error::Input`] if the take lacks handles; as [`Playback::evaluate`].
+    /// [`Error::Input`] if the take lacks handles, or the rig does not know what a channel says; as [`Playback::evaluate`].
     pub fn play(
         &mut self,
         selection: &Selection,
-        options: PlaybackOptions,
+        recipe: &Recipe,
         progress: &dyn Progress,
-        mut each: impl FnMut(Frame<'_>) -> Result<()>,
+        mut each: impl FnMut(&Frame<'_>) -> Result<()>,
     ) -> Result<()> {
-        let handles = selection.take.handle_positions(&self.rig.labels)?;
-        let of_the_take = (&selection.take, &handles[..]);
-        let gains = self.gains.clone();
-        let fade = match options.stage {
-            OutputStage::Full => {
-                Fade::new((self.rig, &self.triangles), &gains, of_the_take, options.fade_detail)?
-            }
-            _ => None,
-        };
-        if options.refine && !self.corrections.is_empty() {
+        let rig = self.rig;
+        if recipe.refine && !self.corrections.is_empty() {
             return Err(Error::input(
                 "what was sculpted would be refined away: leave --refine or the [[correction]] out",
             ));
         }
-        let mut refined =
-            options.refine.then(|| Refined::new(self.rig, self.triangles.clone(), progress)).transpose()?;
-        let per_frame = 3 * self.rig.handles.len();
-        let head = selection.take.head.as_ref().filter(|_| options.head == HeadMotion::Bake);
-        let mut bake = Bake::default();
-        let mut velocities = options.velocities.then(|| Velocities::new(selection.rate));
-        let (mut evaluated, mut passed) = (0, 0);
-        let uncertainty = match options.sigma {
-            true => Some(Uncertainty::new(self.rig, &handles)?.ok_or_else(|| {
-                Error::input(
-                    "the rig does not know how far it is to be trusted: that takes the learned method and an example",
-                )
-            })?),
+        let take = &selection.take.take;
+        let handles = take.handle_positions(&rig.labels)?;
+        let before = selection.take.before().handle_positions(&rig.labels)?;
+        let (gains, corrections) = (self.gains.clone(), self.corrections.clone());
+        let (triangles, untangle) = (self.triangles.clone(), self.untangle.clone());
+        let is_full = recipe.stage == OutputStage::Full;
+        let fade = match is_full {
+            true => Fade::new((rig, &triangles), &gains, (take, &handles), recipe.fade_detail)?,
             false => None,
         };
-        let mut sigma = Vec::new();
-        let gauge = options.strain.then(|| StrainGauge::new(&self.rig.rest, &self.rig.triangles));
-        let mut strain = PrincipalStrains::default();
+        let is_gained = |gain: &&VertexGain| take.times.iter().any(|time| gain.at(*time) != 1.0);
+        let gained = gains.iter().filter(|_| fade.is_some()).filter(is_gained);
+        let falloff = EditFalloff::new(rig, &selection.take).filter(|_| before != handles);
+        let unedited = if falloff.is_some() { &before } else { &handles };
+        let context = Context {
+            rig,
+            triangles: &triangles,
+            unedited: unedited.as_chunks().0,
+            edited: handles.as_chunks().0,
+            times: &take.times,
+            stage: recipe.stage,
+            normals: recipe.has(ChannelKind::Normals),
+        };
+        let effects = FrameEffects {
+            region: AffectedRegion::new(rig, falloff, gained),
+            fade,
+            corrections: if is_full { &corrections } else { &[] },
+            untangle: untangle.as_deref(),
+            refine: recipe.refine,
+            head: take.head.as_deref().filter(|_| recipe.head == HeadMotion::Bake),
+        };
+        let mut sources = ChannelSources::new(rig, recipe, &handles)?;
+        let mut velocities = recipe.has(ChannelKind::Velocities).then(|| Velocities::new(selection.rate));
+        let mut passed = 0;
         // Frames around the inner ones only serve the velocities.
-        let mut inner = |positions: &[f32], normals: &[f32], velocities: Option<&[f32]>| {
-            let frame = passed;
+        let mut pass_on = |positions: &[[f32; 3]], normals: &[[f32; 3]], velocities: &[[f32; 3]]| {
+            let number = passed;
             passed += 1;
-            if !selection.inner.contains(&frame) {
+            if !selection.inner.contains(&number) {
                 return Ok(());
             }
-            let normals = options.normals.then_some(normals);
-            if let Some(uncertainty) = &uncertainty {
-                uncertainty.sigma(frame, &mut sigma);
-            }
-            let sigma = uncertainty.is_some().then_some(sigma.as_slice());
-            if let Some(gauge) = &gauge {
-                gauge.measure(positions.as_chunks().0, &mut strain);
-            }
-            let strain = gauge.is_some().then_some(&strain);
-            each(Frame { positions, normals, velocities, sigma, strain })
+            let pose = context.pose(context.edited, number);
+            each(&sources.frame(&Given { number, pose, positions, normals, velocities }))
         };
-        let (stage, normals) = (options.stage, options.normals);
-        let corrections = self.corrections.clone();
-        let gains = gains.iter().filter(|_| fade.is_some());
-        let is_gained = |gain: &&VertexGain| selection.take.times.iter().any(|time| gain.at(*time) != 1.0);
-        let bounds = Bounds::new(self.rig, &selection.take);
-        let unedited = bounds.as_ref().map(|_| Bounds::unedited(self.rig, &selection.take, &handles));
-        let bounds = bounds.filter(|_| unedited.as_ref() != Some(&handles));
-        let reached = Reached::new(self.rig, bounds, gains.filter(is_gained));
-        let on_top = OnTop {
-            fade: fade.as_ref(),
-            reached: reached.as_ref(),
-            corrections: if stage == OutputStage::Full { &corrections } else { &[] },
-            times: &selection.take.times,
-        };
-        let poses = [unedited.as_ref().unwrap_or(&handles), &handles[..]];
-        self.evaluate_edited(poses, (stage, normals), on_top, progress, |positions, normals| {
-            let shown = match &mut refined {
-                Some(refined) => {
-                    refined.frame(&handles[evaluated * per_frame..][..per_frame], [positions, normals])
-                }
-                None => [positions, normals],
-            };
-            let [positions, normals] = match head {
-                Some(head) => bake.frame(&head[evaluated], shown),
-                None => shown,
-            };
-            evaluated += 1;
-            match &mut velocities {
-                Some(velocities) => velocities.frame(positions, normals, &mut |p, n, v| inner(p, n, Some(v))),
-                None => inner(positions, normals, None),
-            }
+        self.run(&context, &effects, progress, |frame| match &mut velocities {
+            None => pass_on(frame.positions, frame.normals, &[]),
+            Some(velocities) => match velocities.frame(frame.positions, frame.normals) {
+                Some(moved) => pass_on(&moved.positions, &moved.normals, &moved.velocities),
+                None => Ok(()),
+            },
         })?;
-        match velocities {
-            Some(velocities) => velocities.finish(&mut |p, n, v| inner(p, n, Some(v))),
+        match velocities.and_then(|mut velocities| velocities.last()) {
+            Some(moved) => pass_on(&moved.positions, &moved.normals, &moved.velocities),
             None => Ok(()),
         }
     }
@@ -392,9 +283,9 @@ impl<'a> Playback<'a> {
 mod tests {
     use super::*;
     use crate::evaluator::tests::{Flaky, info};
-    use rhytid_core::{Device, NoProgress};
-    use rhytid_formats::animation;
-    use rhytid_formats::export::{self, Provenance, Scene};
+    use rhytid_core::{Device, NoProgress, channel};
+    use rhytid_formats::animation::{self, Format};
+    use rhytid_formats::export::{self, Scene, StatedRecipe};
     use rhytid_solve::solve;
     use std::path::Path;
 
@@ -409,33 +300,30 @@ mod tests {
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
         let mut playback = Playback::with(&rig, evaluator, batch);
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
-        let options = PlaybackOptions {
-            stage: OutputStage::Full,
-            normals: true,
-            velocities: true,
-            sigma: true,
-            strain: true,
-            fade_detail: false,
-            head: HeadMotion::Keep,
-            refine: false,
-        };
-        let (provenance, corners) =
-            (Provenance::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
+        // All that any format has a place for.
+        let format = Format::of(path)?;
+        let kinds = ChannelKind::ALL.into_iter().filter(|kind| format.carries(*kind));
+        let recipe =
+            Recipe { channels: kinds.fold(ChannelChoice::NONE, ChannelChoice::with), ..Recipe::default() };
+        let channels = crate::channels::of_recipe(&rig, &recipe)?;
+        let (stated, corners) =
+            (StatedRecipe::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
         let rest_normals = playback.rest_normals()?;
         let scene = Scene {
             rest_normals: Some(&rest_normals),
-            velocities: true,
-            sigma: true,
-            strain: true,
+            channels: &channels,
             frames: FRAMES,
-            ..Scene::of(&rig, &corners, &provenance)
+            ..Scene::of(&rig, &corners, &stated)
         };
         let mut exporter = animation::create(path, &scene, &export::Options::default())?;
         let mut frame = 0;
-        playback.play(&selection, options, &NoProgress, |shown| {
-            let normals = shown.normals.filter(|_| refused != Some(frame));
+        playback.play(&selection, &recipe, &NoProgress, |shown| {
+            let is_refused = refused == Some(frame);
             frame += 1;
-            exporter.frame(Frame { normals, ..shown })
+            match is_refused {
+                true => exporter.frame(&shown.clone().without(&channel::NORMALS)),
+                false => exporter.frame(shown),
+            }
         })?;
         exporter.finish(&NoProgress)?;
         Ok(std::fs::read(path).unwrap())
@@ -470,7 +358,12 @@ mod tests {
                 ("sound", Some(FRAMES - 1), "frame 22 (from 0) has no normals"),
                 // Velocities need the frame after, so that frame 10 is the last one written before batch 5, of frame 12.
                 ("evaluate:5", Some(10), "frame 10 (from 0) has no normals"),
-                ("evaluate:5", Some(11), "unplugged"),
+                // glTF has none.
+                (
+                    "evaluate:5",
+                    Some(11),
+                    if name == "face.glb" { "frame 11 (from 0) has no normals" } else { "unplugged" },
+                ),
             ] {
                 let error = export(&path, device, 3, refused).unwrap_err().to_string();
                 assert!(error.contains(expected), "{name}, {device}, {refused:?}: {error}");

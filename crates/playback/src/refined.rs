@@ -3,61 +3,50 @@
 use rhytid_core::{Progress, Result, Rig};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_solve::Refine;
-use std::sync::Arc;
 
-/// A rig's [`Refine`], and the frame that it refined last.
+/// A rig's [`Refine`], and a frame as it computes it.
 pub(crate) struct Refined<'a> {
     rig: &'a Rig,
     refine: Refine,
-    vertex_triangles: Arc<VertexTriangles>,
-    /// V, as they are computed, and as they are shown.
+    vertex_triangles: &'a VertexTriangles,
+    /// V.
     exact: Vec<[f64; 3]>,
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
 }
 
 impl<'a> Refined<'a> {
     /// As [`Refine::new`].
     pub(crate) fn new(
         rig: &'a Rig,
-        vertex_triangles: Arc<VertexTriangles>,
+        vertex_triangles: &'a VertexTriangles,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        Ok(Self {
-            rig,
-            refine: Refine::new(&rig.cast(), progress)?,
-            vertex_triangles,
-            exact: Vec::new(),
-            positions: Vec::new(),
-            normals: Vec::new(),
-        })
+        Ok(Self { rig, refine: Refine::new(&rig.cast(), progress)?, vertex_triangles, exact: Vec::new() })
     }
 
-    /// A frame's 3V positions and normals (empty where they are not wanted), refined, of those before and the 3H positions of its handles.
-    pub(crate) fn frame(&mut self, handles: &[f32], [positions, normals]: [&[f32]; 2]) -> [&[f32]; 2] {
-        let widened = |numbers: &[f32]| numbers.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
+    /// Refines a frame's V positions, and makes its normals anew (empty where they are not wanted), from the positions of its H handles.
+    pub(crate) fn frame(
+        &mut self,
+        handles: &[[f32; 3]],
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        let widened = |x: &[[f32; 3]]| x.iter().map(|x| x.map(f64::from)).collect();
         let handles: Vec<[f64; 3]> = widened(handles);
         self.exact = widened(positions);
         self.refine.frame(&handles, &mut self.exact);
-        self.positions.clear();
-        self.positions.extend(self.exact.iter().map(|x| x.map(|x| x as f32)));
-        self.normals.clear();
-        if !normals.is_empty() {
-            let of_vertex = |v| {
-                let incident = self.vertex_triangles.at(v);
-                normals::vertex_normal(&self.positions, &self.rig.triangles, incident)
-            };
-            self.normals.extend((0..self.rig.vertices()).map(of_vertex));
+        positions.iter_mut().zip(&self.exact).for_each(|(x, exact)| *x = exact.map(|x| x as f32));
+        for (v, n) in normals.iter_mut().enumerate() {
+            *n = normals::vertex_normal(positions, &self.rig.triangles, self.vertex_triangles.at(v));
         }
-        [self.positions.as_flattened(), self.normals.as_flattened()]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Playback, PlaybackOptions, Selection, choose_devices};
-    use rhytid_core::{NoProgress, Take};
+    use crate::{Playback, Selection, choose_devices};
+    use rhytid_core::{NoProgress, Take, channel};
+    use rhytid_formats::export::{Frame, Recipe};
 
     #[test]
     fn frames_are_what_refine_makes_of_them_and_normals_are_theirs() {
@@ -80,13 +69,14 @@ mod tests {
         let mut playback = Playback::new(&rig, &devices, 3).unwrap();
         let selection = Selection::all(take).unwrap();
         let frames = |playback: &mut Playback<'_>, refine| {
-            let options = PlaybackOptions { refine, ..PlaybackOptions::default() };
+            let recipe = Recipe { refine, ..Recipe::default() };
             let mut frames: Vec<[Vec<f32>; 2]> = Vec::new();
-            let each = |frame: rhytid_formats::export::Frame<'_>| {
-                frames.push([frame.positions.to_vec(), frame.normals.unwrap_or_default().to_vec()]);
+            let each = |frame: &Frame<'_>| {
+                let normals = frame.get(&channel::NORMALS).unwrap_or_default();
+                frames.push([frame.positions().to_vec(), normals.to_vec()]);
                 Ok(())
             };
-            playback.play(&selection, options, &NoProgress, each).unwrap();
+            playback.play(&selection, &recipe, &NoProgress, each).unwrap();
             frames
         };
         let [before, after] = [false, true].map(|refine| frames(&mut playback, refine));

@@ -43,6 +43,14 @@ pub fn scale_folds(rig: &mut Rig, gains: &[(String, f64)]) -> Result<()> {
     Ok(())
 }
 
+/// Whether each name of `gains` is that of a handle, or of a region which some handle is in.
+///
+/// # Errors
+/// As [`scale_folds`].
+pub fn check_gains(labels: &[String], gains: &[(String, f64)]) -> Result<()> {
+    handle_gains(labels, gains).map(|_| ())
+}
+
 /// For each handle by how much folds are multiplied there: 1, or what `gains` say of the handle, else of its region.
 fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f64>> {
     for (name, _) in gains {

@@ -1,5 +1,6 @@
 //! Selections: which frames of a take are played, and at which rate.
 
+use crate::EditedTake;
 use rhytid_core::human;
 use rhytid_core::{Error, Result, RigidMotion, Take};
 use std::ops::Range;
@@ -62,7 +63,7 @@ impl FromStr for FrameRange {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
     /// The frames that were asked for, and where that is wanted up to one more at each end.
-    pub take: Take,
+    pub take: EditedTake,
     /// Those of `take` that were asked for.
     pub inner: Range<usize>,
     /// Frames per second.
@@ -80,7 +81,14 @@ impl Selection {
     ///
     /// # Errors
     /// [`Error::Input`] if the range holds no frame at the new rate.
-    pub fn new(take: Take, range: Range<usize>, fps: Option<f64>, neighbours: bool) -> Result<Self> {
+    pub fn new(
+        take: impl Into<EditedTake>,
+        range: Range<usize>,
+        fps: Option<f64>,
+        neighbours: bool,
+    ) -> Result<Self> {
+        let edited: EditedTake = take.into();
+        let take = &edited.take;
         let own_rate = take.rate();
         let chosen = take.slice(range.clone());
         let uneven = uneven_step(&chosen, own_rate).map(|(frame, step)| (range.start + frame, step));
@@ -95,7 +103,7 @@ impl Selection {
         let rate = fps.unwrap_or(own_rate);
         if uneven.is_none() && rate == own_rate {
             // After a gap, a frame's number is not its row's.
-            let first = match uneven_step(&take, own_rate) {
+            let first = match uneven_step(take, own_rate) {
                 None => range.start,
                 Some(_) => ((take.times[range.start] - take.times[0]) * rate).round() as usize,
             };
@@ -106,7 +114,7 @@ impl Selection {
             let (before, after) = (usize::from(before), usize::from(after));
             let inner = before..before + range.len();
             return Ok(Self {
-                take: take.slice(range.start - before..range.end + after),
+                take: edited.slice(range.start - before..range.end + after),
                 inner,
                 rate,
                 first,
@@ -116,9 +124,10 @@ impl Selection {
         let slack = STEP_TOLERANCE / rate;
         let from = take.times[range.start] - slack;
         let until = take.times.get(range.end).map_or(f64::INFINITY, |time| time - slack);
-        let resampled = take.resample(rate)?;
-        let first = resampled.times.partition_point(|&time| time < from);
-        let end = resampled.times.partition_point(|&time| time < until);
+        let resampled = edited.resample(rate)?;
+        let times = &resampled.take.times;
+        let first = times.partition_point(|&time| time < from);
+        let end = times.partition_point(|&time| time < until);
         if first >= end {
             return Err(Error::input(format!(
                 "the frames {}..{}: at {} frames per second none falls into it; widen the range or raise the rate",
@@ -137,14 +146,15 @@ impl Selection {
     ///
     /// # Errors
     /// As [`Selection::new`].
-    pub fn all(take: Take) -> Result<Self> {
+    pub fn all(take: impl Into<EditedTake>) -> Result<Self> {
+        let take = take.into();
         let frames = take.frames();
         Self::new(take, 0..frames, None, false)
     }
 
     /// The head pose in each inner frame, where the take has it.
     pub fn head(&self) -> Option<&[RigidMotion]> {
-        self.take.head.as_ref().map(|head| &head[self.inner.clone()])
+        self.take.take.head.as_ref().map(|head| &head[self.inner.clone()])
     }
 }
 
@@ -179,7 +189,7 @@ mod tests {
 
     /// Whatever is selected, frame number over rate is the time, and x is the time.
     fn check_clock(selection: &Selection) {
-        for (i, p) in selection.take.positions.iter().enumerate() {
+        for (i, p) in selection.take.take.positions.iter().enumerate() {
             let time = (selection.first as f64 + i as f64 - selection.inner.start as f64) / selection.rate;
             assert!((p[0] - time).abs() < 1e-9, "frame {i}: x = {}, expected {time}", p[0]);
         }
@@ -216,7 +226,7 @@ mod tests {
         check_clock(&s);
         // Where the range itself is even, nothing is resampled; its frames are numbered after the gap all the same.
         let s = plain(take(&times), 41..50, None);
-        assert_eq!((s.first, s.take.frames(), s.take.times[0]), (42, 9, times[41]));
+        assert_eq!((s.first, s.take.frames(), s.take.take.times[0]), (42, 9, times[41]));
         check_clock(&s);
         // The range counts the take's own frames: its row 39 is at time 39/30, its row 50 at 51/30.
         let s = plain(take(&times), 39..50, None);

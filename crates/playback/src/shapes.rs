@@ -1,7 +1,7 @@
 //! Shapes: a rig's examples and handles as offsets from its rest pose, for sliders.
 
 use crate::Playback;
-use rhytid_core::{Progress, Result, Rig};
+use rhytid_core::{Error, Progress, Result, Rig};
 use rhytid_formats::export::{OutputStage, Shape};
 
 impl Playback<'_> {
@@ -30,6 +30,31 @@ impl Playback<'_> {
             progress.step("evaluate the examples", shapes.len() as u64, total)
         })?;
         Ok(shapes)
+    }
+}
+
+impl Playback<'_> {
+    /// How large the folds of each of the P examples are: V lengths in mesh units, the detail that the rig adds where it is that example.
+    ///
+    /// # Errors
+    /// As [`Playback::evaluate`].
+    pub fn example_folds(&mut self, progress: &dyn Progress) -> Result<Vec<Vec<f32>>> {
+        let handles = self.rig().example_handles.clone();
+        let mut poses = |stage| {
+            let mut poses: Vec<Vec<f32>> = Vec::new();
+            self.evaluate(handles.as_flattened(), stage, false, progress, |positions, _| {
+                poses.push(positions.to_vec());
+                Ok(())
+            })?;
+            Ok::<_, Error>(poses)
+        };
+        let (full, smooth) = (poses(OutputStage::Full)?, poses(OutputStage::LargeScale)?);
+        let length =
+            |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt();
+        let folds = |(full, smooth): (&Vec<f32>, &Vec<f32>)| {
+            full.as_chunks::<3>().0.iter().zip(smooth.as_chunks::<3>().0).map(length).collect()
+        };
+        Ok(full.iter().zip(&smooth).map(folds).collect())
     }
 }
 

@@ -1,73 +1,57 @@
 //! Velocities from positions: what renderers blur motion by.
 
-use rhytid_core::Result;
-
-/// Passes frames on one frame late, with their velocities: the central difference of the frames before and after,
-/// one-sided at the first and the last.
+/// Gives frames back one frame late, with their velocities: the central difference of the frames before and after, one-sided at the first and the last.
 pub(crate) struct Velocities {
     /// Frames per second.
     rate: f32,
-    before: Vec<f32>,
-    current: Vec<f32>,
-    normals: Vec<f32>,
-    velocities: Vec<f32>,
+    before: Vec<[f32; 3]>,
+    current: Moved,
     seen: usize,
 }
 
-/// Positions, normals, velocities.
-pub(crate) type Each<'a> = &'a mut dyn FnMut(&[f32], &[f32], &[f32]) -> Result<()>;
+/// A frame with its velocities.
+#[derive(Default, Clone)]
+pub(crate) struct Moved {
+    pub positions: Vec<[f32; 3]>,
+    pub normals: Vec<[f32; 3]>,
+    pub velocities: Vec<[f32; 3]>,
+}
 
 impl Velocities {
     pub(crate) fn new(rate: f64) -> Self {
-        let empty = Vec::new;
-        let (before, current, normals, velocities) = (empty(), empty(), empty(), empty());
-        Self { rate: rate as f32, before, current, normals, velocities, seen: 0 }
+        Self { rate: rate as f32, before: Vec::new(), current: Moved::default(), seen: 0 }
     }
 
-    /// Takes a frame, and hands on the one before it.
-    ///
-    /// # Errors
-    /// As `each`.
-    pub(crate) fn frame(&mut self, positions: &[f32], normals: &[f32], each: Each<'_>) -> Result<()> {
-        match self.seen {
-            0 => {}
-            1 => self.hand_on(&self.current.clone(), positions, self.rate, each)?,
-            _ => {
-                let before = std::mem::take(&mut self.before);
-                self.hand_on(&before, positions, self.rate / 2.0, each)?;
-                self.before = before;
-            }
-        }
-        std::mem::swap(&mut self.before, &mut self.current);
-        self.current.clear();
-        self.current.extend_from_slice(positions);
-        self.normals.clear();
-        self.normals.extend_from_slice(normals);
+    /// Takes a frame, and gives the one before it, if there is one.
+    pub(crate) fn frame(&mut self, positions: &[[f32; 3]], normals: &[[f32; 3]]) -> Option<Moved> {
+        let passed_on = (self.seen > 0).then(|| self.moved(positions, false));
+        self.before.clone_from(&self.current.positions);
+        self.current.positions.clear();
+        self.current.positions.extend_from_slice(positions);
+        self.current.normals.clear();
+        self.current.normals.extend_from_slice(normals);
         self.seen += 1;
-        Ok(())
+        passed_on
     }
 
-    /// Hands on the last frame.
-    ///
-    /// # Errors
-    /// As `each`.
-    pub(crate) fn finish(mut self, each: Each<'_>) -> Result<()> {
-        let last = self.current.clone();
-        match self.seen {
-            0 => Ok(()),
-            1 => self.hand_on(&last, &last, self.rate, each),
-            _ => {
-                let before = std::mem::take(&mut self.before);
-                self.hand_on(&before, &last, self.rate, each)
-            }
-        }
+    /// The last frame, if there was any.
+    pub(crate) fn last(&mut self) -> Option<Moved> {
+        let last = self.current.positions.clone();
+        (self.seen > 0).then(|| self.moved(&last, true))
     }
 
-    /// Hands on the current frame, with the velocities by which `from` becomes `to`.
-    fn hand_on(&mut self, from: &[f32], to: &[f32], per_second: f32, each: Each<'_>) -> Result<()> {
-        self.velocities.clear();
-        self.velocities.extend(from.iter().zip(to).map(|(from, to)| (to - from) * per_second));
-        each(&self.current, &self.normals, &self.velocities)
+    /// The current frame, where `next` follows, or where it is the last.
+    fn moved(&self, next: &[[f32; 3]], is_last: bool) -> Moved {
+        // One-sided at both ends.
+        let (from, per_second) = match (self.seen, is_last) {
+            (1, _) => (&self.current.positions, self.rate),
+            (_, true) => (&self.before, self.rate),
+            (_, false) => (&self.before, self.rate / 2.0),
+        };
+        let velocity =
+            |(from, to): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| (to[c] - from[c]) * per_second);
+        let velocities = from.iter().zip(next).map(velocity).collect();
+        Moved { velocities, ..self.current.clone() }
     }
 }
 
@@ -77,18 +61,16 @@ mod tests {
 
     /// The velocities of frames at these positions, a hundredth of a second apart; checks what comes with them.
     fn of(positions: &[f32]) -> Vec<f32> {
-        let mut found = Vec::new();
-        let mut each = |position: &[f32], normal: &[f32], velocity: &[f32]| {
-            assert_eq!((position[0], normal[0]), (positions[found.len()], -positions[found.len()]));
-            found.push(velocity[0]);
-            Ok(())
-        };
         let mut velocities = Velocities::new(100.0);
-        for x in positions {
-            velocities.frame(&[*x], &[-x], &mut each).unwrap();
+        let mut moved: Vec<Moved> = Vec::new();
+        for &x in positions {
+            moved.extend(velocities.frame(&[[x, 0.0, 0.0]], &[[-x, 0.0, 0.0]]));
         }
-        velocities.finish(&mut each).unwrap();
-        found
+        moved.extend(velocities.last());
+        for (moved, &x) in moved.iter().zip(positions) {
+            assert_eq!((moved.positions[0][0], moved.normals[0][0]), (x, -x));
+        }
+        moved.iter().map(|moved| moved.velocities[0][0]).collect()
     }
 
     #[test]

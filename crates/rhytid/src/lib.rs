@@ -9,9 +9,9 @@
 //! way is replaced by the next one.
 //!
 //! ```no_run
-//! use rhytid::formats::export::{Options, Provenance};
+//! use rhytid::formats::export::{Options, Recipe};
 //! use rhytid::formats::{Reach, project, take::Missing};
-//! use rhytid::playback::{CleanUp, Guard, Playback, PlaybackOptions, Selection, choose_devices, read_take};
+//! use rhytid::playback::{CleanUp, Guard, Performance, choose_devices, read_take};
 //! use rhytid::{NoProgress, rig_file};
 //! use std::path::Path;
 //!
@@ -22,12 +22,10 @@
 //!
 //! // Once per take, be it clean or as a capture system wrote it.
 //! let take = read_take(Path::new("take.csv"), &rig, Missing::Error, &CleanUp::default(), &NoProgress)?;
-//! let selection = Selection::all(take)?;
+//! let performance = Performance::new(Recipe::default(), rig, take, None)?;
 //! let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;
-//! let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
-//! let (how, made) = (Options::default(), Provenance::default());
-//! let file = Path::new("face.usd");
-//! playback.export(&selection, PlaybackOptions::default(), file, &how, &made, &NoProgress)?;
+//! let mut playback = performance.playback(&devices, &NoProgress)?;
+//! playback.export(&performance, Path::new("face.usd"), &Options::default(), &NoProgress)?;
 //! # Ok(())
 //! # }
 //! ```

@@ -154,7 +154,7 @@ impl Document {
         let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
         let add = |(x, o): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| x[c] + o[c]);
         let without: Vec<[f32; 3]> = self.handles(false).iter().zip(&self.pose.offsets).map(add).collect();
-        let without = Some(without).filter(|without| edits.is_bounded() && *without != self.handles(true));
+        let without = Some(without).filter(|without| edits.has_falloff() && *without != self.handles(true));
         (without.is_some() || edits.touches(time)).then_some(EditedFrame { edits, time, without })
     }
 

@@ -18,7 +18,7 @@ impl FrameEdits {
         match *self {}
     }
 
-    pub(crate) fn is_bounded(&self) -> bool {
+    pub(crate) fn has_falloff(&self) -> bool {
         match *self {}
     }
 

@@ -110,7 +110,7 @@ fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Res
     let edited = layers.edit(take.clone(), rig)?;
     let devices = rhytid_backend_cpu::Cpu::devices()?;
     let on_frames = FrameEdits::new(&layers, rig, &edited, &devices, &NoProgress)?;
-    Ok(Opened::Edits(OpenEdits { name, positions: edited.handle_positions(&rig.labels)?, on_frames }))
+    Ok(Opened::Edits(OpenEdits { name, positions: edited.take.handle_positions(&rig.labels)?, on_frames }))
 }
 
 /// A take's own CSV, or what a capture system wrote, which is cleaned.

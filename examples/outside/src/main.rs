@@ -1,18 +1,19 @@
 //! A newcomer's program: loads a rig, takes any device, plays a take and reads positions.
+use rhytid::formats::export::Recipe;
 use rhytid::formats::take::Missing;
-use rhytid::playback::{CleanUp, Guard, Playback, PlaybackOptions, Selection, choose_devices, read_take};
+use rhytid::playback::{CleanUp, Guard, Performance, choose_devices, read_take};
 use rhytid::{NoProgress, Result, rig_file};
 use std::path::Path;
 
 fn main() -> Result<()> {
     let rig = rig_file::read(Path::new("face.safetensors"))?;
     let take = read_take(Path::new("performance.csv"), &rig, Missing::Error, &CleanUp::default(), &NoProgress)?;
-    let selection = Selection::all(take)?;
+    let performance = Performance::new(Recipe::default(), rig, take, None)?;
     let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
-    let (mut frames, mut farthest) = (0, 0.0_f32);
-    playback.play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {
-        let moved = frame.positions.iter().zip(rig.rest.as_flattened()).map(|(x, rest)| (x - rest).abs());
+    let mut playback = performance.playback(&devices, &NoProgress)?;
+    let (rig, mut frames, mut farthest) = (&performance.rig, 0, 0.0_f32);
+    playback.play(&performance.selection, &performance.recipe, &NoProgress, |frame| {
+        let moved = frame.positions().iter().zip(rig.rest.as_flattened()).map(|(x, rest)| (x - rest).abs());
         farthest = moved.fold(farthest, f32::max);
         frames += 1;
         Ok(())

@@ -1,10 +1,12 @@
 //! `rhytid animate`
 
+use super::channels::Channels;
 use super::live::{FramesChoice, Listen};
 use super::placing::TakeReading;
 use super::values::{
     HeadChoice, StageChoice, parse_gain, parse_millimetres, parse_rate, parse_region, parse_shapes,
 };
+use rhytid::formats::export::WrinkleGroup;
 use std::path::PathBuf;
 
 /// `rhytid animate`
@@ -70,22 +72,21 @@ pub(crate) struct Animate {
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]
     pub head: HeadChoice,
 
-    /// Leave the normals out: the file is half as large, and the program that opens it makes its own.
-    #[arg(long)]
-    pub no_normals: bool,
+    #[command(flatten)]
+    pub channels: Channels,
 
-    /// USD: write velocities, for motion blur.
-    #[arg(long)]
-    pub velocities: bool,
+    /// Examples whose wrinkles are one channel of --wrinkles, by a name of theirs; can be given many times [default: each example by itself].
+    #[arg(long, value_name = "NAME=EXAMPLE+EXAMPLE", requires = "wrinkles")]
+    pub wrinkle_group: Vec<WrinkleGroup>,
 
-    /// USD: write how far each vertex may be from where a scan of the frame would have it, as the primvar sigma, in mesh units.
-    #[arg(long)]
-    pub sigma: bool,
+    /// Write also the wrinkles as one picture over the texture coordinates, a tile of N × N pixels for each channel of --wrinkles, and beside it as CSV how far each is switched
+    /// on in each frame; docs/wrinkles.md says what is in them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub masks: Option<u32>,
 
-    /// Write how much the skin is stretched and squeezed at each vertex and which way, for shaders: the primvars strain, strainDirection1 and
-    /// strainDirection2; docs/strain.md says what they are.
-    #[arg(long)]
-    pub strain: bool,
+    /// The picture of --masks; with {frame} in its name one for each frame [default: beside OUT, under its name with .masks.png].
+    #[arg(long, value_name = "MASKS.png", requires = "masks")]
+    pub masks_to: Option<PathBuf>,
 
     /// Write also, as CSV, how much each region of the face is stretched and squeezed in each frame; docs/strain.md says what the columns are.
     #[arg(long, value_name = "CURVES.csv")]

@@ -1,8 +1,13 @@
 //! Flags of what makes a project of other people's files.
 
+use super::setup::Setup;
 use super::values::{Elsewhere, MissingChoice, UnitChoice, parse_rate};
+use rhytid::Error;
 use rhytid::capture::Axes;
-use std::path::PathBuf;
+use rhytid::formats::export::Treatment;
+use rhytid::formats::raw_take;
+use rhytid::formats::take::Missing;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// `rhytid handles`
@@ -107,6 +112,82 @@ pub(crate) struct TakeReading {
 
     #[command(flatten)]
     pub space: TakeSpace,
+}
+
+impl TakeReading {
+    /// As a recipe of a take, which is in this file, states it.
+    ///
+    /// # Errors
+    /// As [`Setup::read`] and reading the table that it names.
+    pub(crate) fn treatment(&self, take: Option<&Path>) -> rhytid::Result<Treatment> {
+        // What it says of a clean take is in the recipe by itself.
+        let is_raw = take.is_some_and(|take| !raw_take::is_take_csv(take));
+        let setup = self.setup.as_deref().filter(|_| is_raw);
+        let setup_hash = setup.map(|setup| Setup::hash(setup, self.elsewhere.reach()));
+        Ok(Treatment {
+            metres_per_unit: self.space.take_unit.map(UnitChoice::metres),
+            axes: self.space.take_axes.map(|axes| axes.to_string()),
+            rate: self.space.take_rate,
+            setup_hash: setup_hash.transpose()?,
+        })
+    }
+
+    /// The same take read as a file's recipe states it. What these options say besides has to agree, but where an older file states nothing.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if they do not, or the recipe has a unit or axes that this program does not know.
+    pub(crate) fn with_stated(
+        self,
+        take: &Path,
+        missing: Missing,
+        stated: &Treatment,
+    ) -> rhytid::Result<Self> {
+        let missing = match missing {
+            Missing::Error => MissingChoice::Error,
+            Missing::Hold => MissingChoice::Hold,
+            Missing::Leave => {
+                let what =
+                    "was made with missing = \"leave\", which this program does not know; export it again";
+                return Err(Error::input(what));
+            }
+        };
+        let given = self.treatment(Some(take))?;
+        if stated.is_none() || given == *stated {
+            return Ok(Self { missing, ..self });
+        }
+        if given.setup_hash != stated.setup_hash {
+            return Err(Error::input(match (&given.setup_hash, &stated.setup_hash) {
+                (None, _) => "was made with a setup; give the same with --setup TAKE.toml",
+                (Some(_), None) => "was made without a setup; leave --setup out",
+                (Some(_), Some(_)) => {
+                    "was made with another setup, or another table of markers that it names"
+                }
+            }));
+        }
+        let space = &self.space;
+        if (space.take_unit.is_some() || space.take_axes.is_some() || space.take_rate.is_some())
+            && given != *stated
+        {
+            return Err(Error::input(
+                "was made of a take in another unit, other axes or at another rate; leave --take-unit, --take-axes and --take-rate out: the file states them",
+            ));
+        }
+        let unknown = |what: &str| {
+            Error::input(format!(
+                "was made of a take in {what}, which this program does not know; export it again"
+            ))
+        };
+        let unit = |metres: f64| {
+            UnitChoice::of_metres(metres).ok_or_else(|| unknown(&format!("a unit of {metres} m")))
+        };
+        let axes = |axes: &String| axes.parse().map_err(|_| unknown(&format!("the axes {axes}")));
+        let space = TakeSpace {
+            take_unit: stated.metres_per_unit.map(unit).transpose()?,
+            take_axes: stated.axes.as_ref().map(axes).transpose()?,
+            take_rate: stated.rate,
+        };
+        Ok(Self { missing, space, ..self })
+    }
 }
 
 /// A frame, or whichever suits best.

@@ -7,7 +7,7 @@ use super::values::{
 use rhytid::capture::{Axes, Edit, Settings, Step};
 use rhytid::formats::{Reach, named_file, tables};
 use rhytid::playback::{CleanUp, FrameRange};
-use rhytid::{Error, Result, input_file};
+use rhytid::{Error, Result, input_file, rig_file};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};
@@ -120,6 +120,19 @@ impl Setup {
         // Relative to the file, as in a project.
         setup.markers = setup.markers.map(|table| named_file(path, &table, "markers", reach)).transpose()?;
         Ok(setup)
+    }
+
+    /// What tells the setup in a file from others: of its text, and of the table of markers that it names.
+    ///
+    /// # Errors
+    /// As [`Setup::read`]; [`Error::Io`].
+    pub(crate) fn hash(path: &Path, reach: Reach) -> Result<String> {
+        let setup = Self::read(path, reach)?;
+        let mut hash = rig_file::hash(path)?;
+        if let Some(table) = &setup.markers {
+            hash.push_str(&rig_file::hash(table)?);
+        }
+        Ok(hash)
     }
 
     /// What is given here, and what `other` gives where this does not.

@@ -97,6 +97,11 @@ pub(crate) enum UnitChoice {
 }
 
 impl UnitChoice {
+    /// The unit of so many metres.
+    pub(crate) fn of_metres(metres: f64) -> Option<Self> {
+        Self::value_variants().iter().copied().find(|unit| unit.metres() == metres)
+    }
+
     /// In metres.
     pub(crate) fn metres(self) -> f64 {
         match self {

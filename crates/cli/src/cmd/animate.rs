@@ -1,17 +1,17 @@
 //! `rhytid animate`
 
 use super::listen;
+use super::masks::{self, Masks};
 use crate::args::{FramesChoice, HeadChoice, StageChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::evaluate::{Regions, StrainCurves, coverage};
 use rhytid::formats::animation::Format;
-use rhytid::formats::export::{self, HeadMotion, OutputStage, Written};
-use rhytid::formats::take::Missing;
+use rhytid::formats::export::{self, Gains, HeadMotion, OutputStage, Recipe, WrinkleGroups, Written};
 use rhytid::formats::{FileKind, mesh, refuse_inputs};
 use rhytid::human;
-use rhytid::playback::{Correction, Playback, PlaybackOptions, Selection, scale_folds};
-use rhytid::{AtomicFile, DeviceInfo, Error, Mesh, Result, Rig, Take, rig_file};
+use rhytid::playback::{Correction, Layers, Performance, Selection};
+use rhytid::{AtomicFile, ChannelKind, DeviceInfo, Error, Mesh, Result, Rig, Take, rig_file};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -91,69 +91,40 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let edits = inputs::edit_files(args.edit.as_deref())?;
     let inputs = [Some(&args.rig), args.take.as_ref(), args.reading.setup.as_ref(), args.groups.as_ref()];
     let inputs = inputs.into_iter().flatten().chain(&edits).map(PathBuf::as_path);
-    let others = args.live.record.iter().chain(&args.strain_curves);
+    let masks = masks::outputs(args);
+    let others = args.live.record.iter().chain(&args.strain_curves).chain(&masks);
     let outputs: Vec<&Path> = std::iter::once(&args.output).chain(others).map(PathBuf::as_path).collect();
     refuse_inputs(&outputs, inputs)?;
     for output in outputs {
         drop(AtomicFile::create(output)?);
     }
     let device = inputs::named_device(&args.device)?;
-    let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    if args.stage == StageChoice::Shell {
-        rig = rig.shell();
-    }
-    if args.refine && !rig.example_names.is_empty() {
-        return Err(Error::input(format!(
-            "--refine is for rigs without examples, found {} in {}, which show better what becomes of the face; leave it out",
-            human::counted(rig.example_names.len(), "example"),
-            args.rig.display()
-        )));
-    }
-    let hash = rig_file::hash(&args.rig)?;
+    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let layers = inputs::layers(args.edit.as_deref(), &rig, &args.reading)?;
+    let recipe = recipe(args, format, layers.as_ref())?;
     // Before what is recorded could be lost by it.
-    let gains = gains(args)?;
-    rig.scale_folds(|_| args.detail);
-    scale_folds(&mut rig, &gains)?;
+    Performance::check(&recipe, &rig).map_err(|error| error.in_file(args.rig.display()))?;
+    masks::check(args, &rig, &recipe)?;
     let regions = args.strain_curves.as_ref().map(|_| regions(args, &rig)).transpose()?;
     let take = match (&args.take, count) {
         (Some(path), None) => inputs::take(path, &rig, &args.reading, ui)?,
         _ => listen::take(args, &rig, count.unwrap_or_default(), ui)?,
     };
-    let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
     let range = match args.frames {
         FramesChoice::Range(range) => range.within(take.frames())?,
         FramesChoice::Count(_) => 0..take.frames(),
     };
-    let is_far = warn_far(&rig, &take, &range, ui)?;
-    say_what_changes_nothing(args, &take, is_far);
-    if format == Format::Pc2 && args.head == HeadChoice::Keep && take.head.is_some() {
+    let recipe = Recipe { first_frame: range.start as u64, end_frame: range.end as u64, ..recipe };
+    let performance = Performance::new(recipe, rig, take, layers)?;
+    let Performance { rig, take, selection, .. } = &performance;
+    let is_far = warn_far(rig, &take.take, &range, ui)?;
+    say_what_changes_nothing(args, &take.take, is_far);
+    if format == Format::Pc2 && args.head == HeadChoice::Keep && take.take.head.is_some() {
         log::warn!(
             "{}: a point cache has no place for the head's motion, which is left out; --head bake puts it into the vertices",
             args.output.display()
         );
     }
-    let selection = Selection::new(take.clone(), range.clone(), args.fps, args.velocities)?;
-    let frames = selection.inner.len();
-
-    let provenance = export::Provenance {
-        version: env!("CARGO_PKG_VERSION").into(),
-        rig: hash,
-        stage: OutputStage::from(args.stage).into(),
-        first_frame: range.start as u64,
-        end_frame: range.end as u64,
-        fps: args.fps,
-        missing: Missing::from(args.reading.missing).into(),
-        fade_detail: args.fade_detail,
-        detail: Some(args.detail).filter(|gain| *gain != 1.0),
-        detail_of: detail_of(&gains),
-        edit: layers.as_ref().map(|layers| layers.text().to_owned()),
-        edit_hash: layers.as_ref().map(|layers| layers.hash().to_owned()),
-        normals: args.no_normals.then_some(false),
-        velocities: args.velocities.then_some(true),
-        strain: args.strain.then_some(true),
-        refine: args.refine.then_some(true),
-        head: HeadMotion::from(args.head).into(),
-    };
     let options = export::Options {
         max_error: args.compressed.then_some(args.max_error * 1e-3 / rig.metres_per_unit),
         quantize: args.quantize,
@@ -161,38 +132,57 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         force: args.force,
         shapes: args.shapes,
     };
-    let wanted = PlaybackOptions {
-        stage: args.stage.into(),
-        normals: !args.no_normals && format != Format::Pc2,
-        velocities: args.velocities,
-        sigma: args.sigma,
-        strain: args.strain,
-        fade_detail: args.fade_detail,
-        head: args.head.into(),
-        refine: args.refine,
-    };
-
     let devices = inputs::devices(device, ui)?;
-    let mut playback = Playback::new(&rig, &devices, selection.take.frames())?;
-    if let Some(layers) = &layers {
-        playback = playback.with_layers(layers, &take, ui)?;
-    }
+    let mut playback = performance.playback(&devices, ui)?;
     let start = Instant::now();
     let curves = args.strain_curves.as_ref().zip(regions.as_ref());
-    let mut curves = curves.map(|(path, regions)| (path, StrainCurves::new(&rig, regions)));
-    let written =
-        playback.export_seen(&selection, wanted, &args.output, &options, &provenance, ui, |frame| {
-            curves.iter_mut().for_each(|(_, curves)| curves.frame(frame));
-        })?;
+    let mut curves = curves.map(|(path, regions)| (path, StrainCurves::new(rig, regions)));
+    let mut masks = Masks::new(args, &performance, &mut playback, ui)?;
+    let written = playback.export_seen(&performance, &args.output, &options, ui, |frame| {
+        curves.iter_mut().for_each(|(_, curves)| curves.frame(frame));
+        masks.iter_mut().try_for_each(|masks| masks.frame(frame))
+    })?;
     if let Some((path, curves)) = curves {
         curves.write(path, selection.first, selection.rate)?;
     }
+    masks.map_or(Ok(()), |masks| masks.finish(selection))?;
     if !ui.is_quiet() {
-        let of_frame = |(correction, moved)| corrected(correction, moved, &selection, rig.metres_per_unit);
+        let of_frame = |(correction, moved)| corrected(correction, moved, selection, rig.metres_per_unit);
         playback.corrections().map(of_frame).for_each(|words| ui.line(&words));
     }
-    let (device, metres_per_unit) = (playback.device().clone(), rig.metres_per_unit);
-    Ok(Animated { frames, rate: selection.rate, metres_per_unit, device, time: start.elapsed(), written })
+    Ok(Animated {
+        frames: selection.inner.len(),
+        rate: selection.rate,
+        metres_per_unit: rig.metres_per_unit,
+        device: playback.device().clone(),
+        time: start.elapsed(),
+        written,
+    })
+}
+
+/// The recipe that the options say; of which frames is known with the take.
+fn recipe(args: &args::Animate, format: Format, layers: Option<&Layers>) -> Result<Recipe> {
+    let mut channels = args.channels.0.clone();
+    // What there is anyway is left out where there is no place for it.
+    let lacks = |kind: &ChannelKind| kind.is_default() && !format.carries(*kind);
+    ChannelKind::ALL.into_iter().filter(lacks).for_each(|kind| channels.set(kind, false));
+    Ok(Recipe {
+        rig: rig_file::hash(&args.rig)?,
+        stage: args.stage.into(),
+        fps: args.fps,
+        missing: args.reading.missing.into(),
+        fade_detail: args.fade_detail,
+        head: args.head.into(),
+        detail: args.detail,
+        detail_of: gains(args)?,
+        edit: layers.map(|layers| layers.text().to_owned()),
+        edit_hash: layers.map(|layers| layers.hash().to_owned()),
+        channels,
+        wrinkle_groups: WrinkleGroups(args.wrinkle_group.clone()),
+        refine: args.refine,
+        treatment: args.reading.treatment(args.take.as_deref())?,
+        ..Recipe::default()
+    })
 }
 
 /// What is too little to be seen, in millimetres.
@@ -271,19 +261,13 @@ fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
 }
 
 /// The gains by region: those of the command's line, and those of TAKE.toml of other regions.
-fn gains(args: &args::Animate) -> Result<Vec<(String, f64)>> {
+fn gains(args: &args::Animate) -> Result<Gains> {
     let setup = inputs::setup(args.reading.setup.as_deref(), args.reading.elsewhere.reach())?;
     let given = |region: &String| args.detail_of.iter().any(|(other, _)| other == region);
     let others = setup.detail.into_iter().filter(|(region, _)| !given(region));
     let mut gains: Vec<(String, f64)> = args.detail_of.iter().cloned().chain(others).collect();
     gains.sort_by(|a, b| a.0.cmp(&b.0));
-    Ok(gains)
-}
-
-/// As it stands in files.
-fn detail_of(gains: &[(String, f64)]) -> Option<String> {
-    let gains: Vec<String> = gains.iter().map(|(region, gain)| format!("{region}={gain}")).collect();
-    (!gains.is_empty()).then(|| gains.join(";"))
+    Ok(Gains(gains))
 }
 
 /// Options that this take leaves nothing to do for: scripts give them to every take.
@@ -328,14 +312,21 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         (args.meshopt, "--meshopt"),
         (args.force, "--force"),
     ];
-    let for_usd = [(args.velocities, "--velocities"), (args.sigma, "--sigma")];
-    let for_both = [(args.strain, "--strain"), (args.shapes.is_some(), "--shapes")];
+    let kinds = args.channels.0.kinds().filter(|kind| !kind.is_default() && !format.carries(*kind));
+    if let Some(kind) = kinds.into_iter().next() {
+        return Err(Error::input(format!(
+            "{}: --{} is for {}; leave it out, or choose such a file",
+            args.output.display(),
+            args::option(kind),
+            args::formats(kind)
+        )));
+    }
     const GLTF: &str = "glTF (.glb or .gltf)";
-    const USD: &str = "USD (.usd, .usda or .usdz)";
+    let for_both = [(args.shapes.is_some(), "--shapes")];
     let of_others = match format {
         Format::Usdc | Format::Usda | Format::Usdz => vec![(&for_gltf[..], GLTF)],
-        Format::Glb | Format::Gltf => vec![(&for_usd[..], USD)],
-        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_usd, USD), (&for_both, "USD and glTF")],
+        Format::Glb | Format::Gltf => Vec::new(),
+        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_both, "USD and glTF")],
     };
     let mut given = of_others.iter().flat_map(|(options, of)| options.iter().map(move |option| (option, of)));
     match given.find(|((given, _), _)| *given) {

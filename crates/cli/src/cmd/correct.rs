@@ -2,8 +2,9 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{mesh, refuse_inputs};
-use rhytid::playback::{Playback, PlaybackOptions, Selection};
+use rhytid::playback::Performance;
 use rhytid::{AtomicFile, Error, Mesh, Result, rig_file};
 use std::path::{Path, PathBuf};
 
@@ -21,21 +22,24 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
     let read = [&args.rig, &args.take].into_iter().chain(&args.reading.setup).chain(&edits);
     refuse_inputs(&[output], read.map(PathBuf::as_path))?;
     drop(AtomicFile::create(output)?);
-    let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
+    let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
-    let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
-    let frame = inputs::frame(&take, args.frame, &args.take)?;
-    let mut playback = Playback::new(&rig, &[inputs::processor()?], 1)?;
-    if let Some(layers) = &layers {
-        playback = playback.with_layers(layers, &take, ui)?;
-    }
-    let selection = Selection::all(frame)?;
-    let options = PlaybackOptions { normals: false, ..PlaybackOptions::default() };
+    inputs::frame(&take, args.frame, &args.take)?;
+    let layers = inputs::layers(args.edit.as_deref(), &rig, &args.reading)?;
+    let recipe = Recipe {
+        first_frame: args.frame as u64,
+        end_frame: args.frame as u64 + 1,
+        channels: ChannelChoice::NONE,
+        ..Recipe::default()
+    };
+    let performance = Performance::new(recipe, rig, take, layers)?;
+    let mut playback = performance.playback(&[inputs::processor()?], ui)?;
     let mut positions = Vec::new();
-    playback.play(&selection, options, ui, |frame| {
-        positions = frame.positions.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
+    playback.play(&performance.selection, &performance.recipe, ui, |frame| {
+        positions = frame.positions().as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
         Ok(())
     })?;
+    let rig = &performance.rig;
     let (faces, uvs, materials) = (rig.faces.clone(), rig.uvs.clone(), rig.materials.clone());
     mesh::write_obj(output, &Mesh { positions, faces, uvs, materials })?;
     ui.clear();

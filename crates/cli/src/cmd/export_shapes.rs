@@ -3,7 +3,7 @@
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::formats::animation::{self, Format};
-use rhytid::formats::export::{self, OutputStage, Shapes};
+use rhytid::formats::export::{self, Shapes, StatedRecipe};
 use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::human;
 use rhytid::playback::{Playback, handle_shapes};
@@ -24,12 +24,7 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     let options = export::Options { force: args.force, ..export::Options::default() };
     let columns = if args.handles { 3 * rig.handles.len() } else { 0 };
     animation::check_shapes(&args.output, rig.example_names.len() + columns, &options)?;
-    let provenance = export::Provenance {
-        version: env!("CARGO_PKG_VERSION").into(),
-        rig: rig_file::hash(&args.rig)?,
-        stage: OutputStage::Full.into(),
-        ..export::Provenance::default()
-    };
+    let recipe = StatedRecipe::of_shapes(&rig_file::hash(&args.rig)?);
     let devices = inputs::devices(device, ui)?;
     let mut playback = Playback::new(&rig, &devices, rig.example_names.len())?;
     let rest_normals = if args.no_normals { None } else { Some(playback.rest_normals()?) };
@@ -51,7 +46,7 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
             materials: rig.materials.as_ref(),
             metres_per_unit: rig.metres_per_unit,
             up_axis: rig.up_axis,
-            provenance: &provenance,
+            recipe: &recipe,
             shapes: &shapes,
         },
         &options,

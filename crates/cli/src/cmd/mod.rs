@@ -16,6 +16,7 @@ mod handles;
 mod info;
 mod listen;
 mod man;
+mod masks;
 mod new;
 mod prepare;
 #[cfg(feature = "wgpu")]

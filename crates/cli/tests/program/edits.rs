@@ -50,7 +50,7 @@ fn edits_are_in_the_file_and_verify_needs_the_same() {
     // Parts with other edits do not go together.
     f.done("animate face.safetensors take.csv -o a.usd --frames ..10 --device cpu:0 --edit EDIT.toml");
     f.done("animate face.safetensors take.csv -o b.usd --frames 10.. --device cpu:0");
-    f.refused("stitch a.usd b.usd -o c.usd", &["the hash of --edit"]);
+    f.refused("stitch a.usd b.usd -o c.usd", &["edit_hash: none and "]);
 }
 
 #[test]

@@ -142,15 +142,19 @@ fn verify_refuses_what_cannot_be_compared() {
     f.done("animate face.safetensors take.csv --device cpu:0 -o later.usda");
     let made = f.read_text("later.usda");
     for (known, unknown, what) in [
-        (r#""stage" = "full""#, r#""stage" = "pores""#, "the stage “pores”"),
-        (r#""missing" = "error""#, r#""missing" = "leave""#, "the way with missing markers “leave”"),
-        (r#""head" = "keep""#, r#""head" = "nod""#, "the way with the head's motion “nod”"),
-        ("\"fps\" = 0\n", "\"fps\" = -1\n", "the rate “-1”"),
+        (r#""stage" = "full""#, r#""stage" = "pores""#, r#"stage = "pores""#),
+        (r#""missing" = "error""#, r#""missing" = "leave""#, r#"missing = "leave""#),
+        (r#""head" = "keep""#, r#""head" = "nod""#, r#"head = "nod""#),
+        ("\"fps\" = 0\n", "\"fps\" = -1\n", "fps = -1"),
     ] {
         assert!(made.contains(known), "{known}");
         f.write("later.usda", made.replace(known, unknown));
-        let sentence = format!("{what}, which this program does not know; export it again");
-        f.refused("verify later.usda --rig face.safetensors --take take.csv", &["later.usda", &sentence]);
+        let sentence = format!("was made with {what}");
+        let remedy = ", which this program does not know; export it again";
+        f.refused(
+            "verify later.usda --rig face.safetensors --take take.csv",
+            &["later.usda", &sentence, remedy],
+        );
     }
     f.write("neutral.usda", "#usda 1.0\n");
     f.refused("verify neutral.usda --rig face.safetensors --take take.csv", &["neutral.usda"]);

@@ -4,6 +4,7 @@ mod bad_input;
 mod bad_rig;
 mod bench;
 mod budgets;
+mod channels;
 mod common;
 mod device_choice;
 mod drivers;

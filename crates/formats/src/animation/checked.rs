@@ -1,6 +1,7 @@
 //! The check of every frame, whatever the format.
 
 use crate::export::{Exporter, Frame, Scene, Written, first_not_finite};
+use rhytid_core::channel::{self, Channel, Interpolation, Timing};
 use rhytid_core::{Error, Progress, Result};
 use std::path::{Path, PathBuf};
 
@@ -8,11 +9,8 @@ use std::path::{Path, PathBuf};
 pub(super) struct Checked {
     exporter: Box<dyn Exporter>,
     path: PathBuf,
-    vertices: usize,
-    normals: bool,
-    velocities: bool,
-    sigma: bool,
-    strain: bool,
+    /// The channels that frames have, and how many numbers of each.
+    channels: Vec<(Channel, usize)>,
     frames: usize,
     /// Frames passed on.
     done: usize,
@@ -20,62 +18,47 @@ pub(super) struct Checked {
 
 impl Checked {
     pub(super) fn new(exporter: Box<dyn Exporter>, path: &Path, scene: &Scene<'_>) -> Self {
-        Self {
-            exporter,
-            path: path.to_owned(),
-            vertices: scene.rest.len(),
-            normals: scene.rest_normals.is_some(),
-            velocities: scene.velocities,
-            sigma: scene.sigma,
-            strain: scene.strain,
-            frames: scene.frames,
-            done: 0,
-        }
+        let channels = std::iter::once(&channel::POSITIONS).chain(scene.channels);
+        let channels = channels.map(|channel| (channel.clone(), scene.numbers(channel))).collect();
+        Self { exporter, path: path.to_owned(), channels, frames: scene.frames, done: 0 }
     }
 
-    fn fault(&self, frame: Frame<'_>) -> Option<String> {
+    fn fault(&self, frame: &Frame<'_>) -> Option<String> {
         if self.done == self.frames {
             return Some(format!("one frame more than the {} announced", self.frames));
         }
-        for (what, numbers, wanted, per_vertex) in [
-            ("positions", Some(frame.positions), true, 3),
-            ("normals", frame.normals, self.normals, 3),
-            ("velocities", frame.velocities, self.velocities, 3),
-            ("standard deviations", frame.sigma, self.sigma, 1),
-            ("strains", frame.strain.map(|of| of.strains.as_flattened()), self.strain, 2),
-            ("first strain directions", frame.strain.map(|of| of.first.as_flattened()), self.strain, 3),
-            ("second strain directions", frame.strain.map(|of| of.second.as_flattened()), self.strain, 3),
-        ] {
-            let Some(numbers) = numbers.filter(|_| wanted) else {
-                if wanted == numbers.is_some() {
-                    continue;
-                }
-                let (found, expected) = if wanted { ("no ", "some") } else { ("", "none") };
-                return Some(format!("frame {} (from 0) has {found}{what}, expected {expected}", self.done));
+        let here = format!("frame {} (from 0) has", self.done);
+        let is_wanted =
+            |(channel, _): &&(Channel, usize)| channel.timing == Timing::PerFrame || self.done == 0;
+        for (channel, expected) in self.channels.iter().filter(is_wanted) {
+            let (what, width) = (&channel.words, channel.width);
+            let Some(numbers) = frame.get(channel) else {
+                return Some(format!("{here} no {what}, expected some"));
             };
-            if numbers.len() != self.vertices * per_vertex {
+            if numbers.len() != *expected {
+                let values = expected / width;
+                let of = if channel.interpolation == Interpolation::Vertex { "vertices" } else { "faces" };
                 return Some(format!(
-                    "frame {} (from 0) has {} numbers as {what}, expected {} vertices × {per_vertex}",
-                    self.done,
-                    numbers.len(),
-                    self.vertices
+                    "{here} {} numbers as {what}, expected {values} {of} × {width}",
+                    numbers.len()
                 ));
             }
             // The number's own place, where that of the vertex is another.
             let place = || numbers.iter().position(|x| !x.is_finite());
-            if let Some(vertex) = first_not_finite(numbers).and_then(|_| Some(place()? / per_vertex)) {
-                return Some(format!(
-                    "frame {} (from 0) has {what} that are not finite, first at vertex {vertex}",
-                    self.done
-                ));
+            if let Some(vertex) = first_not_finite(numbers).and_then(|_| Some(place()? / width)) {
+                return Some(format!("{here} {what} that are not finite, first at vertex {vertex}"));
             }
         }
-        None
+        let is_unknown = |(found, _): &(&Channel, _)| {
+            !self.channels.iter().filter(is_wanted).any(|(known, _)| known.name == found.name)
+        };
+        let unknown = frame.channels().find(is_unknown);
+        unknown.map(|(channel, _)| format!("{here} {}, expected none", channel.words))
     }
 }
 
 impl Exporter for Checked {
-    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
         if let Some(fault) = self.fault(frame) {
             return Err(Error::input(format!("{}: {fault}", self.path.display())));
         }

@@ -2,13 +2,13 @@
 //! ([`open`]), and meshes with shapes ([`write_shapes`]).
 //!
 //! ```no_run
-//! # use rhytid_core::{NoProgress, Result};
+//! # use rhytid_core::{NoProgress, Result, channel};
 //! # use rhytid_formats::animation;
 //! # use rhytid_formats::export::{Frame, Scene};
 //! # fn demo(scene: &Scene<'_>, frames: &[[Vec<f32>; 2]]) -> Result<()> {
 //! let mut exporter = animation::create("face.usd".as_ref(), scene, &Default::default())?;
 //! for [positions, normals] in frames {
-//!     exporter.frame(Frame { positions, normals: Some(normals), velocities: None, sigma: None, strain: None })?;
+//!     exporter.frame(&Frame::new(positions).with(&channel::NORMALS, normals))?;
 //! }
 //! let written = exporter.finish(&NoProgress)?;
 //! println!("{} bytes", written.bytes);
@@ -21,12 +21,14 @@ mod checked;
 
 use crate::animation_reader::AnimationReader;
 use crate::export::{Exporter, Options, Scene, Shapes, Written};
+use crate::gltf::attributes::Attribute;
 use crate::gltf::write::{self as gltf, Kind};
 use crate::named_file::Reach;
 use crate::pc2::PointCache;
 use crate::usd::{read, write as usd};
 use checked::Checked;
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::channel::{self, Channel};
+use rhytid_core::{ChannelKind, Error, Progress, Result};
 use std::path::Path;
 
 /// The formats that animations are in.
@@ -72,14 +74,52 @@ impl Format {
     }
 }
 
+impl Format {
+    /// Whether animations of this format have a place for these channels.
+    pub fn carries(self, kind: ChannelKind) -> bool {
+        match self {
+            Self::Usdc | Self::Usda | Self::Usdz => true,
+            Self::Glb | Self::Gltf => !matches!(kind, ChannelKind::Velocities | ChannelKind::Sigma),
+            Self::Pc2 => false,
+        }
+    }
+
+    /// What a file has of frames with these channels; `fitted` where its frames are sums of few shapes.
+    pub fn stored(self, channels: &[Channel], fitted: bool) -> Vec<Channel> {
+        let is_normals = |channel: &&Channel| channel.name == channel::NORMALS.name;
+        match self {
+            Self::Usdc | Self::Usda | Self::Usdz if !fitted => channels.to_vec(),
+            Self::Glb | Self::Gltf => {
+                let attributes = Attribute::of_channels(channels).into_iter();
+                let attributes = attributes.filter(|attribute| !fitted || attribute.can_be_fitted());
+                let others = attributes.flat_map(|attribute| attribute.channels);
+                channels.iter().filter(is_normals).cloned().chain(others).collect()
+            }
+            Self::Usdc | Self::Usda | Self::Usdz => channels.iter().filter(is_normals).cloned().collect(),
+            Self::Pc2 => Vec::new(),
+        }
+    }
+}
+
 /// Opens an exporter for `path` by its extension.
 ///
 /// # Errors
-/// [`Error::Input`] if the extension is not of a known [`Format`], the scene is not consistent, the folder does not
+/// [`Error::Input`] if the extension is not of a known [`Format`], the format does not carry one of the scene's channels, the scene is not consistent, the folder does not
 /// exist or the format has no room for that many frames; [`Error::Io`].
 pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<dyn Exporter>> {
     let format = Format::of(path)?;
     scene.check()?;
+    let has_place = |channel: &&Channel| match channel.kind {
+        Some(kind) => format.carries(kind),
+        None => format != Format::Pc2,
+    };
+    if let Some(channel) = scene.channels.iter().find(|channel| !has_place(channel)) {
+        return Err(Error::input(format!(
+            "{}: has no place for {}; leave them out, or write .usd",
+            path.display(),
+            channel.words
+        )));
+    }
     let exporter: Box<dyn Exporter> = match format {
         Format::Usdc => create_usd(path, usd::Encoding::Crate, scene, options)?,
         Format::Usda => create_usd(path, usd::Encoding::Text, scene, options)?,

@@ -1,6 +1,7 @@
 //! An animation before its first frame, as every format is given it.
 
-use super::provenance::Provenance;
+use super::recipe::StatedRecipe;
+use rhytid_core::channel::{self, Channel};
 use rhytid_core::{Error, Faces, Materials, Result, Rig, RigidMotion, UpAxis, Uvs};
 
 /// What is known of an animation before its first frame.
@@ -13,12 +14,9 @@ pub struct Scene<'a> {
     /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area; `None` where the file is to have no
     /// normals.
     pub rest_normals: Option<&'a [[f32; 3]]>,
-    /// Whether every frame comes with velocities.
-    pub velocities: bool,
-    /// Whether every frame comes with [`super::Frame::sigma`].
-    pub sigma: bool,
-    /// Whether every frame comes with [`super::Frame::strain`].
-    pub strain: bool,
+    /// What every frame comes with beside its positions, in the order in which the file is to have it. Normals are among them where there are
+    /// rest normals.
+    pub channels: &'a [Channel],
     /// The polygons of the input mesh.
     pub faces: &'a Faces,
     /// The polygons cut into triangles, for formats that have triangles alone: each triangle's three corners
@@ -41,20 +39,17 @@ pub struct Scene<'a> {
     /// The time code (frame number) of the first frame.
     pub first_time_code: f64,
     /// How the animation was made.
-    pub provenance: &'a Provenance,
+    pub recipe: &'a StatedRecipe,
 }
 
 impl<'a> Scene<'a> {
-    /// A rig's mesh: one frame at 30 frames per second from time code 0, without normals, velocities and a head's
-    /// motion.
-    pub fn of(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], provenance: &'a Provenance) -> Self {
+    /// A rig's mesh: one frame at 30 frames per second from time code 0, positions alone, without a head's motion.
+    pub fn of(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], recipe: &'a StatedRecipe) -> Self {
         Self {
             name: &rig.name,
             rest: &rig.rest,
             rest_normals: None,
-            velocities: false,
-            sigma: false,
-            strain: false,
+            channels: &[],
             faces: &rig.faces,
             triangle_corners,
             uvs: rig.uvs.as_ref(),
@@ -65,8 +60,18 @@ impl<'a> Scene<'a> {
             frames: 1,
             rate: 30.0,
             first_time_code: 0.0,
-            provenance,
+            recipe,
         }
+    }
+
+    /// Whether its frames have this channel.
+    pub(crate) fn has(&self, channel: &Channel) -> bool {
+        self.channels.iter().any(|known| known.name == channel.name)
+    }
+
+    /// How many numbers of a channel a frame has.
+    pub(crate) fn numbers(&self, channel: &Channel) -> usize {
+        channel.numbers(self.rest.len(), self.faces.len())
     }
 
     /// Checks every length, index and number, so that the exporters can rely on them.
@@ -87,6 +92,15 @@ impl<'a> Scene<'a> {
         let rest_normals = self.rest_normals.unwrap_or_default();
         if self.rest_normals.is_some() && rest_normals.len() != vertices {
             return Some(format!("has {} rest normals for {vertices} vertices", rest_normals.len()));
+        }
+        if self.rest_normals.is_some() != self.has(&channel::NORMALS) {
+            return Some("has rest normals or normals of its frames, expected both or none".into());
+        }
+        for (i, channel) in self.channels.iter().enumerate() {
+            let is_twice = self.channels[..i].iter().any(|other| other.name == channel.name);
+            if is_twice || channel.name == channel::POSITIONS.name || channel.width == 0 {
+                return Some(format!("has the channel {} twice, or with no numbers", channel.name));
+            }
         }
         if let Some(fault) = self.faces.fault(vertices) {
             return Some(fault);

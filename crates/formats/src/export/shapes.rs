@@ -1,7 +1,8 @@
 //! A mesh with shapes, as every format is given it.
 
-use super::provenance::Provenance;
+use super::recipe::StatedRecipe;
 use super::scene::{Scene, first_not_finite};
+use rhytid_core::channel;
 use rhytid_core::{Error, Faces, Materials, Result, UpAxis, Uvs};
 
 /// A mesh with named shapes, each with a slider in the program that opens it; nothing of it moves by itself.
@@ -26,8 +27,8 @@ pub struct Shapes<'a> {
     pub metres_per_unit: f64,
     /// The mesh's up axis.
     pub up_axis: UpAxis,
-    /// How the shapes were made.
-    pub provenance: &'a Provenance,
+    /// What the shapes were made with.
+    pub recipe: &'a StatedRecipe,
     /// The shapes, at least one.
     pub shapes: &'a [Shape],
 }
@@ -58,9 +59,7 @@ impl Shapes<'_> {
             name: self.name,
             rest: self.rest,
             rest_normals: self.rest_normals,
-            velocities: false,
-            sigma: false,
-            strain: false,
+            channels: if self.rest_normals.is_some() { std::slice::from_ref(&channel::NORMALS) } else { &[] },
             faces: self.faces,
             triangle_corners: self.triangle_corners,
             uvs: self.uvs,
@@ -71,7 +70,7 @@ impl Shapes<'_> {
             frames: 1,
             rate: 1.0,
             first_time_code: 0.0,
-            provenance: self.provenance,
+            recipe: self.recipe,
         }
     }
 

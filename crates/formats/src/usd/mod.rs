@@ -2,6 +2,7 @@
 //! animations in parts put together ([`stitch()`]).
 
 mod build;
+mod channels;
 pub mod layer;
 pub mod read;
 mod stitch;

@@ -113,7 +113,7 @@ fn layer(
     let clips = Value::Dictionary(vec![("default".into(), Value::Dictionary(set))]);
 
     let mut root = prim(&animated.type_name, &animated.name);
-    root.metadata.extend(summary.provenance.as_ref().map(|made| ("customData".into(), custom_data(made))));
+    root.metadata.extend(summary.recipe.as_ref().map(|recipe| ("customData".into(), custom_data(recipe))));
     root.metadata.push(("references".into(), Value::PrependedReferences(vec![still])));
     root.metadata.push(("clips".into(), clips));
 

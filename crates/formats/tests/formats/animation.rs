@@ -1,7 +1,11 @@
 //! Small animations to export.
-use rhytid_core::{Faces, Materials, NoProgress, PrincipalStrains, Result, RigidMotion, UpAxis, Uvs};
+use rhytid_core::channel::{self, Channel};
+use rhytid_core::{ChannelKind, Faces, Materials, NoProgress, Result, RigidMotion, UpAxis, Uvs};
 use rhytid_formats::animation;
-use rhytid_formats::export::{Frame, HeadMotion, Options, OutputStage, Provenance, Scene, Written};
+use rhytid_formats::export::{
+    ChannelChoice, Frame, Gains, HeadMotion, Options, OutputStage, Recipe, Scene, StatedRecipe, Treatment,
+    Written,
+};
 use rhytid_formats::take::Missing;
 use std::path::Path;
 
@@ -27,24 +31,50 @@ pub(crate) struct Animation {
     pub first_time_code: f64,
     /// Positions and normals of each frame.
     pub frames: Vec<[Vec<f32>; 2]>,
-    /// Velocities of each frame.
-    pub velocities: Option<Vec<Vec<f32>>>,
-    /// Standard deviations of each frame.
-    pub sigma: Option<Vec<Vec<f32>>>,
-    /// Principal strains of each frame.
-    pub strain: Option<Vec<PrincipalStrains>>,
-    pub provenance: Provenance,
+    /// Further channels, with the numbers of each frame.
+    pub others: Vec<Other>,
+    pub recipe: StatedRecipe,
+}
+
+/// A channel, and its numbers in each frame.
+#[derive(Clone)]
+pub(crate) struct Other {
+    pub channel: Channel,
+    pub frames: Vec<Vec<f32>>,
 }
 
 impl Animation {
+    /// What its frames have beside positions.
+    pub(crate) fn channels(&self) -> Vec<Channel> {
+        let normals = self.with_normals.then(|| channel::NORMALS.clone());
+        normals.into_iter().chain(self.others.iter().map(|other| other.channel.clone())).collect()
+    }
+
+    /// The numbers of a further channel in each frame.
+    pub(crate) fn other(&self, channel: &Channel) -> Option<&Vec<Vec<f32>>> {
+        self.others.iter().find(|other| other.channel.name == channel.name).map(|other| &other.frames)
+    }
+
+    /// Without the channels that the file's format has no place for.
+    pub(crate) fn for_file(mut self, path: &Path) -> Self {
+        let format = animation::Format::of(path).unwrap();
+        self.with_normals &= format.carries(ChannelKind::Normals);
+        self.others.retain(|other| other.channel.kind.is_some_and(|kind| format.carries(kind)));
+        self
+    }
+
+    /// States another value of the recipe's.
+    pub(crate) fn state(&mut self, name: &str, value: impl Into<serde_json::Value>) {
+        self.recipe = std::mem::take(&mut self.recipe).with(name, value.into());
+    }
+
     pub(crate) fn scene(&self) -> Scene<'_> {
         Scene {
             name: &self.name,
             rest: &self.rest,
             rest_normals: self.with_normals.then_some(&self.rest_normals),
-            velocities: self.velocities.is_some(),
-            sigma: self.sigma.is_some(),
-            strain: self.strain.is_some(),
+            // A few bytes of a test.
+            channels: self.channels().leak(),
             faces: &self.faces,
             triangle_corners: &self.triangle_corners,
             uvs: self.uvs.as_ref(),
@@ -55,19 +85,18 @@ impl Animation {
             frames: self.frames.len(),
             rate: self.rate,
             first_time_code: self.first_time_code,
-            provenance: &self.provenance,
+            recipe: &self.recipe,
         }
     }
 
     pub(crate) fn frame(&self, i: usize) -> Frame<'_> {
         let [positions, normals] = &self.frames[i];
-        Frame {
-            positions,
-            normals: self.with_normals.then_some(normals),
-            velocities: self.velocities.as_ref().map(|velocities| velocities[i].as_slice()),
-            sigma: self.sigma.as_ref().map(|sigma| sigma[i].as_slice()),
-            strain: self.strain.as_ref().map(|strain| &strain[i]),
+        let mut frame = Frame::new(positions);
+        if self.with_normals {
+            frame = frame.with(&channel::NORMALS, normals);
         }
+        let others = self.others.iter().filter_map(|other| Some((&other.channel, other.frames.get(i)?)));
+        others.fold(frame, |frame, (channel, numbers)| frame.with(channel, numbers))
     }
 
     pub(crate) fn export(&self, path: &Path) -> Result<Written> {
@@ -77,7 +106,7 @@ impl Animation {
     pub(crate) fn export_with(&self, path: &Path, options: &Options) -> Result<Written> {
         let mut exporter = animation::create(path, &self.scene(), options)?;
         for i in 0..self.frames.len() {
-            exporter.frame(self.frame(i))?;
+            exporter.frame(&self.frame(i))?;
         }
         exporter.finish(&NoProgress)
     }
@@ -153,45 +182,51 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
         rate: 30.0,
         first_time_code: 1.0,
         frames,
-        velocities: None,
-        sigma: None,
-        strain: None,
-        provenance: Provenance {
+        others: Vec::new(),
+        recipe: StatedRecipe::from(&Recipe {
             version: "1.2.3".into(),
             rig: "0123456789abcdef".into(),
-            stage: OutputStage::Full.into(),
+            stage: OutputStage::Full,
             first_frame: 7,
             end_frame: 5_000_000_000,
             fps: Some(30.0 / 1.001),
-            missing: Missing::Hold.into(),
+            missing: Missing::Hold,
             fade_detail: true,
-            detail: Some(0.5),
-            detail_of: Some("brows=0.5;chin=2".into()),
+            head: HeadMotion::Drop,
+            detail: 0.5,
+            detail_of: Gains(vec![("brows".into(), 0.5), ("chin".into(), 2.0)]),
             edit: Some("[[gain]]\nregion = \"brüw\" # \"\"\"\nby = 1.5\n".into()),
             edit_hash: Some("0123".into()),
-            normals: Some(false),
-            velocities: Some(true),
-            strain: Some(true),
-            refine: Some(true),
-            head: HeadMotion::Drop.into(),
-        },
+            // Whatever the frames have: all that a recipe can state.
+            channels: ChannelKind::ALL
+                .into_iter()
+                .fold(ChannelChoice::NONE, ChannelChoice::with)
+                .without(ChannelKind::Normals),
+            wrinkle_groups: "a=b+c;d=e".parse().unwrap_or_default(),
+            refine: true,
+            treatment: Treatment {
+                metres_per_unit: Some(1e-3),
+                axes: Some("+x+z-y".into()),
+                ..Treatment::default()
+            },
+        }),
     }
 }
 
-/// The same with everything that a scene may have: velocities, strains, materials with odd names, and a head that moves.
+/// The same with everything that a scene may have: all channels, materials with odd names, and a head that moves.
 pub(crate) fn with_everything(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut animation = animation(uvs, frames, seed);
     let mut random = Random(seed ^ 0xa5a5);
     let numbers = animation.rest.len() * 3;
     let velocities = (0..frames).map(|_| (0..numbers).map(|_| random.unit() * 20.0 - 10.0).collect());
-    animation.velocities = Some(velocities.collect());
-    let mut vectors =
-        || animation.rest.iter().map(|_| [0; 3].map(|_| random.unit() - 0.5)).collect::<Vec<_>>();
-    let strain = (0..frames).map(|_| {
-        let [strains, first, second] = [0; 3].map(|_| vectors());
-        PrincipalStrains { strains: strains.into_iter().map(|[a, b, _]| [a, b]).collect(), first, second }
-    });
-    animation.strain = Some(strain.collect());
+    animation.others.push(Other { channel: channel::VELOCITIES.clone(), frames: velocities.collect() });
+    for kind in [ChannelKind::Sigma, ChannelKind::Strain, ChannelKind::Wrinkles] {
+        for channel in kind.channels(&["smile", "frown"].map(String::from)) {
+            let count = channel.width * animation.rest.len();
+            let of_frames = (0..frames).map(|_| (0..count).map(|_| random.unit() - 0.5).collect());
+            animation.others.push(Other { frames: of_frames.collect(), channel });
+        }
+    }
     let names = ["skin 1", "skin-1", "Zähne \"oben\"\n", "1"].map(String::from).to_vec();
     let of_face = (0..animation.faces.len()).map(|_| random.below(4) as u32).collect();
     animation.materials = Some(Materials { names, of_face });

@@ -11,7 +11,7 @@ fn what_is_gone_is_an_error() {
     let options = Options { force: true, ..Options::default() };
     for extension in ["usda", "usdc", "usdz", "glb", "gltf"] {
         let path = folder.path().join(format!("face.{extension}"));
-        with_everything(UvKind::PerCorner, 60, 5).export_with(&path, &options).unwrap();
+        with_everything(UvKind::PerCorner, 60, 5).for_file(&path).export_with(&path, &options).unwrap();
         let mut reader = animation::open(&path).unwrap();
         // The text is short, and its numbers are beside it.
         let numbers = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());

@@ -9,7 +9,8 @@ use rhytid_formats::export::Options;
 fn a_point_cache_has_every_bit_of_the_positions() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.PC2");
-    let made = Animation { first_time_code: 101.0, ..with_everything(UvKind::PerCorner, 6, 3) };
+    let made =
+        Animation { first_time_code: 101.0, ..with_everything(UvKind::PerCorner, 6, 3).for_file(&path) };
     let written = made.export(&path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     assert_eq!((written.bytes, written.error), (bytes.len() as u64, None));
@@ -27,9 +28,9 @@ fn a_point_cache_has_every_bit_of_the_positions() {
 fn what_a_point_cache_cannot_be_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.pc2");
-    let made = with_everything(UvKind::None, 2, 3);
+    let made = with_everything(UvKind::None, 2, 3).for_file(&path);
     let mut exporter = animation::create(&path, &made.scene(), &Options::default()).unwrap();
-    exporter.frame(made.frame(0)).unwrap();
+    exporter.frame(&made.frame(0)).unwrap();
     assert!(exporter.finish(&NoProgress).is_err());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
     let message = |error: Error| match error {

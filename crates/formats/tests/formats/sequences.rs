@@ -2,7 +2,7 @@
 use npyz::WriterBuilder;
 use rhytid_core::{Error, Faces, Mesh, NoProgress, Result};
 use rhytid_formats::animation;
-use rhytid_formats::export::{Frame, Provenance, Scene};
+use rhytid_formats::export::{Frame, Scene, StatedRecipe};
 use rhytid_formats::mesh::{read_groups, write_obj};
 use rhytid_formats::sequence::Sequence;
 use rhytid_formats::tables::read_frames;
@@ -77,16 +77,14 @@ fn frames_are_the_same_whatever_they_are_kept_in() {
 
     let mesh = square();
     let rest: Vec<[f32; 3]> = mesh.positions.iter().map(|x| x.map(|x| x as f32)).collect();
-    let provenance = Provenance::default();
+    let recipe = StatedRecipe::default();
     for name in ["face.usd", "face.glb"] {
         let corners = [[0, 1, 2], [3, 4, 5]];
         let scene = Scene {
             name: "square",
             rest: &rest,
             rest_normals: None,
-            velocities: false,
-            sigma: false,
-            strain: false,
+            channels: &[],
             faces: &mesh.faces,
             triangle_corners: &corners,
             uvs: None,
@@ -97,20 +95,12 @@ fn frames_are_the_same_whatever_they_are_kept_in() {
             frames: 3,
             rate: 24.0,
             first_time_code: 0.0,
-            provenance: &provenance,
+            recipe: &recipe,
         };
         let mut exporter = animation::create(&at(name), &scene, &Default::default()).unwrap();
         for i in 0..3 {
             let positions: Vec<f32> = positions(i).as_flattened().iter().map(|&x| x as f32).collect();
-            exporter
-                .frame(Frame {
-                    positions: &positions,
-                    normals: None,
-                    velocities: None,
-                    sigma: None,
-                    strain: None,
-                })
-                .unwrap();
+            exporter.frame(&Frame::new(&positions)).unwrap();
         }
         exporter.finish(&NoProgress).unwrap();
         frames_are(&at(name), 3);

@@ -1,7 +1,7 @@
 //! What edits do to the handles.
 
 use super::{Layers, time_of};
-use crate::bounds::as_it_was;
+use crate::EditedTake;
 use rhytid_core::{Error, Result, Rig, Take};
 use rhytid_formats::edits::{Added, Curve, Ease, Hold};
 
@@ -59,14 +59,14 @@ impl AddedTake {
 }
 
 /// [`Layers::edit`].
-pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
+pub(super) fn edit(layers: &Layers, before: Take, rig: &Rig) -> Result<EditedTake> {
+    let mut take = before.clone();
     // So that what is missing is said once.
     take.slice(0..take.frames().min(1)).handle_positions(&rig.labels)?;
     let column = |label: &String| take.labels.iter().position(|other| other == label).unwrap_or_default();
     let columns: Vec<usize> = rig.labels.iter().map(column).collect();
     let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
     let markers = take.labels.len();
-    let before = take.positions.clone();
     for frame in 0..take.frames() {
         let at = frame as f64;
         let gains = factors(layers.gains.iter().map(|(weights, by)| (weights, by.at(at))));
@@ -96,30 +96,7 @@ pub(super) fn edit(layers: &Layers, mut take: Take, rig: &Rig) -> Result<Take> {
     for held in &layers.holds {
         hold(held, &mut take, &columns).map_err(|error| error.in_file(layers.path.display()))?;
     }
-    Ok(with_what_was(take, &columns, &before))
-}
-
-/// The take, and in columns of their own the handles that were edited in any frame as they were, so that what is done to its frames is done to both.
-fn with_what_was(take: Take, columns: &[usize], before: &[[f64; 3]]) -> Take {
-    let markers = take.labels.len();
-    let frames = || take.positions.chunks_exact(markers).zip(before.chunks_exact(markers));
-    let mut is_edited = vec![false; markers];
-    for (now, was) in frames() {
-        is_edited.iter_mut().zip(now.iter().zip(was)).for_each(|(edited, (now, was))| *edited |= now != was);
-    }
-    let edited: Vec<usize> = columns.iter().copied().filter(|column| is_edited[*column]).collect();
-    let mut positions = Vec::with_capacity(take.frames() * (markers + edited.len()));
-    for (now, was) in frames() {
-        positions.extend_from_slice(now);
-        positions.extend(edited.iter().map(|&column| was[column]));
-    }
-    let confidence = take.confidence.as_ref().map(|confidence| {
-        let frames = confidence.chunks_exact(markers);
-        frames.flat_map(|frame| frame.iter().chain(edited.iter().map(|&c| &frame[c])).copied()).collect()
-    });
-    let labels = edited.iter().map(|&column| as_it_was(&take.labels[column]));
-    let labels = take.labels.iter().cloned().chain(labels).collect();
-    Take { labels, positions, confidence, ..take }
+    Ok(EditedTake::new(before, take))
 }
 
 /// `Π (1 + w (g − 1))` of each handle; `None` where all gains are 1.

@@ -6,6 +6,7 @@ mod region;
 
 pub use on_frames::FrameEdits;
 
+use crate::EditedTake;
 use crate::fade::VertexGain;
 use handles::{AddedTake, Held};
 use region::Regions;
@@ -107,12 +108,11 @@ impl Layers {
         &self.hash
     }
 
-    /// The take with its handles edited. Frames and markers that no edit is about keep every bit. Those that are edited in any frame have a second column, by which
-    /// [`crate::Playback`] knows what they would do without, and how far the edits reach.
+    /// The take with its handles edited, and as it was before. Frames and markers that no edit is about keep every bit.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the take lacks handles, or a frame that is held.
-    pub fn edit(&self, take: Take, rig: &Rig) -> Result<Take> {
+    pub fn edit(&self, take: Take, rig: &Rig) -> Result<EditedTake> {
         handles::edit(self, take, rig)
     }
 

@@ -1,19 +1,19 @@
 //! What layers do to frames, one frame at a time: for programs that evaluate frames themselves.
 
 use super::Layers;
-use crate::bounds::Bounds;
+use crate::edit_falloff::EditFalloff;
 use crate::fade::{VertexGain, folded};
-use crate::{Correction, Playback};
-use rhytid_core::{DeviceInfo, Progress, Result, Rig, Take};
+use crate::{Correction, EditedTake, Playback};
+use rhytid_core::{DeviceInfo, Progress, Result, Rig};
 use rhytid_kernels::normals::VertexTriangles;
 
 /// What layers do to frames beside editing the take's handles: first [`FrameEdits::fold`], of the frame with and without the edits of its handles where
-/// these are bounded; then [`FrameEdits::blend`] of the two, and last [`FrameEdits::correct`].
+/// these have a falloff; then [`FrameEdits::blend`] of the two, and last [`FrameEdits::correct`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameEdits {
     gains: Vec<VertexGain>,
     corrections: Vec<Correction>,
-    bounds: Option<Bounds>,
+    falloff: Option<EditFalloff>,
 }
 
 impl FrameEdits {
@@ -24,7 +24,7 @@ impl FrameEdits {
     pub fn new(
         layers: &Layers,
         rig: &Rig,
-        edited: &Take,
+        edited: &EditedTake,
         devices: &[DeviceInfo],
         progress: &dyn Progress,
     ) -> Result<Self> {
@@ -32,8 +32,8 @@ impl FrameEdits {
             [] => Vec::new(),
             _ => Playback::new(rig, devices, 1)?.with_layers(layers, edited, progress)?.into_corrections(),
         };
-        let bounds = Bounds::new(rig, edited);
-        Ok(Self { gains: layers.vertex_gains(edited), corrections, bounds })
+        let falloff = EditFalloff::new(rig, edited);
+        Ok(Self { gains: layers.vertex_gains(&edited.take), corrections, falloff })
     }
 
     /// Whether a frame at this time may change.
@@ -53,9 +53,9 @@ impl FrameEdits {
         self.gains.iter().any(|gain| gain.at(time) != 1.0)
     }
 
-    /// Whether edits of handles are bounded, so that there are vertices where the face stays as it is without them.
-    pub fn is_bounded(&self) -> bool {
-        self.bounds.is_some()
+    /// Whether edits of handles have a falloff, so that there are vertices where the face stays as it is without them.
+    pub fn has_falloff(&self) -> bool {
+        self.falloff.is_some()
     }
 
     /// From V positions and normals without the edits of handles and those with them to what is shown, in place of the latter.
@@ -67,9 +67,9 @@ impl FrameEdits {
         with_positions: &mut [[f32; 3]],
         with_normals: &mut [[f32; 3]],
     ) {
-        if let Some(bounds) = &self.bounds {
-            bounds.blend(positions, with_positions);
-            bounds.blend_normals(rig, triangles, with_positions, normals, with_normals);
+        if let Some(falloff) = &self.falloff {
+            falloff.blend(positions, with_positions);
+            falloff.blend_normals(rig, triangles, with_positions, normals, with_normals);
         }
     }
 

@@ -1,7 +1,7 @@
 use super::*;
-use crate::{Playback, PlaybackOptions, Selection, choose_devices};
-use rhytid_core::NoProgress;
-use rhytid_formats::export::OutputStage;
+use crate::{Playback, Selection, choose_devices};
+use rhytid_core::{NoProgress, channel};
+use rhytid_formats::export::{Frame, OutputStage, Recipe};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use std::fs;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ impl Fixture {
     }
 
     fn edited(&self, text: &str) -> Take {
-        self.layers(text).unwrap().edit(self.take.clone(), &self.rig).unwrap()
+        self.layers(text).unwrap().edit(self.take.clone(), &self.rig).unwrap().take
     }
 
     fn refused(&self, text: &str) -> String {
@@ -53,22 +53,24 @@ impl Fixture {
     fn play(&self, text: &str) -> Vec<[Vec<f32>; 2]> {
         let layers = self.layers(text).unwrap();
         let edited = layers.edit(self.take.clone(), &self.rig).unwrap();
-        play(&self.rig, &layers, &edited, OutputStage::Full)
+        play(&self.rig, &layers, edited, OutputStage::Full)
     }
 }
 
-fn play(rig: &Rig, layers: &Layers, edited: &Take, stage: OutputStage) -> Vec<[Vec<f32>; 2]> {
+fn play(rig: &Rig, layers: &Layers, edited: impl Into<EditedTake>, stage: OutputStage) -> Vec<[Vec<f32>; 2]> {
+    let edited = &edited.into();
     let selection = Selection::all(edited.clone()).unwrap();
     let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
     let mut playback = Playback::new(rig, &devices, 60).unwrap();
     playback = playback.with_layers(layers, edited, &NoProgress).unwrap();
     let mut frames = Vec::new();
-    let each = |frame: rhytid_formats::export::Frame<'_>| {
-        frames.push([frame.positions.to_vec(), frame.normals.unwrap_or_default().to_vec()]);
+    let each = |frame: &Frame<'_>| {
+        let normals = frame.get(&channel::NORMALS).unwrap_or_default();
+        frames.push([frame.positions().to_vec(), normals.to_vec()]);
         Ok(())
     };
-    let options = PlaybackOptions { stage, ..<_>::default() };
-    playback.play(&selection, options, &NoProgress, each).unwrap();
+    let recipe = Recipe { stage, ..Recipe::default() };
+    playback.play(&selection, &recipe, &NoProgress, each).unwrap();
     frames
 }
 
@@ -166,7 +168,7 @@ fn detail_changes_where_and_when_it_says_and_nothing_else() {
     let plain = f.play("");
     let edited =
         f.play(&format!("{region}[[detail]]\nregion = \"left\"\nby = [[20, 1], [30, 0], [40, 1]]\n"));
-    let smooth = play(&f.rig, &f.layers("").unwrap(), &f.take, OutputStage::LargeScale);
+    let smooth = play(&f.rig, &f.layers("").unwrap(), f.take.clone(), OutputStage::LargeScale);
     let beside: Vec<bool> = {
         let is_left = |v: u32| f.rig.rest[v as usize][0] > 0.0;
         let mut beside = vec![false; f.rig.vertices()];
@@ -388,6 +390,20 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
     }
 }
 
+/// A label means nothing: a take without edits is played as it is, whatever its markers are called.
+#[test]
+fn a_marker_of_any_name_changes_nothing() {
+    let f = Fixture::new();
+    let markers = f.take.labels.len();
+    let mut odd = f.take.clone();
+    odd.labels.push(format!("{} as it was", f.rig.labels[4]));
+    let rows = f.take.positions.chunks_exact(markers);
+    odd.positions = rows.flat_map(|row| row.iter().copied().chain([[1.0, 2.0, 3.0]])).collect();
+    let none = f.layers("").unwrap();
+    let [plain, found] = [f.take.clone(), odd].map(|take| play(&f.rig, &none, take, OutputStage::Full));
+    assert!(plain == found, "a marker that no handle has moves the face");
+}
+
 /// What is evaluated of a part of the face, or of all of it, is what two whole takes come to, blended and folded by the formulas.
 #[test]
 fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
@@ -401,7 +417,7 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
     };
     let none = f.layers("").unwrap();
     let [plain, plain_smooth] =
-        [OutputStage::Full, OutputStage::LargeScale].map(|stage| play(rig, &none, &f.take, stage));
+        [OutputStage::Full, OutputStage::LargeScale].map(|stage| play(rig, &none, f.take.clone(), stage));
     for markers in [2, by_side.len() - 3] {
         let chosen = &by_side[..markers];
         let labels: Vec<String> = chosen.iter().map(|&h| format!("{:?}", rig.labels[h])).collect();
@@ -414,18 +430,12 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
         );
         let layers = f.layers(&text).unwrap();
         let take = layers.edit(f.take.clone(), rig).unwrap();
-        let found = play(rig, &layers, &take, OutputStage::Full);
-        let shown_smooth = play(rig, &layers, &take, OutputStage::LargeScale);
-        // The same markers without a word of what they were: nothing is bounded.
-        let handles = take.labels.len() - markers;
-        let rows = take.positions.chunks_exact(take.labels.len());
-        let unbounded = Take {
-            labels: take.labels[..handles].to_vec(),
-            positions: rows.flat_map(|row| row[..handles].to_vec()).collect(),
-            ..take.clone()
-        };
-        let [whole, whole_smooth] =
-            [OutputStage::Full, OutputStage::LargeScale].map(|stage| play(rig, &none, &unbounded, stage));
+        let found = play(rig, &layers, take.clone(), OutputStage::Full);
+        let shown_smooth = play(rig, &layers, take.clone(), OutputStage::LargeScale);
+        // The same markers without a word of what they were: the whole face follows them.
+        let unbounded = &take.take;
+        let [whole, whole_smooth] = [OutputStage::Full, OutputStage::LargeScale]
+            .map(|stage| play(rig, &none, unbounded.clone(), stage));
         let held = |v: usize| {
             let row = &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
             let of = |h: usize| if chosen.contains(&h) { 1.0 } else { 0.0 };
@@ -508,7 +518,7 @@ fn what_is_the_same_in_all_frames_is_put_into_the_rig() {
         let (mut layers, mut rig) = (f.layers(&text).unwrap(), f.rig.clone());
         layers.settle(&mut rig);
         assert_ne!(rig.rbf_weights, f.rig.rbf_weights);
-        let found = play(&rig, &layers, &f.take, OutputStage::Full);
+        let found = play(&rig, &layers, f.take.clone(), OutputStage::Full);
         let apart = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| {
             let pairs = a.iter().flat_map(|[x, _]| x).zip(b.iter().flat_map(|[x, _]| x));
             pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
@@ -517,6 +527,6 @@ fn what_is_the_same_in_all_frames_is_put_into_the_rig() {
         assert!(apart(&found, &plain) > 1e-3);
         // Once, and no more.
         layers.settle(&mut rig);
-        assert_eq!(play(&rig, &layers, &f.take, OutputStage::Full), found);
+        assert_eq!(play(&rig, &layers, f.take.clone(), OutputStage::Full), found);
     }
 }

@@ -1,8 +1,9 @@
 //! A take with edits on it, and pulls that are saved as an edit.
 
 use super::*;
+use rhytid_formats::export::Recipe;
 use rhytid_formats::{Reach, mesh, take};
-use rhytid_playback::{Guard, Layers, Playback, PlaybackOptions, Selection, choose_devices};
+use rhytid_playback::{EditedTake, Guard, Layers, Playback, Selection, choose_devices};
 
 const FRAME: usize = 25;
 
@@ -26,7 +27,10 @@ fn played(folder: &Folder, edit: Option<&str>) -> Vec<[f64; 3]> {
     let rig = &demo().1;
     let take = take::read(&folder.path("take.csv"), None, take::Missing::Error).unwrap();
     let layers = edit.map(|edit| Layers::read(&folder.path(edit), rig, Reach::Below).unwrap());
-    let take = layers.as_ref().map_or(take.clone(), |layers| layers.edit(take, rig).unwrap());
+    let take = match &layers {
+        Some(layers) => layers.edit(take, rig).unwrap(),
+        None => EditedTake::from(take),
+    };
     let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
     let mut playback = Playback::new(rig, &devices, 1).unwrap();
     if let Some(layers) = &layers {
@@ -35,8 +39,8 @@ fn played(folder: &Folder, edit: Option<&str>) -> Vec<[f64; 3]> {
     let mut positions = Vec::new();
     let selection = Selection::all(take.slice(FRAME..FRAME + 1)).unwrap();
     playback
-        .play(&selection, PlaybackOptions::default(), &NoProgress, |frame| {
-            positions = frame.positions.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
+        .play(&selection, &Recipe::default(), &NoProgress, |frame| {
+            positions = frame.positions().as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
             Ok(())
         })
         .unwrap();

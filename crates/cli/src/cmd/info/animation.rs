@@ -1,11 +1,12 @@
 //! `rhytid info` of an animation.
 
 use super::shape::{row, up};
-use rhytid::formats::export::Provenance;
+use rhytid::formats::export::StatedRecipe;
 use rhytid::formats::{Reach, animation};
 use rhytid::human;
-use rhytid::{Result, UpAxis};
+use rhytid::{ChannelKind, Result, UpAxis};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 #[derive(Serialize)]
@@ -18,20 +19,24 @@ pub(super) struct AnimationInfo {
     frames: usize,
     first_time_code: f64,
     rate: f64,
-    normals: bool,
-    velocities: bool,
-    strain: bool,
+    /// Of each kind whether there is any of it.
+    #[serde(flatten)]
+    kinds: BTreeMap<&'static str, bool>,
+    /// The names of all channels.
+    channels: Vec<String>,
     head: bool,
     /// In mesh units; null where the file is exact.
     stated_error: Option<f64>,
     /// Null where the file does not say how it was made.
-    provenance: Option<Provenance>,
+    #[serde(rename = "provenance")]
+    recipe: Option<StatedRecipe>,
 }
 
 impl AnimationInfo {
     pub(super) fn read(path: &Path, reach: Reach) -> Result<Self> {
         let reader = animation::open_within(path, reach)?;
         let summary = reader.summary();
+        let has = |kind| summary.channels.iter().any(|channel| channel.kind == Some(kind));
         Ok(Self {
             name: summary.name.clone(),
             metres_per_unit: summary.metres_per_unit,
@@ -41,26 +46,22 @@ impl AnimationInfo {
             frames: summary.frames,
             first_time_code: summary.first_time_code,
             rate: summary.rate,
-            normals: summary.normals,
-            velocities: summary.velocities,
-            strain: summary.strain,
+            kinds: ChannelKind::ALL.into_iter().map(|kind| (kind.name(), has(kind))).collect(),
+            channels: summary.channels.iter().map(|channel| channel.name.clone().into_owned()).collect(),
             head: summary.head,
             stated_error: summary.stated_error,
-            provenance: summary.provenance.clone(),
+            recipe: summary.recipe.clone(),
         })
     }
 
     pub(super) fn rows(&self) -> Vec<[String; 2]> {
         let unit = human::unit(self.metres_per_unit);
-        let lacks = |what: &str, is_there: bool| if is_there { None } else { Some(what.to_owned()) };
-        let lacking: Vec<String> = [
-            lacks("normals", self.normals),
-            lacks("velocities", self.velocities),
-            lacks("the head's motion", self.head),
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
+        let has = |kind: ChannelKind| self.kinds.get(kind.name()) == Some(&true);
+        let mut lacking: Vec<&str> = Vec::new();
+        // What few files have is told where it is there.
+        let usual = [ChannelKind::Normals, ChannelKind::Velocities].into_iter();
+        lacking.extend(usual.filter(|kind| !has(*kind)).map(ChannelKind::name));
+        lacking.extend((!self.head).then_some("the head's motion"));
         let mut rows = vec![
             row("units", format!("{unit}, {} up", up(self.up))),
             row("vertices", human::count(self.vertices)),
@@ -82,16 +83,26 @@ impl AnimationInfo {
         if !lacking.is_empty() {
             rows.push(row("has no", lacking.join(", ")));
         }
+        let further: Vec<&str> = self.channels.iter().skip(1).map(String::as_str).collect();
+        if !further.is_empty() {
+            rows.push(row("channels", further.join(", ")));
+        }
         rows.push(row(
             "made by",
-            self.provenance.as_ref().map_or_else(
+            self.recipe.as_ref().map_or_else(
                 || "it does not say: `rhytid verify` cannot compare it".to_owned(),
                 |made| {
-                    format!("Rhytid {} of the frames {}..{}", made.version, made.first_frame, made.end_frame)
+                    let number = |name| made.get(name).map_or_else(String::new, ToString::to_string);
+                    let version = made.text("version").unwrap_or_default();
+                    format!(
+                        "Rhytid {version} of the frames {}..{}",
+                        number("first_frame"),
+                        number("end_frame")
+                    )
                 },
             ),
         ));
-        let edit = self.provenance.as_ref().and_then(|made| made.edit.as_ref());
+        let edit = self.recipe.as_ref().and_then(|made| made.text("edit"));
         rows.extend(edit.map(|text| {
             row(
                 "edited by",

@@ -4,10 +4,10 @@ use super::truth::Truth;
 use crate::progress::Ui;
 use crate::{args, drawing, inputs};
 use rhytid::backends::wgpu::{Wgpu, WgpuSession};
-use rhytid::formats::export::OutputStage;
-use rhytid::playback::{Layers, Playback, PlaybackOptions, Selection, Watch};
+use rhytid::formats::export::{OutputStage, Recipe};
+use rhytid::playback::{EditedTake, Layers, Playback, Selection, Watch};
 use rhytid::render::Vertices;
-use rhytid::{Animator, Backend, DeviceInfo, Error, Progress, Result, Rig, Stage, Take, UploadOptions};
+use rhytid::{Animator, Backend, DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions, channel};
 use std::time::{Duration, Instant};
 
 /// Frames of which other stages are kept until the result is there.
@@ -47,9 +47,9 @@ pub(super) struct Before {
 
 /// What is wanted of each frame.
 pub(super) struct Wanted<'a> {
-    pub playback: PlaybackOptions,
+    pub recipe: Recipe,
     /// What edits do beside editing the take, and all of that.
-    pub layers: Option<(Layers, Take)>,
+    pub layers: Option<(Layers, EditedTake)>,
     pub large_scale: bool,
     pub before: Option<&'a Before>,
     pub truth: Option<Truth>,
@@ -65,7 +65,7 @@ impl Wanted<'_> {
             || self.before.is_some()
             || self.truth.is_some()
             || self.layers.is_some();
-        !is_more && self.playback == PlaybackOptions::default()
+        !is_more && self.recipe == Recipe::default()
     }
 }
 
@@ -81,7 +81,7 @@ pub(super) struct Frames<'a> {
 /// Where frames are evaluated.
 enum On<'a> {
     /// Where they are drawn, so that they are drawn from where they are.
-    Same { session: Animator<WgpuSession>, info: DeviceInfo, watch: Option<Watch<'a>> },
+    Same { session: Box<Animator<WgpuSession>>, info: DeviceInfo, watch: Option<Watch<'a>> },
     /// Elsewhere; and the rig to put the result beside, where that is another.
     Other { playback: Box<Playback<'a>>, before: Option<Playback<'a>> },
 }
@@ -155,14 +155,14 @@ impl<'a> Frames<'a> {
     /// As [`Playback::play`] and `each`.
     pub(super) fn each(
         &mut self,
-        take: &Take,
+        take: &EditedTake,
         frames: &[usize],
         ui: &Ui,
         mut each: impl FnMut(&Evaluated<'_>) -> Result<()>,
     ) -> Result<()> {
         match &mut self.on {
             On::Same { session, watch, .. } => {
-                let handles = take.pick(frames).handle_positions(&self.rig.labels)?;
+                let handles = take.take.pick(frames).handle_positions(&self.rig.labels)?;
                 for handles in handles.chunks_exact(3 * self.rig.handles.len()) {
                     if ui.cancelled() {
                         return Err(Error::Cancelled);
@@ -209,7 +209,7 @@ impl<'a> Frames<'a> {
 impl On<'_> {
     fn same<'a>(rig: &'a Rig, wgpu: &Wgpu, info: &DeviceInfo) -> Result<On<'a>> {
         let options = UploadOptions::frames(1);
-        let mut session = Animator::new(wgpu, rig, options)?;
+        let mut session = Box::new(Animator::new(wgpu, rig, options)?);
         let watch = Watch::begin(rig, options, info, &mut session)?;
         Ok(On::Same { session, info: info.clone(), watch })
     }
@@ -229,13 +229,13 @@ fn vertices(session: &WgpuSession) -> Result<Vertices<'_>> {
 fn hand_over<'a>(
     wanted: &mut Wanted<'_>,
     (playback, other): (&mut Playback<'a>, Option<&mut Playback<'a>>),
-    take: &Take,
+    take: &EditedTake,
     frames: &[usize],
     ui: &Ui,
     each: &mut impl FnMut(&Evaluated<'_>) -> Result<()>,
 ) -> Result<Duration> {
     let (take, inner) = (take.pick(frames), 0..frames.len());
-    let selection = Selection { rate: take.rate(), take, inner, first: 0 };
+    let selection = Selection { rate: take.take.rate(), take, inner, first: 0 };
     let per_frame = 3 * playback.rig().vertices();
     let mut large_scale = Kept::default();
     if wanted.large_scale {
@@ -246,16 +246,19 @@ fn hand_over<'a>(
         before = Kept::of(other.unwrap_or(&mut *playback), &selection, *stage, ui)?;
     }
     let (mut i, mut drawn) = (0, Duration::ZERO);
-    playback.play(&selection, wanted.playback, ui, |frame| {
+    playback.play(&selection, &wanted.recipe, ui, |frame| {
         let truth = wanted.truth.as_mut().map(|truth| truth.frame(frames[i])).transpose()?;
         let begin = Instant::now();
         each(&Evaluated {
             drawn_from: None,
-            result: Shape { positions: frame.positions, normals: frame.normals.unwrap_or_default() },
+            result: Shape {
+                positions: frame.positions(),
+                normals: frame.get(&channel::NORMALS).unwrap_or_default(),
+            },
             before: before.frame(i, per_frame),
             truth: truth.unwrap_or_default(),
             large_scale: large_scale.frame(i, per_frame).positions,
-            sigma: frame.sigma.unwrap_or_default(),
+            sigma: frame.get(&channel::SIGMA).unwrap_or_default(),
         })?;
         i += 1;
         drawn += begin.elapsed();
@@ -274,9 +277,9 @@ struct Kept {
 impl Kept {
     fn of(playback: &mut Playback<'_>, selection: &Selection, stage: OutputStage, ui: &Ui) -> Result<Self> {
         let mut kept = Self::default();
-        playback.play(selection, PlaybackOptions { stage, ..PlaybackOptions::default() }, ui, |frame| {
-            kept.positions.extend_from_slice(frame.positions);
-            kept.normals.extend_from_slice(frame.normals.unwrap_or_default());
+        playback.play(selection, &Recipe { stage, ..Recipe::default() }, ui, |frame| {
+            kept.positions.extend_from_slice(frame.positions());
+            kept.normals.extend_from_slice(frame.get(&channel::NORMALS).unwrap_or_default());
             Ok(())
         })?;
         Ok(kept)

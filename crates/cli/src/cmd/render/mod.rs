@@ -7,22 +7,21 @@ mod skin;
 mod truth;
 
 use crate::args::{Background, BeforeChoice, Show, StageChoice};
+use crate::output::{FRAME, numbered};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use frames::{Before, Evaluated, Frames, Wanted};
 use pictures::Pictures;
 use rhytid::backends::wgpu::Wgpu;
+use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{FileKind, refuse_inputs};
-use rhytid::playback::PlaybackOptions;
 use rhytid::render::{Moving, MovingFormat, Picture, Sheet, hide_parts};
-use rhytid::{AtomicFile, Backend, DeviceInfo, Error, Progress, Result, Rig, human, rig_file};
+use rhytid::{AtomicFile, Backend, ChannelKind, DeviceInfo, Error, Progress, Result, Rig, human, rig_file};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use truth::Truth;
 
-/// Where a frame's number goes in a file's name.
-const FRAME: &str = "{frame}";
 const ON_A_SHEET: [u32; 2] = [300, 400];
 const ALONE: [u32; 2] = [720, 960];
 
@@ -143,7 +142,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         return Err(Error::input(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
     }
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
-    let (mut take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
+    let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
     let layers = layers.map(|layers| (layers, take.clone()));
     hide_parts(&mut rig, &args.hide);
     if rig.triangles.is_empty() {
@@ -154,8 +153,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let range = args.frames.within(take.frames())?;
     let mut truth = None;
     if let Some(path) = &args.compare {
-        let opened = Truth::open(path, args, &rig, take)?;
-        (truth, take) = (Some(opened.0), opened.1);
+        truth = Some(Truth::open(path, args, &rig, &take.take)?);
     }
     let mut frames: Vec<usize> = match &truth {
         Some(truth) => truth.within(range)?,
@@ -192,17 +190,19 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let mut moving = match format {
         Some(format) => {
             format.check(pictures.size(), &args.output)?;
-            let moving = Moving::new(format, &mut whole, pictures.size(), count as u32, take.rate());
+            let moving = Moving::new(format, &mut whole, pictures.size(), count as u32, take.take.rate());
             Some(moving.map_err(Error::io(&args.output))?)
         }
         None => None,
     };
+    let mut channels = ChannelChoice::default();
+    channels.set(ChannelKind::Sigma, args.show.contains(&Show::Sigma));
     let wanted = Wanted {
-        playback: PlaybackOptions {
+        recipe: Recipe {
             stage: args.stage.into(),
-            sigma: args.show.contains(&Show::Sigma),
+            channels,
             fade_detail: args.fade_detail,
-            ..PlaybackOptions::default()
+            ..Recipe::default()
         },
         layers,
         large_scale: args.show.contains(&Show::Detail),
@@ -219,7 +219,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         drawing += begin.elapsed();
         if let Some(sheet) = &mut sheet {
             let frame = frames[done / steps];
-            sheet.add(&picture, &format!("{frame}   {:.2} s", take.times[frame]));
+            sheet.add(&picture, &format!("{frame}   {:.2} s", take.take.times[frame]));
         } else if let Some(moving) = &mut moving {
             moving.add(&picture).map_err(Error::io(&args.output))?;
         } else {
@@ -249,10 +249,6 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         parts,
         bytes,
     })
-}
-
-fn numbered(name: &str, number: usize) -> PathBuf {
-    PathBuf::from(name.replace(FRAME, &format!("{number:05}")))
 }
 
 /// `count` of `frames` frames, the first and the last among them.

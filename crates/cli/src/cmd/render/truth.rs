@@ -21,11 +21,11 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// The truth `path` for a take on a rig, matched as `evaluate` does it; and the take again.
+    /// The truth `path` for a take on a rig, matched as `evaluate` does it.
     ///
     /// # Errors
     /// As [`Sequence::open`] and [`evaluate::Truth::new`].
-    pub(super) fn open(path: &Path, args: &args::Render, rig: &Rig, take: Take) -> Result<(Self, Take)> {
+    pub(super) fn open(path: &Path, args: &args::Render, rig: &Rig, take: &Take) -> Result<Self> {
         let neutral = Mesh {
             positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
             faces: rig.faces.clone(),
@@ -34,8 +34,8 @@ impl Truth {
         };
         let meshes = Sequence::open(path, &neutral, &args.rig, rig.metres_per_unit)?;
         let frames = args.truth_frames.as_ref().map(|path| tables::read_frames(path, take.frames()));
-        let evaluate::Truth { meshes, frames, take } =
-            evaluate::Truth::new(meshes, frames.transpose()?, take)?;
+        let evaluate::Truth { meshes, frames, .. } =
+            evaluate::Truth::new(meshes, frames.transpose()?, take.clone())?;
         let truth = Self {
             meshes,
             frames,
@@ -44,7 +44,7 @@ impl Truth {
             positions: Vec::new(),
             normals: Vec::new(),
         };
-        Ok((truth, take))
+        Ok(truth)
     }
 
     /// Those frames of a range that it has, rising.

@@ -24,7 +24,8 @@ pub(crate) struct Frames {
     path: PathBuf,
     vertices: usize,
     normals: bool,
-    strain: bool,
+    /// Of each other attribute how many of its three numbers count.
+    extras: Vec<usize>,
     frames: usize,
 }
 
@@ -74,7 +75,8 @@ impl<'a> Centred<'a> {
 pub(crate) enum Attribute {
     Positions,
     Normals,
-    Strain,
+    /// One of the others.
+    Extra(usize),
 }
 
 /// Some vertices in all frames.
@@ -86,14 +88,14 @@ pub(crate) struct Block {
 }
 
 impl Frames {
-    /// Frames of `vertices` vertices, with normals and strains or without. `spool` is an empty file that only this uses
-    /// (`AtomicFile::spool`); `path` is the output, for messages.
-    pub(crate) fn new(spool: File, path: &Path, vertices: usize, [normals, strain]: [bool; 2]) -> Self {
-        Self { spool, path: path.to_owned(), vertices, normals, strain, frames: 0 }
+    /// Frames of `vertices` vertices, with normals or without, and with further attributes of three numbers, of each of which so many count.
+    /// `spool` is an empty file that only this uses (`AtomicFile::spool`); `path` is the output, for messages.
+    pub(crate) fn new(spool: File, path: &Path, vertices: usize, normals: bool, extras: Vec<usize>) -> Self {
+        Self { spool, path: path.to_owned(), vertices, normals, extras, frames: 0 }
     }
 
-    /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0) and `strain`, V×3, if and
-    /// only if they were announced.
+    /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0) and `extras`, V×3 each,
+    /// if and only if they were announced.
     ///
     /// # Errors
     /// [`Error::Internal`] if a length is wrong; [`Error::Io`].
@@ -101,15 +103,17 @@ impl Frames {
         &mut self,
         positions: &[f32],
         normals: Option<&[f32]>,
-        strain: Option<&[f32]>,
+        extras: &[Vec<f32>],
     ) -> Result<()> {
         let numbers = self.vertices * 3;
-        let has =
-            |values: Option<&[f32]>, wanted: bool| values.map(<[f32]>::len) == wanted.then_some(numbers);
-        if positions.len() != numbers || !has(normals, self.normals) || !has(strain, self.strain) {
+        let has_normals = normals.map(<[f32]>::len) == self.normals.then_some(numbers);
+        let has_extras =
+            extras.len() == self.extras.len() && extras.iter().all(|extra| extra.len() == numbers);
+        if positions.len() != numbers || !has_normals || !has_extras {
             return Err(Error::Internal("a frame has another number of vertices than its mesh".into()));
         }
-        for values in [Some(positions), normals, strain].into_iter().flatten() {
+        let extras = extras.iter().map(Vec::as_slice);
+        for values in [Some(positions), normals].into_iter().flatten().chain(extras) {
             self.spool.write_all(bytemuck::cast_slice(values)).map_err(Error::io(&self.path))?;
         }
         self.frames += 1;
@@ -136,9 +140,9 @@ impl Frames {
         self.normals
     }
 
-    /// Whether the frames have strains.
-    pub(crate) fn has_strain(&self) -> bool {
-        self.strain
+    /// Of each other attribute how many of its three numbers count.
+    pub(crate) fn extras(&self) -> &[usize] {
+        &self.extras
     }
 
     /// How many vertices a block has; the last one may have fewer.
@@ -156,11 +160,12 @@ impl Frames {
         let center = &center[3 * first..][..columns];
         let mut values = vec![0.0_f32; frames * columns];
         let mut rows = vec![0.0_f32; ROWS * columns];
-        let per_frame = 1 + usize::from(self.normals) + usize::from(self.strain);
+        let others = 1 + usize::from(self.normals);
+        let per_frame = others + self.extras.len();
         let place = match attribute {
             Attribute::Positions => 0,
             Attribute::Normals => 1,
-            Attribute::Strain => per_frame - 1,
+            Attribute::Extra(extra) => others + extra,
         };
         for frame in (0..frames).step_by(ROWS) {
             let some = ROWS.min(frames - frame);

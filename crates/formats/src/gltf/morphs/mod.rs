@@ -18,6 +18,7 @@
 mod active;
 mod basis;
 mod fit;
+mod fitted;
 mod frames;
 mod linear;
 mod measure;
@@ -25,7 +26,6 @@ mod normals;
 mod rounding;
 mod search;
 mod settings;
-mod strain;
 #[cfg(test)]
 mod tests;
 mod values;

@@ -6,11 +6,11 @@
 //! of these, which is what a file's compression lives on.
 
 use super::basis::Basis;
+use super::fitted;
 use super::frames::{Frames, Gram};
 use super::measure::{Stored, measure};
 use super::normals::Normals;
 use super::settings::Settings;
-use super::strain;
 use super::values::{Morphs, Target, Values, Worst};
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
@@ -88,17 +88,16 @@ pub(super) fn round(
     };
     progress.step(NAME, tries as u64, tries as u64)?;
     let Positions { scale, translation, base, targets, tops } = positions;
-    let strain = match frames.has_strain() {
-        true => Some(strain::fit(frames, basis, &spans, &tops, &weights)?),
-        false => None,
-    };
+    let extras = 0..frames.extras().len();
+    let extras = extras.map(|extra| fitted::fit(frames, extra, basis, &spans, &tops, &weights));
+    let extras = extras.collect::<Result<_>>()?;
     let targets = targets.into_iter().enumerate().map(|(k, positions)| Target {
         positions,
         normals: normals.as_ref().map(|normals| normals.target(k, tops[k], settings.quantize)),
     });
     let targets = targets.collect();
     let base_normals = normals.as_ref().map(|normals| normals.base(settings.quantize));
-    Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, strain, rms })
+    Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, extras, rms })
 }
 
 fn spans(basis: &Basis) -> Vec<Span> {

@@ -93,12 +93,13 @@ fn strains_follow_the_weights() {
     for (strains, quantize, is_linear) in
         [(&linear, false, true), (&linear, true, true), (&curved, false, false)]
     {
-        let mut frames = Frames::new(tempfile::tempfile().unwrap(), Path::new("out.glb"), 200, [false, true]);
+        let mut frames =
+            Frames::new(tempfile::tempfile().unwrap(), Path::new("out.glb"), 200, false, vec![2]);
         for (positions, strain) in animation.iter().zip(strains) {
-            frames.push(positions, None, Some(strain)).unwrap();
+            frames.push(positions, None, std::slice::from_ref(strain)).unwrap();
         }
         let morphs = frames.compress(&settings(0.02, quantize), &NoProgress).unwrap();
-        let strain = morphs.strain.as_ref().unwrap();
+        let strain = &morphs.extras[0];
         let (k, mut worst, mut sum) = (morphs.targets.len(), 0.0_f64, 0.0);
         for (f, given) in strains.iter().enumerate() {
             for v in 0..200 {
@@ -125,10 +126,11 @@ fn spooled(animation: &[Vec<f32>], normals: Option<&[Vec<f32>]>) -> Frames {
         tempfile::tempfile().unwrap(),
         Path::new("out.glb"),
         vertices,
-        [normals.is_some(), false],
+        normals.is_some(),
+        Vec::new(),
     );
     for (i, frame) in animation.iter().enumerate() {
-        frames.push(frame, normals.map(|normals| &normals[i][..]), None).unwrap();
+        frames.push(frame, normals.map(|normals| &normals[i][..]), &[]).unwrap();
     }
     frames
 }
@@ -484,6 +486,6 @@ fn it_stops_when_asked() {
 #[test]
 fn a_frame_of_another_length_is_an_error() {
     let mut frames = spooled(&made_up(2, 10, 1), None);
-    assert!(frames.push(&[0.0; 27], None, None).is_err());
-    assert!(frames.push(&[0.0; 30], Some(&[0.0; 30]), None).is_err());
+    assert!(frames.push(&[0.0; 27], None, &[]).is_err());
+    assert!(frames.push(&[0.0; 30], Some(&[0.0; 30]), &[]).is_err());
 }

@@ -1,6 +1,6 @@
 //! The numbers of the file: what a compression comes to.
 
-use super::strain::Strain;
+use super::fitted::Fitted;
 
 /// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to four
 /// bytes in the file.
@@ -62,8 +62,8 @@ pub(crate) struct Morphs {
     pub weights: Vec<f32>,
     /// The largest error of a vertex in a frame.
     pub worst: Worst,
-    /// The strains, where the frames had some.
-    pub strain: Option<Strain>,
+    /// The other attributes of the frames, in their order.
+    pub extras: Vec<Fitted>,
     /// The root of the mean squared distance over all vertices and frames, in mesh units.
     pub rms: f64,
 }

@@ -1,16 +1,19 @@
 //! The JSON's contents: where everything is, and what it stands for.
 
+use super::super::attributes::{Accessors, Attribute, Stated};
 use super::super::meshopt;
 use super::super::node::local_transform;
-use super::super::strain::STRAIN;
-use crate::export::Provenance;
+use crate::animation_reader::StatedError;
+use crate::export::StatedRecipe;
 use ::gltf::json::Root;
 use ::gltf::json::animation::{Interpolation, Property};
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked::Valid;
 use glam::{DMat4, DVec3};
+use rhytid_core::channel::{self, Timing};
 use rhytid_core::{Error, Result, UpAxis};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 /// Where the numbers are (as accessors), and what else a file says.
@@ -18,10 +21,12 @@ pub(super) struct Layout {
     pub name: String,
     pub indices: usize,
     pub ids: usize,
-    /// Positions, normals and strains of the base mesh. Those without positions are refused.
-    pub base: [Option<usize>; 3],
+    /// What the mesh has besides positions and normals.
+    pub attributes: Vec<Attribute>,
+    /// Positions, normals and each of the attributes of the base mesh. Those without positions are refused.
+    pub base: Vec<Option<usize>>,
     /// The same of each target.
-    pub targets: Vec<[Option<usize>; 3]>,
+    pub targets: Vec<Vec<Option<usize>>>,
     /// The mesh's node: from what is stored to metres with Y up.
     pub node: DMat4,
     /// From metres with Y up to mesh units along the mesh's axes.
@@ -38,8 +43,8 @@ pub(super) struct Layout {
     pub up_axis: UpAxis,
     /// In mesh units.
     pub stated_error: Option<f64>,
-    pub stated_strain_error: Option<f64>,
-    pub provenance: Option<Provenance>,
+    pub stated_errors: Vec<StatedError>,
+    pub recipe: Option<StatedRecipe>,
 }
 
 /// The scene's extras.
@@ -52,21 +57,28 @@ struct Extras {
     metres_per_unit: f64,
     up_axis: Axis,
     #[serde(default)]
-    rhytid: Option<Provenance>,
+    rhytid: Option<StatedRecipe>,
     #[serde(default)]
-    error: Option<Stated>,
+    error: Option<StatedWorst>,
     #[serde(default)]
-    strain_error: Option<StatedStrain>,
+    strain_error: Option<Off>,
+    /// Which channels are in which attributes.
+    #[serde(default)]
+    attributes: BTreeMap<String, Vec<Stated>>,
+    #[serde(default)]
+    attribute_errors: BTreeMap<String, Off>,
 }
 
-#[derive(Deserialize)]
-struct StatedStrain {
+/// How far an attribute is from what was exported.
+#[derive(Deserialize, Clone, Copy)]
+struct Off {
+    worst: f64,
     rms: f64,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Stated {
+struct StatedWorst {
     worst_millimetres: f64,
 }
 
@@ -77,7 +89,7 @@ enum Axis {
 }
 
 impl Layout {
-    pub(super) fn of(root: &Root, strains: &[Vec<Option<usize>>], name: &str) -> Result<Self> {
+    pub(super) fn of(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
         let fault = |what: &str| Error::input(format!("{name}: {what}"));
         let ours = |what: &str| fault(&format!("{what}; expected a file that `rhytid animate` has written"));
         let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
@@ -111,15 +123,36 @@ impl Layout {
         };
         let attribute = |semantic| primitive.attributes.get(&Valid(semantic)).map(::gltf::json::Index::value);
         let extra = |name: &str| attribute(Semantic::Extras(name.trim_start_matches('_').into()));
-        let base = [attribute(Semantic::Positions), attribute(Semantic::Normals), extra(STRAIN)];
+        let mut base = vec![attribute(Semantic::Positions), attribute(Semantic::Normals)];
+        let mut attributes: Vec<Attribute> = Vec::new();
+        for (semantic, accessor) in &primitive.attributes {
+            let Valid(Semantic::Extras(name)) = semantic else { continue };
+            let name = format!("_{name}");
+            if let Some(found) = Attribute::of_file(&name, extras.attributes.get(&name)) {
+                attributes.push(found);
+                base.push(Some(accessor.value()));
+            }
+        }
         let (ids, indices) = (extra("_VERTEX_ID"), primitive.indices);
         let (Some(ids), Some(indices), Some(_), Valid(Mode::Triangles)) =
             (ids, indices, base[0], primitive.mode)
         else {
             return Err(ours("has no triangles of vertices with positions and _VERTEX_ID"));
         };
-        let targets = targets(primitive, strains.get(mesh_index).map_or(&[], Vec::as_slice));
-        let same = |target: &[Option<usize>; 3]| target.map(|t| t.is_some()) == base.map(|b| b.is_some());
+        let targets =
+            self::targets(primitive, targets.get(mesh_index).map_or(&[], Vec::as_slice), &attributes);
+        // What no target has is the same in all frames.
+        for (i, attribute) in attributes.iter_mut().enumerate() {
+            if targets.iter().all(|target| target[2 + i].is_none()) {
+                attribute.channels.iter_mut().for_each(|channel| channel.timing = Timing::Constant);
+            }
+        }
+        let is_expected = |(i, base): (usize, &Option<usize>)| {
+            base.is_some() && (i < 2 || !attributes[i - 2].is_constant())
+        };
+        let expected: Vec<bool> = base.iter().enumerate().map(is_expected).collect();
+        let same =
+            |target: &Vec<Option<usize>>| target.iter().map(Option::is_some).eq(expected.iter().copied());
         if let Some(odd) = targets.iter().position(|target| !same(target)) {
             return Err(ours(&format!("has a target {odd} (from 0) with other attributes than the mesh")));
         }
@@ -132,6 +165,8 @@ impl Layout {
             name: mesh.name.clone().unwrap_or_default(),
             indices: indices.value(),
             ids,
+            stated_errors: stated_errors(&attributes, extras.strain_error, &extras.attribute_errors),
+            attributes,
             base,
             targets,
             node: local_transform(node),
@@ -145,8 +180,7 @@ impl Layout {
             metres_per_unit: extras.metres_per_unit,
             up_axis,
             stated_error: extras.error.map(|e| e.worst_millimetres / 1000.0 / extras.metres_per_unit),
-            stated_strain_error: extras.strain_error.map(|error| error.rms),
-            provenance: extras.rhytid,
+            recipe: extras.rhytid,
         };
         layout.find_channels(root, mesh_node, head).ok_or(ours("animates something else than a face"))?;
         if !(layout.to_mesh * layout.node).is_finite() {
@@ -205,14 +239,34 @@ fn nodes(root: &Root, scene: &::gltf::json::Scene) -> Option<(Option<usize>, usi
     }
 }
 
-fn targets(primitive: &Primitive, strains: &[Option<usize>]) -> Vec<[Option<usize>; 3]> {
+/// Positions, normals and each of the attributes of each target.
+fn targets(primitive: &Primitive, others: &[Accessors], attributes: &[Attribute]) -> Vec<Vec<Option<usize>>> {
     let value = |index: &Option<::gltf::json::Index<_>>| index.map(|index| index.value());
-    let targets = primitive.targets.iter().flatten();
-    let strains = strains.iter().copied().chain(std::iter::repeat(None));
-    let of_target = |(target, strain): (&::gltf::json::mesh::MorphTarget, _)| {
-        [value(&target.positions), value(&target.normals), strain]
+    let of_target = |(i, target): (usize, &::gltf::json::mesh::MorphTarget)| {
+        let other = |attribute: &Attribute| others.get(i)?.get(&attribute.name).copied();
+        let known = [value(&target.positions), value(&target.normals)];
+        known.into_iter().chain(attributes.iter().map(other)).collect()
     };
-    targets.zip(strains).map(of_target).collect()
+    primitive.targets.iter().flatten().enumerate().map(of_target).collect()
+}
+
+/// What is stated of attributes, of each of their channels.
+fn stated_errors(
+    attributes: &[Attribute],
+    of_strain: Option<Off>,
+    of_others: &BTreeMap<String, Off>,
+) -> Vec<StatedError> {
+    let of_channel = |channel: &channel::Channel, Off { worst, rms }: Off| StatedError {
+        channel: channel.name.clone().into_owned(),
+        worst,
+        rms,
+    };
+    let strain = of_strain.map(|off| of_channel(&channel::STRAIN, off));
+    let others =
+        attributes.iter().filter_map(|attribute| Some((attribute, *of_others.get(&attribute.name)?)));
+    let others = others
+        .flat_map(|(attribute, off)| attribute.channels.iter().map(move |channel| of_channel(channel, off)));
+    strain.into_iter().chain(others).collect()
 }
 
 fn to_mesh(metres_per_unit: f64, up_axis: UpAxis) -> DMat4 {

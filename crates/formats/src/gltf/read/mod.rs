@@ -5,11 +5,13 @@ mod layout;
 mod motion;
 mod source;
 
+use super::attributes::{Accessors, Attribute};
 use crate::animation_reader::{AnimationReader, Summary};
 use arrays::Arrays;
 use glam::{DMat4, DVec3};
 use layout::Layout;
 use motion::Motion;
+use rhytid_core::channel::{self, Channel};
 use rhytid_core::{Error, Faces, Result};
 use source::Document;
 use std::path::Path;
@@ -22,8 +24,8 @@ const KEPT: usize = 1 << 25;
 /// # Errors
 /// [`Error::Input`] if the file is damaged or not such an animation; [`Error::Io`].
 pub(crate) fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
-    let (Document { root, strains }, source) = source::open(path)?;
-    animation(Arrays { root, source, name: path.display().to_string() }, &strains)
+    let (Document { root, targets }, source) = source::open(path)?;
+    animation(Arrays { root, source, name: path.display().to_string() }, &targets)
 }
 
 /// W×3 numbers of a base mesh or a target.
@@ -36,14 +38,15 @@ struct Animation {
     motion: Motion,
     /// For each of the W vertices in the file the original that it is or copies.
     ids: Vec<usize>,
-    base: [Option<Vectors>; 3],
-    /// Of each target, the offsets of positions, of normals and of strains as far as they are kept.
-    targets: Vec<[Option<Vectors>; 3]>,
+    /// Positions, normals and each attribute of the layout, as far as they were read.
+    base: Vec<Option<Vectors>>,
+    /// Of each target the offsets of the same, as far as they are kept.
+    targets: Vec<Vec<Option<Vectors>>>,
     kept: usize,
 }
 
-fn animation(mut arrays: Arrays, strains: &[Vec<Option<usize>>]) -> Result<Box<dyn AnimationReader>> {
-    let layout = Layout::of(&arrays.root, strains, &arrays.name)?;
+fn animation(mut arrays: Arrays, targets: &[Vec<Accessors>]) -> Result<Box<dyn AnimationReader>> {
+    let layout = Layout::of(&arrays.root, targets, &arrays.name)?;
     let ids = ids(&mut arrays, layout.ids)?;
     // Copies come after all originals.
     let vertices = ids.iter().max().map_or(0, |last| last + 1);
@@ -70,26 +73,24 @@ fn animation(mut arrays: Arrays, strains: &[Vec<Option<usize>>]) -> Result<Box<d
         frames_per_second: None,
         metres_per_unit: layout.metres_per_unit,
         up_axis: layout.up_axis,
-        normals: layout.base[1].is_some(),
-        velocities: false,
-        strain: layout.base[2].is_some(),
+        fitted: !motion.is_one_hot(layout.targets.len()),
+        channels: channels(&layout),
         extents: false,
         head: motion.head.is_some(),
         stated_error: layout.stated_error,
-        stated_strain_error: layout.stated_strain_error,
-        provenance: layout.provenance.clone(),
+        stated_channel_errors: layout.stated_errors.clone(),
+        recipe: layout.recipe.clone(),
     };
-    let targets = vec![[None, None, None]; layout.targets.len()];
-    Ok(Box::new(Animation {
-        arrays,
-        summary,
-        layout,
-        motion,
-        ids,
-        base: [None, None, None],
-        targets,
-        kept: 0,
-    }))
+    let unread = vec![None; layout.base.len()];
+    let targets = vec![unread.clone(); layout.targets.len()];
+    Ok(Box::new(Animation { arrays, summary, layout, motion, ids, base: unread, targets, kept: 0 }))
+}
+
+/// What the frames have.
+fn channels(layout: &Layout) -> Vec<Channel> {
+    let of_mesh = [&channel::POSITIONS, &channel::NORMALS].into_iter().zip(&layout.base);
+    let of_mesh = of_mesh.filter(|(_, accessor)| accessor.is_some()).map(|(channel, _)| channel);
+    of_mesh.chain(layout.attributes.iter().flat_map(|attribute| &attribute.channels)).cloned().collect()
 }
 
 fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
@@ -105,9 +106,9 @@ fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
 }
 
 impl Animation {
-    /// W positions (`kind` 0), normals (1) or strains (2) of a frame, as stored.
+    /// W positions (`kind` 0), normals (1) or numbers of an attribute (2 and on) of a frame, as stored.
     fn evaluate(&mut self, frame: usize, kind: usize) -> Result<Vectors> {
-        let missing = || Error::Internal("a file without normals or strains was asked for them".into());
+        let missing = || Error::Internal("a file was asked for an attribute that it lacks".into());
         if self.base[kind].is_none() {
             let accessor = self.layout.base[kind].ok_or_else(missing)?;
             self.base[kind] = Some(self.vectors(accessor)?);
@@ -123,7 +124,8 @@ impl Animation {
                 add(&mut sum, offsets);
                 continue;
             }
-            let accessor = self.layout.targets[target][kind].ok_or_else(missing)?;
+            // What is the same in all frames has no offsets.
+            let Some(accessor) = self.layout.targets[target][kind] else { continue };
             let offsets = self.vectors(accessor)?;
             add(&mut sum, &offsets);
             if self.kept + 3 * offsets.len() <= KEPT {
@@ -169,48 +171,31 @@ impl AnimationReader for Animation {
         &self.summary
     }
 
-    fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        let vectors = self.evaluate(frame, 0)?;
-        // As a viewer places them in metres with Y up, and back.
-        let place = self.layout.to_mesh * self.layout.node;
-        let placed: Vec<_> = vectors
-            .iter()
-            .map(|&v| place.transform_point3(DVec3::from_array(v)).as_vec3().to_array())
-            .collect();
-        self.originals(&placed, frame, out)
-    }
-
-    fn normals(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        if !self.summary.normals {
-            out.clear();
-            return Ok(());
-        }
-        let vectors = self.evaluate(frame, 1)?;
-        let place = self.layout.to_mesh * self.layout.node;
-        let unit = |&v: &[f64; 3]| {
-            let turned = place.transform_vector3(DVec3::from_array(v));
-            turned.normalize_or_zero().as_vec3().to_array()
-        };
-        let units: Vec<_> = vectors.iter().map(unit).collect();
-        self.originals(&units, frame, out)
-    }
-
-    fn velocities(&mut self, _frame: usize, out: &mut Vec<f32>) -> Result<()> {
+    fn channel(&mut self, channel: &Channel, frame: usize, out: &mut Vec<f32>) -> Result<()> {
         out.clear();
-        Ok(())
-    }
-
-    fn strain(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        if !self.summary.strain {
-            out.clear();
-            return Ok(());
+        let place = self.layout.to_mesh * self.layout.node;
+        if channel.name == channel::POSITIONS.name {
+            // As a viewer places them in metres with Y up, and back.
+            let vectors = self.evaluate(frame, 0)?;
+            let placed =
+                vectors.iter().map(|&v| place.transform_point3(DVec3::from_array(v)).as_vec3().to_array());
+            return self.originals(&placed.collect::<Vec<_>>(), frame, out);
         }
-        let narrow = |strain: &[f64; 3]| strain.map(|x| x as f32);
-        let vectors: Vec<_> = self.evaluate(frame, 2)?.iter().map(narrow).collect();
+        if channel.name == channel::NORMALS.name && self.layout.base[1].is_some() {
+            let vectors = self.evaluate(frame, 1)?;
+            let unit = |&v: &[f64; 3]| {
+                let turned = place.transform_vector3(DVec3::from_array(v));
+                turned.normalize_or_zero().as_vec3().to_array()
+            };
+            return self.originals(&vectors.iter().map(unit).collect::<Vec<_>>(), frame, out);
+        }
+        let has = |attribute: &Attribute| attribute.channels.iter().any(|known| known.name == channel.name);
+        let Some(place) = self.layout.attributes.iter().position(has) else { return Ok(()) };
+        let narrow = |numbers: &[f64; 3]| numbers.map(|x| x as f32);
+        let vectors: Vec<_> = self.evaluate(frame, 2 + place)?.iter().map(narrow).collect();
         let mut all = Vec::new();
         self.originals(&vectors, frame, &mut all)?;
-        out.clear();
-        out.extend(all.as_chunks::<3>().0.iter().flat_map(|&[first, second, _]| [first, second]));
+        *out = self.layout.attributes[place].channel(channel, &all);
         Ok(())
     }
 

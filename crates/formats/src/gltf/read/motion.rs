@@ -36,6 +36,12 @@ impl Motion {
         }
     }
 
+    /// Whether frame k is target k and nothing else, of so many targets.
+    pub(super) fn is_one_hot(&self, targets: usize) -> bool {
+        let frames = self.begins.len().saturating_sub(1);
+        frames == targets && (0..frames).all(|frame| self.weights_of(frame) == [(frame, 1.0)])
+    }
+
     fn read_weights(&mut self, arrays: &mut Arrays, accessor: usize, layout: &Layout) -> Result<()> {
         let (frames, targets) = (layout.frames as u64, layout.targets.len() as u64);
         let count = frames.checked_mul(targets).ok_or_else(|| {

@@ -1,8 +1,10 @@
 //! A file's JSON and its numbers, of which no more is read than is asked for.
 
-use super::super::strain;
+use super::super::attributes::{self, Accessors};
 use crate::named_file::{folder_of, is_below};
 use ::gltf::json::Root;
+use ::gltf::json::mesh::Semantic;
+use ::gltf::json::validation::Checked::{self, Valid};
 use percent_encoding::percent_decode_str;
 use rhytid_core::{Error, Result, input_file};
 use std::fs::File;
@@ -22,8 +24,8 @@ pub(super) struct Source {
 /// A file's JSON.
 pub(super) struct Document {
     pub root: Root,
-    /// As [`strain::of_targets`].
-    pub strains: Vec<Vec<Option<usize>>>,
+    /// As [`attributes::of_targets`]; empty where no mesh has attributes of the application's own but vertices' numbers.
+    pub targets: Vec<Vec<Accessors>>,
 }
 
 /// The JSON and the binary part of the `.glb` or `.gltf` file `path`.
@@ -130,7 +132,12 @@ fn root(json: &[u8], path: &Path) -> Result<Document> {
             path.display()
         ))
     })?;
-    Ok(Document { root, strains: strain::of_targets(json) })
+    // Most files have none, and are not read twice.
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut semantics = primitives.flat_map(|primitive| primitive.attributes.keys());
+    let is_own = |semantic: &Checked<Semantic>| matches!(semantic, Valid(Semantic::Extras(name)) if name != "VERTEX_ID");
+    let targets = if semantics.any(is_own) { attributes::of_targets(json) } else { Vec::new() };
+    Ok(Document { root, targets })
 }
 
 /// The file that a `.gltf` keeps its numbers in.

@@ -5,8 +5,9 @@ use super::document::{Document, Placement};
 use super::exact::Timing;
 use super::targets::MOST_TARGETS;
 use crate::export::{Deviation, Exporter, Frame, Options, Scene, Written};
+use crate::gltf::attributes::Attribute;
 use crate::gltf::morphs::{Frames, Settings};
-use crate::gltf::strain;
+use rhytid_core::channel;
 use rhytid_core::{Progress, Result};
 
 /// The base and the targets are whatever shows every frame within a bound (see [`crate::gltf::morphs`]).
@@ -14,6 +15,9 @@ pub(super) struct Compressed {
     document: Document,
     timing: Timing,
     frames: Frames,
+    attributes: Vec<Attribute>,
+    /// What is the same in all frames, V × 3 numbers of each.
+    constants: Vec<(Attribute, Vec<f32>)>,
     count: usize,
     goal: Goal,
     most_targets: usize,
@@ -30,18 +34,30 @@ pub(super) enum Goal {
 }
 
 impl Compressed {
-    pub(super) fn new(document: Document, scene: &Scene<'_>, options: &Options, goal: Goal) -> Result<Self> {
+    pub(super) fn new(
+        document: Document,
+        scene: &Scene<'_>,
+        attributes: Vec<Attribute>,
+        options: &Options,
+        goal: Goal,
+    ) -> Result<Self> {
         let spool = document.buffers.container.spool()?;
+        let (constants, attributes): (Vec<_>, Vec<_>) =
+            attributes.into_iter().partition(Attribute::is_constant);
         let frames = Frames::new(
             spool,
             document.path(),
             scene.rest.len(),
-            [scene.rest_normals.is_some(), scene.strain],
+            scene.rest_normals.is_some(),
+            attributes.iter().map(Attribute::counted).collect(),
         );
+        let constants = constants.into_iter().map(|attribute| (attribute, Vec::new())).collect();
         Ok(Self {
             document,
             timing: Timing::new(scene),
             frames,
+            attributes,
+            constants,
             count: scene.frames,
             goal,
             most_targets: if options.force { usize::MAX } else { MOST_TARGETS },
@@ -51,13 +67,18 @@ impl Compressed {
 }
 
 impl Exporter for Compressed {
-    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
-        let strain = frame.strain.map(strain::attribute);
-        self.frames.push(frame.positions, frame.normals, strain.as_deref())
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
+        if self.frames.frames() == 0 {
+            self.constants.iter_mut().for_each(|(attribute, numbers)| *numbers = attribute.of_frame(frame));
+        }
+        let others: Vec<Vec<f32>> =
+            self.attributes.iter().map(|attribute| attribute.of_frame(frame)).collect();
+        self.frames.push(frame.positions(), frame.get(&channel::NORMALS), &others)
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
-        let Self { mut document, timing, frames, count, goal, most_targets, quantize } = *self;
+        let Self { mut document, timing, frames, attributes, constants, count, goal, most_targets, quantize } =
+            *self;
         let morphs = match goal {
             Goal::Within(max_error) => {
                 frames.compress(&Settings { max_error, most_targets, quantize }, progress)?
@@ -65,17 +86,20 @@ impl Exporter for Compressed {
             Goal::Shapes(shapes) => frames.bake(shapes, quantize, progress)?,
         };
         document.base(&morphs.base, morphs.base_normals.as_ref())?;
-        let (strain_base, strain_targets) = match &morphs.strain {
-            Some(strain) => (Some(&strain.base), &strain.targets[..]),
-            None => (None, &[][..]),
-        };
-        strain_base.map_or(Ok(()), |base| document.base_extra(strain::STRAIN, base.clone()))?;
+        for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
+            document.base_extra(&attribute.name, fitted.base.clone())?;
+        }
+        for (attribute, numbers) in constants {
+            document.base_extra(&attribute.name, numbers)?;
+        }
         for (k, target) in morphs.targets.iter().enumerate() {
             document.target(format!("shape {:02}", k + 1), &target.positions, target.normals.as_ref())?;
-            strain_targets.get(k).map_or(Ok(()), |of| document.target_extra(strain::STRAIN, of.clone()))?;
+            for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
+                document.target_extra(&attribute.name, fitted.targets[k].clone())?;
+            }
         }
-        if let Some(strain) = &morphs.strain {
-            document.state_strain_error(strain.worst, strain.rms);
+        for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
+            document.state_error(attribute, fitted.worst, fitted.rms);
         }
         let first = morphs.weights.get(..morphs.targets.len()).map(<[f32]>::to_vec);
         let weights = (!morphs.targets.is_empty()).then_some(Weights::Each(morphs.weights));

@@ -1,8 +1,8 @@
 //! The JSON: one mesh on one node, and what moves it.
 
+use super::super::attributes::{self, Attribute, Extras};
 use super::super::meshopt;
 use super::super::morphs::Values;
-use super::super::strain::{self, Extras};
 use super::animation::{Animation, Nodes, y_up};
 use super::buffers::{Buffers, Element};
 use super::container::{Container, Kind, Limit};
@@ -14,6 +14,7 @@ use ::gltf::json::mesh::{Mesh, Mode, MorphTarget, Primitive, Semantic};
 use ::gltf::json::scene::UnitQuaternion;
 use ::gltf::json::validation::Checked::Valid;
 use ::gltf::json::{Asset, Index, Node, Root, extras};
+use rhytid_core::channel;
 use rhytid_core::{Error, Progress, Result, UpAxis};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -53,9 +54,17 @@ impl About {
             extras: json!({
                 "metresPerUnit": scene.metres_per_unit,
                 "upAxis": match scene.up_axis { UpAxis::Y => "Y", UpAxis::Z => "Z" },
-                "rhytid": scene.provenance,
+                "rhytid": scene.recipe,
             }),
         }
+    }
+
+    /// Adds which channels are in which attributes.
+    pub(super) fn with_attributes(mut self, attributes: &[Attribute]) -> Self {
+        if let Some(stated) = Attribute::stated(attributes) {
+            self.extras["attributes"] = stated;
+        }
+        self
     }
 
     /// Adds how the frames lie in time, from which readers that know our files count them.
@@ -182,27 +191,31 @@ impl Document {
     }
 
     /// Writes a further attribute of the mesh: V×3 numbers.
-    pub(super) fn base_extra(&mut self, name: &'static str, values: Vec<f32>) -> Result<()> {
+    pub(super) fn base_extra(&mut self, name: &str, values: Vec<f32>) -> Result<()> {
         let index = self.vectors(&Values::F32(values), false)?;
         self.attributes.insert(Semantic::Extras(name.trim_start_matches('_').into()), index);
         Ok(())
     }
 
     /// Writes what the weight 1 of the last target adds to it.
-    pub(super) fn target_extra(&mut self, name: &'static str, values: Vec<f32>) -> Result<()> {
+    pub(super) fn target_extra(&mut self, name: &str, values: Vec<f32>) -> Result<()> {
         let index = self.vectors(&Values::F32(values), false)?;
         self.target_extras.resize(self.targets.len(), Extras::new());
         self.target_extras
             .iter_mut()
             .last()
             .into_iter()
-            .for_each(|extras| extras.push((name, index.value() as u32)));
+            .for_each(|extras| extras.push((name.to_owned(), index.value() as u32)));
         Ok(())
     }
 
-    /// States how far the strains are from those that came in.
-    pub(super) fn state_strain_error(&mut self, worst: f64, rms: f64) {
-        self.about.extras["strainError"] = json!({ "worst": worst, "rms": rms });
+    /// States how far the numbers of an attribute are from those that came in.
+    pub(super) fn state_error(&mut self, attribute: &Attribute, worst: f64, rms: f64) {
+        let stated = json!({ "worst": worst, "rms": rms });
+        match attribute.channels.as_slice() {
+            [only] if only.name == channel::STRAIN.name => self.about.extras["strainError"] = stated,
+            _ => self.about.extras["attributeErrors"][&attribute.name] = stated,
+        }
     }
 
     fn vectors(&mut self, values: &Values, bounds: bool) -> Result<Index<Accessor>> {
@@ -298,7 +311,7 @@ impl Document {
             root.to_vec().map_err(internal)?
         } else {
             let mut document = serde_json::to_value(&root).map_err(internal)?;
-            strain::add_to_targets(&mut document, &self.target_extras);
+            attributes::add_to_targets(&mut document, &self.target_extras);
             serde_json::to_vec(&document).map_err(internal)?
         };
         let bytes = self.buffers.container.finish(json, progress)?;

@@ -8,7 +8,8 @@ use super::targets::{
     MOST_TARGETS, check_finite, differences, floats, frame_name, normal_differences, unit_normals,
 };
 use crate::export::{Exporter, Frame, Options, Scene, Written};
-use crate::gltf::strain;
+use crate::gltf::attributes::Attribute;
+use rhytid_core::channel;
 use rhytid_core::{Error, Progress, Result, RigidMotion};
 use std::path::Path;
 
@@ -25,7 +26,8 @@ pub(super) struct Exact {
     /// 3V positions of the first frame, and its normals.
     base: Vec<f32>,
     base_normals: Vec<f32>,
-    strain: StrainTargets,
+    attributes: Vec<Attribute>,
+    others: OtherTargets,
     measure: Measure,
 }
 
@@ -53,71 +55,70 @@ impl Timing {
     }
 }
 
-/// Strains and the directions of the first, of frame after frame: the base has those of the first frame.
-#[derive(Default)]
-pub(super) struct StrainTargets {
-    base: Option<[Vec<f32>; 2]>,
+/// What the mesh and its targets have besides, of frame after frame: the base has that of the first frame.
+pub(super) struct OtherTargets {
+    attributes: Vec<Attribute>,
+    base: Vec<Vec<f32>>,
 }
 
-impl StrainTargets {
-    /// Adds those of a frame, 3V numbers each, to the target that was written last, and to the base those of the first.
-    pub(super) fn write(
-        &mut self,
-        document: &mut Document,
-        strains: &[f32],
-        directions: &[[f32; 3]],
-    ) -> Result<()> {
-        let names = [strain::STRAIN, strain::DIRECTION];
-        let of_frame = [strains, directions.as_flattened()];
-        if self.base.is_none() {
-            for (name, numbers) in names.into_iter().zip(of_frame) {
-                document.base_extra(name, numbers.to_vec())?;
+impl OtherTargets {
+    pub(super) fn new(attributes: Vec<Attribute>) -> Self {
+        Self { attributes, base: Vec::new() }
+    }
+
+    /// Adds `of_frame`, 3V numbers for each attribute, to the target that was written last, and to the base that of the first.
+    pub(super) fn write(&mut self, document: &mut Document, of_frame: Vec<Vec<f32>>) -> Result<()> {
+        if self.base.is_empty() {
+            for (attribute, numbers) in self.attributes.iter().zip(&of_frame) {
+                document.base_extra(&attribute.name, numbers.clone())?;
             }
+            self.base.clone_from(&of_frame);
         }
-        let base = self.base.get_or_insert_with(|| of_frame.map(<[f32]>::to_vec));
-        for ((name, base), numbers) in names.into_iter().zip(base).zip(of_frame) {
-            document.target_extra(name, differences(base, numbers))?;
+        for ((attribute, base), numbers) in self.attributes.iter().zip(&self.base).zip(&of_frame) {
+            if !attribute.is_constant() {
+                document.target_extra(&attribute.name, differences(base, numbers))?;
+            }
         }
         Ok(())
     }
 }
 
 impl Exact {
-    pub(super) fn new(document: Document, scene: &Scene<'_>) -> Self {
+    pub(super) fn new(document: Document, scene: &Scene<'_>, attributes: Vec<Attribute>) -> Self {
         Self {
             document,
             timing: Timing::new(scene),
             base: Vec::new(),
             base_normals: Vec::new(),
-            strain: StrainTargets::default(),
+            attributes: attributes.clone(),
+            others: OtherTargets::new(attributes),
             measure: Measure::default(),
         }
     }
 }
 
 impl Exporter for Exact {
-    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
         let k = self.document.targets();
+        let (positions, normals) = (frame.positions(), frame.get(&channel::NORMALS));
         if k == 0 {
-            self.base = frame.positions.to_vec();
-            self.base_normals = frame.normals.map(unit_normals).unwrap_or_default();
-            let normals = frame.normals.map(|_| floats(self.base_normals.clone()));
+            self.base = positions.to_vec();
+            self.base_normals = normals.map(unit_normals).unwrap_or_default();
+            let normals = normals.map(|_| floats(self.base_normals.clone()));
             self.document.base(&floats(self.base.clone()), normals.as_ref())?;
         }
-        let offsets = differences(&self.base, frame.positions);
+        let offsets = differences(&self.base, positions);
         check_finite(&offsets, k, self.document.path())?;
         let vectors = |numbers| <[f32]>::as_chunks::<3>(numbers).0;
         let stored = vectors(&self.base).iter().zip(vectors(&offsets));
-        for (v, (given, (base, offset))) in vectors(frame.positions).iter().zip(stored).enumerate() {
+        for (v, (given, (base, offset))) in vectors(positions).iter().zip(stored).enumerate() {
             let stored = std::array::from_fn(|axis| f64::from(base[axis]) + f64::from(offset[axis]));
             self.measure.add((k, v), given.map(f64::from), stored);
         }
-        let normals = frame.normals.map(|normals| floats(normal_differences(&self.base_normals, normals)));
+        let normals = normals.map(|normals| floats(normal_differences(&self.base_normals, normals)));
         self.document.target(self.timing.name(k), &floats(offsets), normals.as_ref())?;
-        match frame.strain {
-            Some(strain) => self.strain.write(&mut self.document, &strain::attribute(strain), &strain.first),
-            None => Ok(()),
-        }
+        let of_frame = self.attributes.iter().map(|attribute| attribute.of_frame(frame)).collect();
+        self.others.write(&mut self.document, of_frame)
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
@@ -128,7 +129,13 @@ impl Exporter for Exact {
 }
 
 /// An error if the frames of `scene` are more than the file may hold, as far as can be told before they come.
-pub(super) fn check_frames(path: &Path, kind: Kind, scene: &Scene<'_>, options: &Options) -> Result<()> {
+pub(super) fn check_frames(
+    path: &Path,
+    kind: Kind,
+    scene: &Scene<'_>,
+    attributes: &[Attribute],
+    options: &Options,
+) -> Result<()> {
     let frames = scene.frames;
     if frames > MOST_TARGETS && !options.force {
         return Err(Error::input(format!(
@@ -151,8 +158,7 @@ pub(super) fn check_frames(path: &Path, kind: Kind, scene: &Scene<'_>, options: 
     }
     let bytes_of = |float: u64, integer: u64| if options.quantize { integer } else { float };
     let of_normals = if scene.rest_normals.is_some() { bytes_of(12, 4) } else { 0 };
-    let of_strain = if scene.strain { 24 } else { 0 };
-    let per_vertex = bytes_of(12, 8) + of_normals + of_strain;
+    let per_vertex = bytes_of(12, 8) + of_normals + 12 * attributes.len() as u64;
     // Copies of vertices at seams come on top.
     let per_frame = scene.rest.len() as u64 * per_vertex + JSON_PER_TARGET;
     let limit = Limit::of(kind, options);

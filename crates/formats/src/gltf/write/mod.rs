@@ -13,6 +13,7 @@ mod shapes;
 mod surface;
 mod targets;
 
+use super::attributes::Attribute;
 use crate::export::{Exporter, Options, Scene};
 use document::{About, Document};
 use rhytid_core::Result;
@@ -40,14 +41,17 @@ pub(crate) fn create(
         (None, Some(max_error)) => Some(compressed::Goal::Within(max_error)),
         (None, None) => None,
     };
-    if let Some(goal) = goal {
-        let document = Document::create(path, kind, scene, options, About::new(scene).with_time(scene))?;
-        return Ok(Box::new(compressed::Compressed::new(document, scene, options, goal)?));
+    let mut attributes = Attribute::of_channels(scene.channels);
+    if goal.is_some() {
+        attributes.retain(Attribute::can_be_fitted);
+    } else {
+        exact::check_frames(path, kind, scene, &attributes, options)?;
     }
-    exact::check_frames(path, kind, scene, options)?;
-    let document = Document::create(path, kind, scene, options, About::new(scene).with_time(scene))?;
-    match options.quantize {
-        true => Ok(Box::new(quantized::Quantized::new(document, scene)?)),
-        false => Ok(Box::new(exact::Exact::new(document, scene))),
+    let about = About::new(scene).with_time(scene).with_attributes(&attributes);
+    let document = Document::create(path, kind, scene, options, about)?;
+    match goal {
+        Some(goal) => Ok(Box::new(compressed::Compressed::new(document, scene, attributes, options, goal)?)),
+        None if options.quantize => Ok(Box::new(quantized::Quantized::new(document, scene, attributes)?)),
+        None => Ok(Box::new(exact::Exact::new(document, scene, attributes))),
     }
 }

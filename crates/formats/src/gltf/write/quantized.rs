@@ -3,13 +3,14 @@
 use super::animation::Weights;
 use super::container::rewound;
 use super::document::Document;
-use super::exact::{StrainTargets, Timing};
+use super::exact::{OtherTargets, Timing};
 use super::grid::{Extent, Grid, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
 use super::targets::unit_normals;
 use crate::export::{Exporter, Frame, Scene, Written};
+use crate::gltf::attributes::Attribute;
 use crate::gltf::morphs::Values;
-use crate::gltf::strain;
+use rhytid_core::channel;
 use rhytid_core::{Error, Progress, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
@@ -19,24 +20,24 @@ pub(super) struct Quantized {
     document: Document,
     timing: Timing,
     normals: bool,
-    strain: bool,
+    attributes: Vec<Attribute>,
     /// The first frame.
     base: Vec<f32>,
     base_normals: Vec<f32>,
     extent: Option<Extent>,
-    /// Positions, then normals, strains and directions, of each frame so far.
+    /// Positions, then normals and the attributes, of each frame so far.
     spool: BufWriter<File>,
     frames: usize,
 }
 
 impl Quantized {
-    pub(super) fn new(document: Document, scene: &Scene<'_>) -> Result<Self> {
+    pub(super) fn new(document: Document, scene: &Scene<'_>, attributes: Vec<Attribute>) -> Result<Self> {
         let spool = BufWriter::with_capacity(1 << 20, document.buffers.container.spool()?);
         Ok(Self {
             document,
             timing: Timing::new(scene),
             normals: scene.rest_normals.is_some(),
-            strain: scene.strain,
+            attributes,
             base: Vec::new(),
             base_normals: Vec::new(),
             extent: None,
@@ -47,18 +48,19 @@ impl Quantized {
 }
 
 impl Exporter for Quantized {
-    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
+        let (positions, normals) = (frame.positions(), frame.get(&channel::NORMALS));
         if self.frames == 0 {
-            self.base = frame.positions.to_vec();
-            self.base_normals = frame.normals.map(unit_normals).unwrap_or_default();
+            self.base = positions.to_vec();
+            self.base_normals = normals.map(unit_normals).unwrap_or_default();
         }
-        self.extent.get_or_insert_with(|| Extent::new(&self.base)).add(&self.base, frame.positions);
+        self.extent.get_or_insert_with(|| Extent::new(&self.base)).add(&self.base, positions);
+        let changes = |attribute: &&Attribute| self.frames == 0 || !attribute.is_constant();
+        let others: Vec<Vec<f32>> =
+            self.attributes.iter().filter(changes).map(|attribute| attribute.of_frame(frame)).collect();
         self.frames += 1;
-        let strains = frame.strain.map(strain::attribute);
-        let directions = frame.strain.map(|strain| strain.first.as_flattened());
-        for numbers in
-            [Some(frame.positions), frame.normals, strains.as_deref(), directions].into_iter().flatten()
-        {
+        let others = others.iter().map(Vec::as_slice);
+        for numbers in [Some(positions), normals].into_iter().flatten().chain(others) {
             let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
             self.spool.write_all(&bytes).map_err(Error::io(self.document.path()))?;
         }
@@ -66,7 +68,8 @@ impl Exporter for Quantized {
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
-        let Self { mut document, timing, normals, strain, base, base_normals, extent, spool, frames } = *self;
+        let Self { mut document, timing, normals, attributes, base, base_normals, extent, spool, frames } =
+            *self;
         let path = document.path().to_owned();
         let grid = extent.and_then(|extent| extent.grid()).ok_or_else(|| {
             Error::input(format!(
@@ -82,7 +85,9 @@ impl Exporter for Quantized {
 
         let mut spool = rewound(spool).map_err(Error::io(&path))?;
         let mut measure = Measure::default();
-        let mut strains = StrainTargets::default();
+        let changing = attributes.iter().filter(|attribute| !attribute.is_constant()).count();
+        let all = attributes.len();
+        let mut others = OtherTargets::new(attributes);
         for k in 0..frames {
             progress.report("quantising", k as u64, frames as u64);
             if progress.cancelled() {
@@ -100,11 +105,9 @@ impl Exporter for Quantized {
                 false => None,
             };
             document.target(timing.name(k), &Values::I16(points), normals.as_ref())?;
-            if strain {
-                let of_frame = read_floats(&mut spool, numbers).map_err(Error::io(&path))?;
-                let directions = read_floats(&mut spool, numbers).map_err(Error::io(&path))?;
-                strains.write(&mut document, &of_frame, directions.as_chunks().0)?;
-            }
+            let there = if k == 0 { all } else { changing };
+            let of_frame = (0..there).map(|_| read_floats(&mut spool, numbers).map_err(Error::io(&path)));
+            others.write(&mut document, of_frame.collect::<Result<_>>()?)?;
         }
         progress.report("quantising", frames as u64, frames as u64);
         let error = Some(measure.deviation(grid.reach()));

@@ -1,10 +1,12 @@
 //! The animation of one mesh in one layer.
 
-use super::lookup::{attribute, below, default_prim, field, provenance, stated_error};
+use super::lookup::{attribute, below, default_prim, field, stated_error, stated_recipe};
 use super::opened::{Opened, Samples};
 use super::shapes::Shapes;
 use crate::animation_reader::{AnimationReader, Summary};
+use crate::usd::channels;
 use crate::usd::layer::{Layer, Prim, Value};
+use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, Faces, Result, UpAxis};
 
 /// An animation that one layer holds.
@@ -22,9 +24,8 @@ struct Numbers {
     frames: usize,
     /// Where the points are sums of shapes.
     shapes: Option<Shapes>,
-    normals: Option<usize>,
-    velocities: Option<usize>,
-    strain: Option<usize>,
+    /// What the mesh has samples of: of shapes, what they do not make.
+    channels: Vec<(Channel, usize)>,
     extent: Option<usize>,
     head: Option<usize>,
 }
@@ -44,22 +45,23 @@ impl Animation {
         found.map(|(summary, numbers)| Self { name, summary, samples, numbers })
     }
 
-    /// The V vectors of a sample.
-    fn vectors(&mut self, what: &str, number: Option<usize>, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        out.clear();
-        let Some(number) = number else { return Ok(()) };
-        let vertices = self.summary.vertices;
-        match self.samples.read(number, frame)? {
-            Value::Float3s(vectors) if vectors.len() == vertices => *out = vectors.into_flattened(),
-            Value::Float3s(vectors) => {
-                return Err(self.damaged(
-                    what,
-                    frame,
-                    &format!("{} vectors, expected {vertices}", vectors.len()),
-                ));
-            }
-            _ => return Err(self.damaged(what, frame, "another type, expected float3[]")),
+    /// The numbers of a channel in a sample.
+    fn sample(&mut self, channel: &Channel, number: usize, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        let frame_of_sample = if channel.timing == Timing::Constant { 0 } else { frame };
+        let (width, numbers) = match self.samples.read(number, frame_of_sample)? {
+            Value::Floats(numbers) => (1, numbers),
+            Value::Float2s(pairs) => (2, pairs.into_flattened()),
+            Value::Float3s(vectors) => (3, vectors.into_flattened()),
+            _ => return Err(self.damaged(&channel.words, frame, "another type, expected floats")),
+        };
+        let expected = channel.numbers(self.summary.vertices, self.summary.faces.len());
+        if width != channel.width || numbers.len() != expected {
+            let (found, expected) = (numbers.len(), expected / channel.width);
+            let what =
+                format!("{found} numbers, {width} for each value, expected {expected} × {}", channel.width);
+            return Err(self.damaged(&channel.words, frame, &what));
         }
+        *out = numbers;
         Ok(())
     }
 
@@ -74,38 +76,24 @@ impl AnimationReader for Animation {
         &self.summary
     }
 
-    fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        let Some(shapes) = &self.numbers.shapes else {
-            return self.vectors("points", Some(self.numbers.frames), frame, out);
-        };
-        let Some(weights) = shapes.weights(self.samples.read(self.numbers.frames, frame)?) else {
-            return Err(self.damaged("weights", frame, "not one for each shape"));
-        };
-        shapes.positions(&weights, out);
-        Ok(())
-    }
-
-    fn normals(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        let Some(shapes) = &self.numbers.shapes else {
-            return self.vectors("normals", self.numbers.normals, frame, out);
-        };
-        let Some(weights) = shapes.weights(self.samples.read(self.numbers.frames, frame)?) else {
-            return Err(self.damaged("weights", frame, "not one for each shape"));
-        };
-        shapes.normals(&weights, out);
-        Ok(())
-    }
-
-    fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        self.vectors("velocities", self.numbers.velocities, frame, out)
-    }
-
-    fn strain(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+    fn channel(&mut self, channel: &Channel, frame: usize, out: &mut Vec<f32>) -> Result<()> {
         out.clear();
-        let Some(number) = self.numbers.strain else { return Ok(()) };
-        match self.samples.read(number, frame)? {
-            Value::Float2s(pairs) if pairs.len() == self.summary.vertices => *out = pairs.into_flattened(),
-            _ => return Err(self.damaged("strains", frame, "no two numbers for each vertex")),
+        let known = self.numbers.channels.iter().find(|(known, _)| known.name == channel.name);
+        if let Some((known, number)) = known.cloned() {
+            return self.sample(&known, number, frame, out);
+        }
+        let Some(shapes) = &self.numbers.shapes else { return Ok(()) };
+        let is_positions = channel.name == channel::POSITIONS.name;
+        if !is_positions && channel.name != channel::NORMALS.name {
+            return Ok(());
+        }
+        let Some(weights) = shapes.weights(self.samples.read(self.numbers.frames, frame)?) else {
+            return Err(self.damaged("weights", frame, "not one for each shape"));
+        };
+        if is_positions {
+            shapes.positions(&weights, out);
+        } else {
+            shapes.normals(&weights, out);
         }
         Ok(())
     }
@@ -156,20 +144,19 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
     };
     let sampled = |prim: &Prim, name: &str| attribute(prim, name).and_then(|attribute| attribute.samples);
     let shapes = Shapes::of(root, mesh)?;
+    let channels = channels::of_mesh(mesh);
     let points = sampled(mesh, "points").or_else(|| shapes.as_ref().map(|shapes| shapes.samples));
     let frames = points.ok_or_else(|| {
         format!("its mesh {} has no time samples of points, expected an exported animation", mesh.name)
     })?;
-    let numbers = Numbers {
+    let mut numbers = Numbers {
         frames,
         shapes,
-        normals: sampled(mesh, "normals"),
-        velocities: sampled(mesh, "velocities"),
-        strain: sampled(mesh, "primvars:strain"),
+        channels,
         extent: sampled(mesh, "extent"),
         head: sampled(root, "xformOp:transform"),
     };
-    let (first_time_code, frames) = check_times(&numbers, samples)?;
+    let (first_time_code, frames) = check_times(&mut numbers, samples)?;
     check_metadata(layer, mesh, first_time_code, frames)?;
     let vertices = match attribute(mesh, "points").and_then(|points| points.default.as_ref()) {
         Some(Value::Float3s(rest)) => rest.len(),
@@ -201,16 +188,25 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         },
         metres_per_unit,
         up_axis,
-        normals: numbers.normals.is_some() || numbers.shapes.as_ref().is_some_and(Shapes::has_normals),
-        velocities: numbers.velocities.is_some(),
-        strain: numbers.strain.is_some(),
+        fitted: numbers.shapes.is_some(),
+        channels: summarised(&numbers),
         extents: numbers.extent.is_some(),
         head: numbers.head.is_some(),
-        provenance: provenance(root),
+        recipe: stated_recipe(root),
         stated_error: stated_error(root).map(|millimetres| millimetres / 1000.0 / metres_per_unit),
-        stated_strain_error: None,
+        stated_channel_errors: Vec::new(),
     };
     Ok((summary, numbers))
+}
+
+/// What frames have: what has samples, and what shapes make.
+fn summarised(numbers: &Numbers) -> Vec<Channel> {
+    let sampled = numbers.channels.iter().map(|(channel, _)| channel.clone());
+    let Some(shapes) = &numbers.shapes else { return sampled.collect() };
+    let made = [Some(&channel::POSITIONS), Some(&channel::NORMALS).filter(|_| shapes.has_normals())];
+    let made: Vec<Channel> = made.into_iter().flatten().cloned().collect();
+    let sampled: Vec<Channel> = sampled.filter(|channel| !made.contains(channel)).collect();
+    made.into_iter().chain(sampled).collect()
 }
 
 /// What a layer says besides, where it says it, fits its samples: else programs would play another range, or see the faces from
@@ -239,7 +235,7 @@ fn check_metadata(layer: &Layer, mesh: &Prim, first: f64, frames: usize) -> Resu
 }
 
 /// The first time code and the number of frames, which all that is sampled has.
-fn check_times(numbers: &Numbers, samples: &dyn Samples) -> Result<(f64, usize), String> {
+fn check_times(numbers: &mut Numbers, samples: &dyn Samples) -> Result<(f64, usize), String> {
     let times = samples.times(numbers.frames);
     let Some(&first) = times.first() else {
         return Err("its points have no time samples, expected one for each frame; export it again".into());
@@ -249,18 +245,19 @@ fn check_times(numbers: &Numbers, samples: &dyn Samples) -> Result<(f64, usize),
             "its points do not have a sample at each time code from {first} on, expected that of an exported animation"
         ));
     }
-    let others = [
-        ("normals", numbers.normals),
-        ("velocities", numbers.velocities),
-        ("strains", numbers.strain),
-        ("extents", numbers.extent),
-        ("head", numbers.head),
-    ];
-    for (what, number) in others {
+    let fault = |what: &str| {
+        Err(format!("its points and its {what} have samples at other time codes; export it again"))
+    };
+    for (channel, number) in &mut numbers.channels {
+        match samples.times(*number) {
+            found if found == times => {}
+            [found] if *found == first => channel.timing = Timing::Constant,
+            _ => return fault(&channel.words),
+        }
+    }
+    for (what, number) in [("extents", numbers.extent), ("head", numbers.head)] {
         if number.is_some_and(|number| samples.times(number) != times) {
-            return Err(format!(
-                "its points and its {what} have samples at other time codes; export it again"
-            ));
+            return fault(what);
         }
     }
     Ok((first, times.len()))

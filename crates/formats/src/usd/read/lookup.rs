@@ -1,7 +1,8 @@
 //! Lookups in a layer that was read.
 
-use crate::export::{HeadMotion, Provenance, Word};
+use crate::export::StatedRecipe;
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Property, Value};
+use serde_json::{Number, Value as Json};
 
 /// The field called `name`.
 pub(crate) fn field<'a>(fields: &'a Fields, name: &str) -> Option<&'a Value> {
@@ -48,43 +49,28 @@ pub(super) fn stated_error(root: &Prim) -> Option<f64> {
     }
 }
 
-/// How the animation below the default prim `root` was made, if it says so.
-pub(super) fn provenance(root: &Prim) -> Option<Provenance> {
+/// The recipe of the animation below the default prim `root`, if it states one.
+pub(super) fn stated_recipe(root: &Prim) -> Option<StatedRecipe> {
     let fields = dictionary(dictionary(&root.metadata, "customData")?, "rhytid")?;
-    let text = |name: &str| match field(fields, name)? {
-        Value::String(text) => Some(text.clone()),
-        _ => None,
+    let stated = StatedRecipe(json(fields));
+    (stated.text("version").is_some() && stated.text("rig").is_some()).then_some(stated)
+}
+
+fn json(fields: &Fields) -> Vec<(String, Json)> {
+    let entry = |(name, value): &(String, Value)| {
+        let value = match value {
+            Value::Bool(yes) => Json::Bool(*yes),
+            Value::String(text) => Json::String(text.clone()),
+            Value::Int(whole) => Json::from(*whole),
+            // Whole numbers of frames that no int holds; beyond this, doubles have no odd numbers.
+            Value::Double(x) if x.fract() == 0.0 && (f64::from(i32::MAX)..=9e15).contains(x) => {
+                Json::from(*x as u64)
+            }
+            Value::Double(x) => Json::Number(Number::from_f64(*x)?),
+            Value::Dictionary(fields) => Json::Object(json(fields).into_iter().collect()),
+            _ => return None,
+        };
+        Some((name.clone(), value))
     };
-    let number = |name: &str| match field(fields, name)? {
-        Value::Int(x) => Some(f64::from(*x)),
-        Value::Double(x) => Some(*x),
-        _ => None,
-    };
-    let flag = |name: &str| match field(fields, name)? {
-        Value::Bool(yes) => Some(*yes),
-        _ => None,
-    };
-    // Beyond this, doubles have no odd numbers.
-    let frame =
-        |name: &str| number(name).filter(|x| x.fract() == 0.0 && (0.0..=9e15).contains(x)).map(|x| x as u64);
-    Some(Provenance {
-        version: text("version")?,
-        rig: text("rig")?,
-        stage: Word::of(&text("stage")?),
-        first_frame: frame("first_frame")?,
-        end_frame: frame("end_frame")?,
-        fps: Provenance::rate(number("fps")?),
-        missing: Word::of(&text("missing")?),
-        detail: number("detail"),
-        detail_of: text("detail_of"),
-        edit: text("edit"),
-        edit_hash: text("edit_hash"),
-        normals: flag("normals"),
-        velocities: flag("velocities"),
-        strain: flag("strain"),
-        refine: flag("refine"),
-        // Older files have neither of these.
-        fade_detail: matches!(field(fields, "fade_detail"), Some(Value::Bool(true))),
-        head: text("head").map_or(HeadMotion::Keep.into(), |word| Word::of(&word)),
-    })
+    fields.iter().filter_map(entry).collect()
 }

@@ -23,7 +23,7 @@ use crate::animation_reader::AnimationReader;
 use crate::named_file::{Reach, named_file};
 use animation::Animation;
 use clips::{Clips, undeclared};
-use lookup::provenance;
+use lookup::stated_recipe;
 use rhytid_core::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -57,7 +57,7 @@ pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationRead
     let parts = Parts::open(&paths)?;
     // The parts may have been written anew since, and so may the manifest, for a file that was renamed.
     let root = default_prim(&opened.layer);
-    if parts.summary().provenance != root.and_then(provenance) {
+    if parts.summary().recipe != root.and_then(stated_recipe) {
         return Err(Error::input(format!(
             "{name}: its parts are others than when they were stitched; stitch them again"
         )));

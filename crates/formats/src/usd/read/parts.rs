@@ -4,7 +4,8 @@ use super::animation::Animation;
 use super::clips::clips;
 use super::open::open;
 use crate::animation_reader::{AnimationReader, Summary};
-use crate::export::Provenance;
+use crate::export::StatedRecipe;
+use rhytid_core::channel::Channel;
 use rhytid_core::{Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,7 @@ pub(crate) struct Part {
     pub(crate) begin: usize,
     pub(crate) first_time_code: f64,
     frames: usize,
-    provenance: Provenance,
+    recipe: StatedRecipe,
 }
 
 /// Parts that follow one another, played as one animation. One file is open at a time.
@@ -38,7 +39,7 @@ impl Parts {
         let mut parts = Vec::new();
         for path in paths {
             let summary = open_part(path)?.summary().clone();
-            let provenance = known_provenance(path, &summary)?.clone();
+            let recipe = known_recipe(path, &summary)?.clone();
             match &whole {
                 None => whole = Some((path, summary.clone())),
                 Some((first, expected)) => {
@@ -52,7 +53,7 @@ impl Parts {
                 }
             }
             let Summary { frames, first_time_code, .. } = summary;
-            parts.push(Part { path: path.clone(), begin: 0, first_time_code, frames, provenance });
+            parts.push(Part { path: path.clone(), begin: 0, first_time_code, frames, recipe });
         }
         let Some((_, mut summary)) = whole else {
             return Err(Error::input("there are no parts to put together, expected at least one file"));
@@ -65,8 +66,8 @@ impl Parts {
         let (first, last) = (&parts[0], &parts[parts.len() - 1]);
         summary.first_time_code = first.first_time_code;
         summary.frames = last.begin + last.frames;
-        let [first_frame, end_frame] = [first.provenance.first_frame, last.provenance.end_frame];
-        summary.provenance = Some(Provenance { first_frame, end_frame, ..first.provenance.clone() });
+        let end = last.recipe.get(END_FRAME).cloned().unwrap_or_default();
+        summary.recipe = Some(first.recipe.clone().with(END_FRAME, end));
         Ok(Self { parts, summary, open: None })
     }
 
@@ -93,24 +94,9 @@ impl AnimationReader for Parts {
         &self.summary
     }
 
-    fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+    fn channel(&mut self, channel: &Channel, frame: usize, out: &mut Vec<f32>) -> Result<()> {
         let (animation, frame) = self.at(frame)?;
-        animation.positions(frame, out)
-    }
-
-    fn normals(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        let (animation, frame) = self.at(frame)?;
-        animation.normals(frame, out)
-    }
-
-    fn velocities(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        let (animation, frame) = self.at(frame)?;
-        animation.velocities(frame, out)
-    }
-
-    fn strain(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
-        let (animation, frame) = self.at(frame)?;
-        animation.strain(frame, out)
+        animation.channel(channel, frame, out)
     }
 
     fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
@@ -142,8 +128,8 @@ fn open_part(path: &Path) -> Result<Animation> {
     Ok(animation)
 }
 
-fn known_provenance<'a>(path: &Path, summary: &'a Summary) -> Result<&'a Provenance> {
-    summary.provenance.as_ref().ok_or_else(|| {
+fn known_recipe<'a>(path: &Path, summary: &'a Summary) -> Result<&'a StatedRecipe> {
+    summary.recipe.as_ref().ok_or_else(|| {
         Error::input(format!(
             "{}: does not say which rig and settings it was made with, expected a file of `rhytid animate`",
             path.display()
@@ -151,41 +137,42 @@ fn known_provenance<'a>(path: &Path, summary: &'a Summary) -> Result<&'a Provena
     })
 }
 
+/// The field of a recipe that says where an animation ends.
+const END_FRAME: &str = "end_frame";
+
+/// What may differ between the recipes of two parts. Edits are told apart by their hash.
+const OF_A_PART: [&str; 4] = ["version", "first_frame", END_FRAME, "edit"];
+
 /// In what two parts differ that should not, as a phrase; `None` if in nothing.
 fn difference(a: &Summary, b: &Summary) -> Option<String> {
-    let (x, y) = (a.provenance.as_ref()?, b.provenance.as_ref()?);
-    // As it stands in the files.
+    let (x, y) = (a.recipe.as_ref()?, b.recipe.as_ref()?);
+    if let Some([what, b, a]) = y.difference(x, &OF_A_PART) {
+        return Some(format!("{what}: {b} and {a}"));
+    }
     let rate = |fps: Option<f64>| fps.unwrap_or(0.0).to_string();
-    let of = |hash: &Option<String>| hash.as_deref().unwrap_or("none").to_owned();
     let has = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
     let pairs = [
-        ("the rig's hash", y.rig.clone(), x.rig.clone()),
-        ("the stage", y.stage.to_string(), x.stage.to_string()),
-        ("--fps", rate(y.fps), rate(x.fps)),
-        ("--missing", y.missing.to_string(), x.missing.to_string()),
-        ("with --fade-detail", has(y.fade_detail), has(x.fade_detail)),
-        ("--detail", y.detail.unwrap_or(1.0).to_string(), x.detail.unwrap_or(1.0).to_string()),
-        ("--detail-of", y.detail_of.clone().unwrap_or_default(), x.detail_of.clone().unwrap_or_default()),
-        ("the hash of --edit", of(&y.edit_hash), of(&x.edit_hash)),
-        ("with --refine", has(y.refine.unwrap_or(false)), has(x.refine.unwrap_or(false))),
-        ("--head", y.head.to_string(), x.head.to_string()),
         ("frames per second", b.rate.to_string(), a.rate.to_string()),
         ("framesPerSecond", rate(b.frames_per_second), rate(a.frames_per_second)),
         ("metres per unit", b.metres_per_unit.to_string(), a.metres_per_unit.to_string()),
         ("the up axis", format!("{:?}", b.up_axis), format!("{:?}", a.up_axis)),
         ("the mesh", b.name.clone(), a.name.clone()),
         ("the number of vertices", b.vertices.to_string(), a.vertices.to_string()),
-        ("with normals", has(b.normals), has(a.normals)),
-        ("with velocities", has(b.velocities), has(a.velocities)),
-        ("with strain", has(b.strain), has(a.strain)),
         ("with extents", has(b.extents), has(a.extents)),
         ("with head motion", has(b.head), has(a.head)),
     ];
-    let differs = pairs.into_iter().find(|(_, b, a)| a != b);
-    match differs {
-        Some((what, b, a)) => Some(format!("{what}: {b} and {a}")),
-        None => (a.faces != b.faces).then(|| "their faces are others".to_owned()),
+    if let Some((what, b, a)) = pairs.into_iter().find(|(_, b, a)| a != b) {
+        return Some(format!("{what}: {b} and {a}"));
     }
+    for channel in a.channels.iter().chain(&b.channels) {
+        let name = &channel.name;
+        match [b, a].map(|summary| summary.channels.iter().find(|known| known.name == *name)) {
+            [Some(b), Some(a)] if a == b => {}
+            [Some(_), Some(_)] => return Some(format!("{name} is another channel in each")),
+            [b, a] => return Some(format!("with {name}: {} and {}", has(b.is_some()), has(a.is_some()))),
+        }
+    }
+    (a.faces != b.faces).then(|| "their faces are others".to_owned())
 }
 
 fn check_follows(before: &Part, after: &Part) -> Result<()> {

@@ -8,6 +8,7 @@ use super::surface::{Surface, extent};
 use crate::export::{Deviation, Exporter, Frame, Scene, Shape, Written};
 use crate::gltf::morphs::{Frames, Target, Values};
 use crate::usd::layer::{Fields, Prim, Property, Value};
+use rhytid_core::channel;
 use rhytid_core::{AtomicFile, Error, Progress, Result, RigidMotion};
 use std::path::{Path, PathBuf};
 
@@ -32,12 +33,15 @@ impl Baked {
     /// Keeps what does not move.
     ///
     /// # Errors
-    /// [`Error::Input`] if the scene has velocities, sigma or strains, for which there is no place, or the folder does not exist; [`Error::Io`].
+    /// [`Error::Input`] if the scene has channels other than normals, for which there is no place, or the folder does not exist; [`Error::Io`].
     pub(crate) fn create(path: &Path, encoding: Encoding, scene: &Scene<'_>, shapes: usize) -> Result<Self> {
-        if scene.velocities || scene.sigma || scene.strain {
+        let others = scene.channels.iter().filter(|channel| channel.name != channel::NORMALS.name);
+        let others: Vec<&str> = others.map(|channel| &*channel.name).collect();
+        if !others.is_empty() {
             return Err(Error::input(format!(
-                "{}: shapes with curves in USD have no place for velocities, sigma or strains; leave them or the shapes out",
-                path.display()
+                "{}: shapes with curves in USD have no place for {}; leave them or the shapes out",
+                path.display(),
+                others.join(", ")
             )));
         }
         let mut surface = Surface::new(scene, "SkelRoot")?;
@@ -47,7 +51,7 @@ impl Baked {
             path: path.to_owned(),
             encoding,
             surface,
-            frames: Frames::new(spool, path, scene.rest.len(), [scene.rest_normals.is_some(), false]),
+            frames: Frames::new(spool, path, scene.rest.len(), scene.rest_normals.is_some(), Vec::new()),
             shapes,
             first_time_code: scene.first_time_code,
             metres_per_unit: scene.metres_per_unit,
@@ -57,8 +61,8 @@ impl Baked {
 }
 
 impl Exporter for Baked {
-    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
-        self.frames.push(frame.positions, frame.normals, None)
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
+        self.frames.push(frame.positions(), frame.get(&channel::NORMALS), &[])
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
@@ -119,7 +123,7 @@ fn replace(prim: &mut Prim, name: &str, value: Value) {
     }
 }
 
-/// States the error beside the provenance, as glTF's extras do.
+/// States the error beside the recipe, as glTF's extras do.
 fn state(root: &mut Prim, error: &Deviation, metres_per_unit: f64) {
     let millimetres = |x: f64| Value::Double(x * metres_per_unit * 1000.0);
     let index = |n: usize| Value::Double(n as f64);

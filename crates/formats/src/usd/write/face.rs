@@ -4,24 +4,23 @@ use super::sample::Sample;
 use super::surface::{Surface, extent};
 use crate::export::{Exporter, Frame, Scene, Written};
 use crate::usd::build::{attribute, token};
+use crate::usd::channels;
 use crate::usd::layer::{Attribute, Layer, Prim, Property};
-use rhytid_core::{Progress, Result, RigidMotion};
+use rhytid_core::channel::{self, Channel};
+use rhytid_core::{Error, Progress, Result, RigidMotion};
 use std::path::Path;
 
-/// The numbers of the attributes that have samples.
-const POINTS: usize = 0;
-const EXTENT: usize = 1;
-const NORMALS: usize = 2;
-const VELOCITIES: usize = 3;
-const HEAD: usize = 4;
-const SIGMA: usize = 5;
-const STRAIN: usize = 6;
-const STRAIN_DIRECTIONS: [usize; 2] = [7, 8];
+/// The numbers of the attributes that have samples, beside those of the channels, which come after them.
+const EXTENT: usize = 0;
+const HEAD: usize = 1;
+const CHANNELS: usize = 2;
 
 /// A USD file being written.
 pub(crate) struct Face {
     writer: LayerWriter,
     first_time_code: f64,
+    /// Positions, and what else each frame has.
+    channels: Vec<Channel>,
     /// The head pose in each frame; empty where it is not known.
     head: Vec<RigidMotion>,
     done: usize,
@@ -31,33 +30,29 @@ impl Face {
     /// Writes everything that does not move.
     ///
     /// # Errors
-    /// As [`LayerWriter::create`].
+    /// As [`LayerWriter::create`]; [`Error::Input`] for a channel of so many numbers that USD has no type for it.
     pub(crate) fn create(path: &Path, encoding: Encoding, scene: &Scene<'_>) -> Result<Self> {
-        let writer = LayerWriter::create(path, encoding, &layer(scene)?)?;
+        let channels: Vec<Channel> =
+            std::iter::once(&channel::POSITIONS).chain(scene.channels).cloned().collect();
+        let writer = LayerWriter::create(path, encoding, &layer(scene, &channels)?)?;
         let head = scene.head.unwrap_or_default().to_vec();
-        Ok(Self { writer, first_time_code: scene.first_time_code, head, done: 0 })
+        Ok(Self { writer, first_time_code: scene.first_time_code, channels, head, done: 0 })
     }
 }
 
 impl Exporter for Face {
-    fn frame(&mut self, frame: Frame<'_>) -> Result<()> {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
         let time = self.first_time_code + self.done as f64;
-        let positions = vectors(frame.positions);
-        self.writer.sample(POINTS, time, Sample::Float3s(positions))?;
-        self.writer.sample(EXTENT, time, Sample::Float3s(&extent(positions)))?;
-        if let Some(normals) = frame.normals {
-            self.writer.sample(NORMALS, time, Sample::Float3s(vectors(normals)))?;
-        }
-        if let Some(velocities) = frame.velocities {
-            self.writer.sample(VELOCITIES, time, Sample::Float3s(vectors(velocities)))?;
-        }
-        if let Some(sigma) = frame.sigma {
-            self.writer.sample(SIGMA, time, Sample::Floats(sigma))?;
-        }
-        if let Some(strain) = frame.strain {
-            self.writer.sample(STRAIN, time, Sample::Float2s(&strain.strains))?;
-            for (number, directions) in STRAIN_DIRECTIONS.into_iter().zip([&strain.first, &strain.second]) {
-                self.writer.sample(number, time, Sample::Float3s(directions))?;
+        for (i, channel) in self.channels.iter().enumerate() {
+            let Some(numbers) = frame.get(channel) else { continue };
+            let sample = match channel.width {
+                1 => Sample::Floats(numbers),
+                2 => Sample::Float2s(numbers.as_chunks().0),
+                _ => Sample::Float3s(numbers.as_chunks().0),
+            };
+            self.writer.sample(CHANNELS + i, time, sample)?;
+            if channel.name == channel::POSITIONS.name {
+                self.writer.sample(EXTENT, time, Sample::Float3s(&extent(numbers.as_chunks().0)))?;
             }
         }
         if let Some(motion) = self.head.get(self.done) {
@@ -73,10 +68,6 @@ impl Exporter for Face {
     }
 }
 
-fn vectors(numbers: &[f32]) -> &[[f32; 3]] {
-    numbers.as_chunks().0
-}
-
 /// The motion's matrix in the convention of row vectors.
 pub(super) fn of_rows(motion: &RigidMotion) -> [[f64; 4]; 4] {
     let columns = motion.matrix();
@@ -84,41 +75,40 @@ pub(super) fn of_rows(motion: &RigidMotion) -> [[f64; 4]; 4] {
 }
 
 /// All of the scene but the samples.
-fn layer(scene: &Scene<'_>) -> Result<Layer> {
+fn layer(scene: &Scene<'_>, channels: &[Channel]) -> Result<Layer> {
     let mut surface = Surface::new(scene, "Xform")?;
     surface.play(scene, HEAD);
-    for (name, number) in [("points", POINTS), ("normals", NORMALS), ("extent", EXTENT)] {
-        animate(&mut surface.mesh, name, number);
-    }
-    if scene.velocities {
-        let velocities = attribute("vector3f[]", "velocities", None);
-        surface.mesh.push(Attribute { samples: Some(VELOCITIES), ..velocities });
-    }
-    let sigma = [("float[]", "primvars:sigma", SIGMA)];
-    let [first, second] = STRAIN_DIRECTIONS;
-    let strain = [
-        ("float2[]", "primvars:strain", STRAIN),
-        ("vector3f[]", "primvars:strainDirection1", first),
-        ("vector3f[]", "primvars:strainDirection2", second),
-    ];
-    let (sigma, strain) = (sigma.iter().filter(|_| scene.sigma), strain.iter().filter(|_| scene.strain));
-    for &(type_name, name, number) in sigma.chain(strain) {
-        surface.mesh.push(Attribute {
-            metadata: vec![("interpolation".into(), token("vertex"))],
-            samples: Some(number),
-            ..attribute(type_name, name, None)
-        });
+    animate(&mut surface.mesh, "extent", EXTENT);
+    for (number, channel) in (CHANNELS..).zip(channels) {
+        let name = channels::name(channel);
+        // Points and normals are there at rest.
+        if animate(&mut surface.mesh, &name, number) {
+            continue;
+        }
+        let type_name = channels::type_name(channel).map_err(|width| {
+            Error::input(format!(
+                "the channel {}: {width} numbers at a vertex, for which USD has no type",
+                channel.name
+            ))
+        })?;
+        let mut animated = Attribute { samples: Some(number), ..attribute(type_name, &name, None) };
+        if channels::is_primvar(channel) {
+            animated.metadata.push(("interpolation".into(), token(channel.interpolation.name())));
+        }
+        surface.mesh.push(animated);
     }
     Ok(surface.into_layer(Vec::new()))
 }
 
 /// Gives the attribute samples, if the prim has it.
-fn animate(prim: &mut Prim, name: &str, number: usize) {
+fn animate(prim: &mut Prim, name: &str, number: usize) -> bool {
     for property in &mut prim.properties {
         if let Property::Attribute(attribute) = property
             && attribute.name == name
         {
             attribute.samples = Some(number);
+            return true;
         }
     }
+    false
 }

@@ -2,10 +2,11 @@
 use super::materials;
 use super::names::identifier;
 use super::numbers::integer;
-use crate::export::{Provenance, Scene};
+use crate::export::{Scene, StatedRecipe};
 use crate::usd::build::{attribute, prim, token};
 use crate::usd::layer::{Attribute, Fields, Layer, Prim, Value};
 use rhytid_core::{Faces, Result, UpAxis, Uvs};
+use serde_json::Value as Json;
 
 /// A layer in the making.
 pub(super) struct Surface {
@@ -27,7 +28,7 @@ impl Surface {
         let name = identifier(scene.name);
         let mut root = prim(root, &name);
         root.metadata.push(("kind".into(), token("component")));
-        root.metadata.push(("customData".into(), custom_data(scene.provenance)));
+        root.metadata.push(("customData".into(), custom_data(scene.recipe)));
         let mut mesh = mesh(scene, &format!("{name}_mesh"))?;
         let scope = format!("/{name}/Looks");
         let looks = scene.materials.map(|named| materials::bind(&mut mesh, named, &scope)).transpose()?;
@@ -73,31 +74,27 @@ fn metadata(scene: &Scene<'_>, name: &str) -> Fields {
     ]
 }
 
-/// The provenance, under the names of its fields.
-pub(crate) fn custom_data(provenance: &Provenance) -> Value {
-    let text = |text: &dyn ToString| Value::String(text.to_string());
-    // Frame numbers are small; the largest are kept as well as a double can.
-    let frame = |n: u64| i32::try_from(n).map_or(Value::Double(n as f64), Value::Int);
-    let mut fields = vec![
-        ("version".into(), text(&provenance.version)),
-        ("rig".into(), text(&provenance.rig)),
-        ("stage".into(), text(&provenance.stage)),
-        ("first_frame".into(), frame(provenance.first_frame)),
-        ("end_frame".into(), frame(provenance.end_frame)),
-        ("fps".into(), Value::Double(provenance.stored_rate())),
-        ("missing".into(), text(&provenance.missing)),
-        ("fade_detail".into(), Value::Bool(provenance.fade_detail)),
-        ("head".into(), text(&provenance.head)),
-    ];
-    fields.extend(provenance.detail.map(|gain| ("detail".into(), Value::Double(gain))));
-    fields.extend(provenance.detail_of.as_ref().map(|regions| ("detail_of".into(), text(regions))));
-    fields.extend(provenance.edit.as_ref().map(|edit| ("edit".into(), text(edit))));
-    fields.extend(provenance.edit_hash.as_ref().map(|hash| ("edit_hash".into(), text(hash))));
-    fields.extend(provenance.normals.map(|yes| ("normals".into(), Value::Bool(yes))));
-    fields.extend(provenance.velocities.map(|yes| ("velocities".into(), Value::Bool(yes))));
-    fields.extend(provenance.strain.map(|yes| ("strain".into(), Value::Bool(yes))));
-    fields.extend(provenance.refine.map(|yes| ("refine".into(), Value::Bool(yes))));
-    Value::Dictionary(vec![("rhytid".into(), Value::Dictionary(fields))])
+/// A recipe, under the names of its fields.
+pub(crate) fn custom_data(recipe: &StatedRecipe) -> Value {
+    Value::Dictionary(vec![("rhytid".into(), dictionary(recipe.0.iter().map(|(name, value)| (name, value))))])
+}
+
+fn dictionary<'a>(fields: impl Iterator<Item = (&'a String, &'a Json)>) -> Value {
+    let entry = |(name, value): (&String, &Json)| {
+        let value = match value {
+            Json::Bool(yes) => Value::Bool(*yes),
+            Json::String(text) => Value::String(text.clone()),
+            // Frame numbers are small; the largest are kept as well as a double can.
+            Json::Number(number) => match number.as_i64().and_then(|whole| i32::try_from(whole).ok()) {
+                Some(whole) => Value::Int(whole),
+                None => Value::Double(number.as_f64()?),
+            },
+            Json::Object(fields) => dictionary(fields.iter()),
+            Json::Null | Json::Array(_) => return None,
+        };
+        Some((name.clone(), value))
+    };
+    Value::Dictionary(fields.filter_map(entry).collect())
 }
 
 fn mesh(scene: &Scene<'_>, name: &str) -> Result<Prim> {

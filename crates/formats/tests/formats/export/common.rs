@@ -1,8 +1,10 @@
 //! What both formats promise, and the programs that the tests call.
 use crate::animation::{Animation, UvKind, animation};
-use rhytid_core::{Error, NoProgress};
+use rhytid_core::channel::{self, Channel};
+use rhytid_core::{ChannelKind, Error, NoProgress};
 use rhytid_formats::animation;
-use rhytid_formats::export::{Frame, Options};
+use rhytid_formats::animation::Format;
+use rhytid_formats::export::Options;
 use std::path::Path;
 use std::process::Command;
 
@@ -50,7 +52,7 @@ fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
                 std::fs::write(&path, text).unwrap();
             }
             let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
-            exporter.frame(animation.frame(0)).unwrap();
+            exporter.frame(&animation.frame(0)).unwrap();
             drop(exporter);
             assert_eq!(std::fs::read_to_string(&path).ok().as_deref(), before, "{extension}");
             assert_eq!(files_in(folder.path()).len(), usize::from(before.is_some()), "{extension}");
@@ -70,29 +72,29 @@ fn frames_that_do_not_fit_the_scene_are_refused() {
         let path = folder.path().join(format!("face.{extension}"));
         let animation = animation(UvKind::None, 2, 2);
         let frame = animation.frame(0);
-        let (positions, normals) = (frame.positions, frame.normals.unwrap());
+        let (positions, normals) = (frame.positions(), frame.get(&channel::NORMALS).unwrap());
         let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
 
-        let message = input_error(exporter.frame(Frame { positions: &positions[3..], ..frame }));
+        let message = input_error(exporter.frame(&frame.clone().with(&channel::POSITIONS, &positions[3..])));
         assert!(message.contains("frame 0") && message.contains("99 numbers"), "{message}");
         let mut bad = normals.to_vec();
         bad[7] = f32::NAN;
-        let message = input_error(exporter.frame(Frame { normals: Some(&bad), ..frame }));
+        let message = input_error(exporter.frame(&frame.clone().with(&channel::NORMALS, &bad)));
         assert!(message.contains("normals that are not finite, first at vertex 2"), "{message}");
 
-        let message = input_error(exporter.frame(Frame { normals: None, ..frame }));
+        let message = input_error(exporter.frame(&frame.clone().without(&channel::NORMALS)));
         assert!(message.contains("frame 0 (from 0) has no normals, expected some"), "{message}");
-        let message = input_error(exporter.frame(Frame { velocities: Some(positions), ..frame }));
+        let message = input_error(exporter.frame(&frame.clone().with(&channel::VELOCITIES, positions)));
         assert!(message.contains("frame 0 (from 0) has velocities, expected none"), "{message}");
 
-        exporter.frame(frame).unwrap();
-        exporter.frame(frame).unwrap();
-        let message = input_error(exporter.frame(frame));
+        exporter.frame(&frame).unwrap();
+        exporter.frame(&frame).unwrap();
+        let message = input_error(exporter.frame(&frame));
         assert!(message.contains("more than the 2 announced"), "{message}");
         drop(exporter);
 
         let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
-        exporter.frame(frame).unwrap();
+        exporter.frame(&frame).unwrap();
         let message = input_error(exporter.finish(&NoProgress));
         assert!(message.contains("after 1 frames of 2"), "{message}");
         assert_eq!(files_in(folder.path()), [""; 0]);
@@ -131,6 +133,33 @@ fn scenes_that_make_no_sense_are_refused() {
             assert!(message.contains(expected), "“{message}” lacks “{expected}”");
         }
         assert_eq!(files_in(folder.path()), [""; 0]);
+    }
+}
+
+/// What has no place is not left out in silence.
+#[test]
+fn channels_without_a_place_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut made = animation(UvKind::None, 1, 6);
+    for (name, is_usd) in [("face.usd", true), ("face.glb", false), ("face.pc2", false)] {
+        let path = folder.path().join(name);
+        let format = Format::of(&path).unwrap();
+        for kind in ChannelKind::ALL {
+            made.with_normals = kind == ChannelKind::Normals;
+            let of_frame = |channel: Channel| {
+                let frames = vec![vec![0.25; channel.width * made.rest.len()]];
+                crate::animation::Other { channel, frames }
+            };
+            let channels = kind.channels(&["smile".to_owned()]);
+            made.others =
+                if made.with_normals { Vec::new() } else { channels.into_iter().map(of_frame).collect() };
+            let made = made.export(&path);
+            match format.carries(kind) {
+                true => assert!(made.is_ok(), "{name} {kind}: {:?}", made.err()),
+                false => assert!(input_error(made).contains("has no place for"), "{name} {kind}"),
+            }
+            assert!(format.carries(kind) || !is_usd, "USD has a place for all");
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Animations as USD, as USD's own library reads them.
 use super::common::{python, python_usd_24_3, root, run};
 use crate::animation::{Animation, ROUNDED_TWICE, Random, UvKind, animation, with_everything};
+use rhytid_core::channel::Quantity;
 use rhytid_core::{Faces, Materials, UpAxis};
 use serde_json::json;
 use std::path::Path;
@@ -44,7 +45,7 @@ fn with_extreme_numbers(mut animation: Animation, seed: u64) -> Animation {
     for numbers in animation.frames.iter_mut().flatten() {
         numbers.fill_with(&mut next);
     }
-    for numbers in animation.velocities.iter_mut().flatten() {
+    for numbers in animation.others.iter_mut().flat_map(|other| &mut other.frames) {
         numbers.fill_with(&mut next);
     }
     if let Some(uvs) = &mut animation.uvs {
@@ -96,18 +97,8 @@ fn write_expectation(folder: &Path, animation: &Animation, identifier: &str) {
     dump("rest_normals.bin", animation.rest_normals.as_flattened());
     dump("points.bin", &stage(0));
     dump("normals.bin", &stage(1));
-    if let Some(velocities) = &animation.velocities {
-        dump("velocities.bin", &velocities.concat());
-    }
-    if let Some(strain) = &animation.strain {
-        dump(
-            "strains.bin",
-            strain.iter().flat_map(|of| &of.strains).copied().collect::<Vec<_>>().as_flattened(),
-        );
-        for (name, of) in [("first.bin", 0), ("second.bin", 1)] {
-            let directions = strain.iter().flat_map(|strain| [&strain.first, &strain.second][of]).copied();
-            dump(name, directions.collect::<Vec<_>>().as_flattened());
-        }
+    for other in &animation.others {
+        dump(&format!("{}.bin", other.channel.name), &other.frames.concat());
     }
     if let Some(uvs) = &animation.uvs {
         dump("uvs.bin", uvs.values.as_flattened());
@@ -128,7 +119,10 @@ fn write_expectation(folder: &Path, animation: &Animation, identifier: &str) {
         "head": animation.head.as_ref().map(|head| {
             head.iter().map(|motion| json!([motion.rotation, motion.translation])).collect::<Vec<_>>()
         }),
-        "provenance": animation.provenance,
+        "channels": animation.others.iter().map(|other| {
+            json!({ "name": other.channel.name, "width": other.channel.width, "is_direction": other.channel.quantity == Quantity::Direction })
+        }).collect::<Vec<_>>(),
+        "recipe": animation.recipe,
     });
     std::fs::write(folder.join("expected.json"), expectation.to_string()).unwrap();
 }

@@ -2,6 +2,7 @@
 use super::common::{EXTENSIONS, input_error, python, python_usd_24_3, root, run};
 use crate::animation::{Animation, UvKind, with_everything};
 use rhytid_core::RigidMotion;
+use rhytid_core::channel;
 use rhytid_formats::animation;
 use rhytid_formats::export::Options;
 use rhytid_formats::usd;
@@ -13,7 +14,7 @@ const SHAPES: usize = 4;
 
 fn made(with_normals: bool) -> Animation {
     let all = with_everything(UvKind::PerCorner, 12, 61);
-    Animation { with_normals, velocities: None, strain: None, first_time_code: 101.0, ..all }
+    Animation { with_normals, others: Vec::new(), first_time_code: 101.0, ..all }
 }
 
 fn options() -> Options {
@@ -52,9 +53,13 @@ fn read(path: &Path, made: &Animation, worst: f64) {
     let mut reader = animation::open(path).unwrap();
     let summary = reader.summary().clone();
     assert_eq!((summary.vertices, summary.frames), (made.rest.len(), made.frames.len()));
-    assert_eq!((summary.normals, summary.head, summary.extents), (made.with_normals, true, false));
+    assert_eq!(
+        (summary.has(&channel::NORMALS), summary.head, summary.extents),
+        (made.with_normals, true, false)
+    );
+    assert!(summary.fitted);
     assert_eq!((summary.first_time_code, summary.rate), (made.first_time_code, made.rate));
-    assert_eq!(summary.provenance.as_ref(), Some(&made.provenance));
+    assert_eq!(summary.recipe.as_ref(), Some(&made.recipe));
     assert!((summary.stated_error.unwrap() / worst - 1.0).abs() < 1e-9);
     let mut out = Vec::new();
     for frame in (0..summary.frames).rev() {
@@ -63,7 +68,7 @@ fn read(path: &Path, made: &Animation, worst: f64) {
             let off: f64 = found.iter().zip(given).map(|(a, b)| f64::from(a - b).powi(2)).sum();
             assert!(off.sqrt() <= worst, "{}, stated {worst}", off.sqrt());
         }
-        reader.normals(frame, &mut out).unwrap();
+        reader.channel(&channel::NORMALS, frame, &mut out).unwrap();
         assert_eq!(out.len(), if made.with_normals { 3 * made.rest.len() } else { 0 });
         assert_eq!(reader.head(frame).unwrap(), made.head.as_ref().map(|head| head[frame].matrix()));
     }
@@ -86,7 +91,7 @@ fn what_has_no_place_beside_shapes_is_refused() {
         let path = folder.path().join(format!("baked.{extension}"));
         let all = with_everything(UvKind::None, 2, 5);
         let message = input_error(all.export_with(&path, &options()));
-        assert!(message.contains("no place for velocities, sigma or strains"), "{message}");
+        assert!(message.contains("no place for velocities, sigma, strain, strainDirection1"), "{message}");
     }
     let path = folder.path().join("part.usd");
     made(true).export_with(&path, &options()).unwrap();

@@ -52,7 +52,7 @@ def check(folder, extension):
     root = stage.GetDefaultPrim()
     equal("default prim", root.GetPath(), "/" + expected["identifier"])
     equal("kind", Usd.ModelAPI(root).GetKind(), Kind.Tokens.component)
-    equal("provenance", root.GetCustomDataByKey("rhytid"), expected["provenance"])
+    equal("recipe", root.GetCustomDataByKey("rhytid"), expected["recipe"])
     mesh = UsdGeom.Mesh(root.GetChildren()[0])
     equal("mesh", mesh.GetPrim().GetName(), expected["identifier"] + "_mesh")
     equal("subdivisionScheme", mesh.GetSubdivisionSchemeAttr().Get(), "none")
@@ -70,19 +70,19 @@ def check(folder, extension):
         animated.append((mesh.GetNormalsAttr(), blob("rest_normals.bin"), blob("normals.bin")))
     else:
         assert not mesh.GetNormalsAttr().HasAuthoredValue(), "found normals, expected none"
-    if (folder / "velocities.bin").exists():
+    channels = {channel["name"]: channel for channel in expected["channels"]}
+    if channels.pop("velocities", None):
         animated.append((mesh.GetVelocitiesAttr(), None, blob("velocities.bin")))
     else:
         assert not mesh.GetVelocitiesAttr().HasAuthoredValue(), "found velocities, expected none"
-    for name, file in (("strain", "strains"), ("strainDirection1", "first"), ("strainDirection2", "second")):
+    found = {primvar.GetPrimvarName() for primvar in UsdGeom.PrimvarsAPI(mesh).GetAuthoredPrimvars()} - {"st"}
+    equal("primvars", found, set(channels))
+    for name, channel in channels.items():
         primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar(name)
-        if (folder / f"{file}.bin").exists():
-            equal(name + " interpolation", primvar.GetInterpolation(), "vertex")
-            expected_type = "float2[]" if file == "strains" else "vector3f[]"
-            equal(name + " type", str(primvar.GetTypeName()), expected_type)
-            animated.append((primvar.GetAttr(), None, blob(f"{file}.bin")))
-        else:
-            assert not primvar, f"found the primvar {name}, expected none"
+        equal(name + " interpolation", primvar.GetInterpolation(), "vertex")
+        types = {1: "float[]", 2: "float2[]", 3: "vector3f[]" if channel["is_direction"] else "float3[]"}
+        equal(name + " type", str(primvar.GetTypeName()), types[channel["width"]])
+        animated.append((primvar.GetAttr(), None, blob(f"{name}.bin")))
     for attribute, rest, moving in animated:
         name = attribute.GetName()
         equal(name + " samples", attribute.GetTimeSamples(), codes)

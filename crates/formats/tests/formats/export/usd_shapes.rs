@@ -47,7 +47,7 @@ fn check(python: &Path) {
         let expected = json!({
             "rest": animation.rest,
             "rest_normals": with_normals.then_some(&animation.rest_normals),
-            "provenance": animation.provenance,
+            "recipe": animation.recipe,
             "shapes": shapes.iter().map(|shape| json!([shape.name, shape.offsets, shape.normal_offsets]))
                 .collect::<Vec<_>>(),
         });
@@ -70,7 +70,7 @@ fn described<'a>(animation: &'a crate::animation::Animation, shapes: &'a [Shape]
         materials: scene.materials,
         metres_per_unit: scene.metres_per_unit,
         up_axis: scene.up_axis,
-        provenance: scene.provenance,
+        recipe: scene.recipe,
         shapes,
     }
 }

@@ -32,7 +32,7 @@ def check(path, expected):
     stage = Usd.Stage.Open(str(path))
     root = UsdSkel.Root(stage.GetDefaultPrim())
     assert root, "the default prim is no SkelRoot"
-    equal("provenance", root.GetPrim().GetCustomDataByKey("rhytid"), expected["provenance"])
+    equal("recipe", root.GetPrim().GetCustomDataByKey("rhytid"), expected["recipe"])
     mesh = UsdGeom.Mesh(root.GetPrim().GetChildren()[0])
     equal("subsets", len(UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets()), 4)
 

@@ -1,7 +1,7 @@
 //! What is written as glTF, and every way to write it.
 
-use crate::animation::{self, Animation, Random, UvKind};
-use rhytid_core::{PrincipalStrains, RigidMotion, UpAxis};
+use crate::animation::{self, Animation, Other, Random, UvKind};
+use rhytid_core::{Channel, ChannelKind, RigidMotion, UpAxis};
 use rhytid_formats::export::{Options, Written};
 use std::path::Path;
 
@@ -21,14 +21,24 @@ pub(super) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
 }
 
 /// Numbers that waves of the positions are a good part of, as strains are.
-fn strains(animation: &Animation) -> Vec<PrincipalStrains> {
+fn strains(animation: &Animation) -> Vec<Other> {
     let of_vertex = |[x, y, z]: &[f32; 3]| [0.1 * (x + y).sin(), 0.05 * (y - z)];
-    let of_frame = |[positions, normals]: &[Vec<f32>; 2]| PrincipalStrains {
-        strains: positions.as_chunks().0.iter().map(of_vertex).collect(),
-        first: normals.as_chunks().0.to_vec(),
-        second: normals.as_chunks().0.to_vec(),
+    let strains = |positions: &Vec<f32>| positions.as_chunks().0.iter().flat_map(of_vertex).collect();
+    let wave = |positions: &Vec<f32>, i: usize| {
+        positions.as_chunks::<3>().0.iter().map(|x| (0.05 * x[i % 3] + i as f32).sin().abs()).collect()
     };
-    animation.frames.iter().map(of_frame).collect()
+    let examples = ["a", "b", "c", "d"].map(String::from);
+    let kinds = [ChannelKind::Strain, ChannelKind::Wrinkles].into_iter();
+    let channels = kinds.flat_map(|kind| kind.channels(&examples)).enumerate();
+    let other = |(i, channel): (usize, Channel)| {
+        let of_frame = |[positions, normals]: &[Vec<f32>; 2]| match channel.width {
+            2 => strains(positions),
+            3 => normals.clone(),
+            _ => wave(positions, i),
+        };
+        Other { frames: animation.frames.iter().map(of_frame).collect(), channel }
+    };
+    channels.map(other).collect()
 }
 
 /// A head that turns and nods more than once around, given with quaternions of either sign.
@@ -86,7 +96,9 @@ pub(super) fn cases() -> Vec<Case> {
             animation.head = with_head.then(|| head(frames));
             animation.up_axis = if z_up { UpAxis::Z } else { UpAxis::Y };
             // The waves of the positions are no strains of theirs, but numbers as good as any.
-            animation.strain = (bits % 2 == u % 2).then(|| strains(&animation));
+            if bits % 2 == u % 2 {
+                animation.others = strains(&animation);
+            }
             animation.metres_per_unit = [0.001, 0.0254, 1.0][bits % 3];
             animation.rate = [30.0, 30.0 / 1.001, 120.0][(bits / 3) % 3];
             let max_error = compressed.then_some(0.05);

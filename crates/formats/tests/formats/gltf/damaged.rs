@@ -14,8 +14,9 @@ fn read(path: &Path) -> rhytid_core::Result<()> {
     let mut out = Vec::new();
     for k in 0..reader.summary().frames.min(8) {
         reader.positions(k, &mut out)?;
-        reader.normals(k, &mut out)?;
-        reader.strain(k, &mut out)?;
+        for channel in reader.summary().channels.clone() {
+            reader.channel(&channel, k, &mut out)?;
+        }
         reader.head(k)?;
     }
     Ok(())

@@ -33,12 +33,12 @@ fn an_exporter_dropped_midway_leaves_nothing_and_touches_nothing() {
                     std::fs::write(folder.path().join(name), "what stood there before").unwrap();
                 }
                 let mut exporter = animation::create(&path, &animation.scene(), &options).unwrap();
-                exporter.frame(animation.frame(0)).unwrap();
+                exporter.frame(&animation.frame(0)).unwrap();
                 drop(exporter);
                 assert_eq!(files_in(folder.path()), before, "{extension}");
 
                 let mut exporter = animation::create(&path, &animation.scene(), &options).unwrap();
-                (0..3).for_each(|k| exporter.frame(animation.frame(k)).unwrap());
+                (0..3).for_each(|k| exporter.frame(&animation.frame(k)).unwrap());
                 let stopped = exporter.finish(&Stopped);
                 assert!(
                     matches!(stopped, Err(rhytid_core::Error::Cancelled)) || extension == "gltf",
@@ -75,7 +75,7 @@ fn a_gltf_that_cannot_be_finished_leaves_no_bin() {
     let path = folder.path().join("face.gltf");
     let animation = animation(UvKind::None, 1, 2);
     let mut exporter = animation::create(&path, &animation.scene(), &Options::default()).unwrap();
-    exporter.frame(animation.frame(0)).unwrap();
+    exporter.frame(&animation.frame(0)).unwrap();
     // A folder in the place of one of two files.
     std::fs::create_dir(&path).unwrap();
     assert!(exporter.finish(&NoProgress).is_err());

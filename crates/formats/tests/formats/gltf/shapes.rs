@@ -34,7 +34,7 @@ fn each_shape_is_a_named_target_that_nothing_moves() {
             materials: None,
             metres_per_unit: 0.001,
             up_axis: UpAxis::Z,
-            provenance: &base.provenance,
+            recipe: &base.recipe,
             shapes: &shapes,
         };
         let path = folder.path().join(format!("{bits}.{}", if meshopt { "gltf" } else { "glb" }));
@@ -85,7 +85,7 @@ fn more_than_256_shapes_need_force() {
         materials: None,
         metres_per_unit: 0.001,
         up_axis: UpAxis::Y,
-        provenance: &base.provenance,
+        recipe: &base.recipe,
         shapes: &shapes,
     };
     let path = folder.path().join("face.glb");

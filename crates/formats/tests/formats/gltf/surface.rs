@@ -101,7 +101,7 @@ fn names_and_extras_say_what_it_is() {
     extras.as_object_mut().unwrap().remove("error");
     let expected = json!({
         "frames": 2, "framesPerSecond": 30.0, "firstTimeCode": 9.0, "metresPerUnit": 0.001, "upAxis": "Y",
-        "rhytid": serde_json::to_value(&animation.provenance).unwrap(),
+        "rhytid": serde_json::to_value(&animation.recipe).unwrap(),
     });
     assert_eq!(extras, expected);
 }

@@ -2,11 +2,10 @@
 //! The programs come from `cargo xtask setup`.
 
 use crate::animation::{Animation, UvKind, with_everything};
-use rhytid_core::{Error, UpAxis};
+use rhytid_core::{Channel, ChannelKind, Error, UpAxis};
 use rhytid_formats::animation::{open, open_within};
-use rhytid_formats::export::{HeadMotion, OutputStage, Word};
-use rhytid_formats::take::Missing;
 use rhytid_formats::{Reach, usd};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -18,7 +17,8 @@ const FIRST_TIME_CODE: f64 = 11.0;
 fn whole() -> Animation {
     let mut whole = with_everything(UvKind::PerCorner, FRAMES, 21);
     whole.first_time_code = FIRST_TIME_CODE;
-    (whole.provenance.first_frame, whole.provenance.end_frame) = (11, 20);
+    whole.state("first_frame", 11);
+    whole.state("end_frame", 20);
     whole
 }
 
@@ -26,11 +26,11 @@ fn whole() -> Animation {
 fn cut(whole: &Animation, begin: usize, end: usize) -> Animation {
     let mut part = whole.clone();
     part.frames = whole.frames[begin..end].to_vec();
-    part.velocities = whole.velocities.as_ref().map(|all| all[begin..end].to_vec());
-    part.strain = whole.strain.as_ref().map(|all| all[begin..end].to_vec());
+    part.others.iter_mut().for_each(|other| other.frames = other.frames[begin..end].to_vec());
     part.head = whole.head.as_ref().map(|all| all[begin..end].to_vec());
     part.first_time_code += begin as f64;
-    (part.provenance.first_frame, part.provenance.end_frame) = (11 + begin as u64, 11 + end as u64);
+    part.state("first_frame", 11 + begin as u64);
+    part.state("end_frame", 11 + end as u64);
     part
 }
 
@@ -96,18 +96,11 @@ fn we_read_the_parts_as_the_whole() {
     assert_eq!(stitched.summary(), plain.summary());
     let [mut a, mut b] = [Vec::new(), Vec::new()];
     for frame in (0..FRAMES).rev() {
-        stitched.positions(frame, &mut a).unwrap();
-        plain.positions(frame, &mut b).unwrap();
-        assert_eq!(a, b);
-        stitched.normals(frame, &mut a).unwrap();
-        plain.normals(frame, &mut b).unwrap();
-        assert_eq!(a, b);
-        stitched.velocities(frame, &mut a).unwrap();
-        plain.velocities(frame, &mut b).unwrap();
-        assert_eq!(a, b);
-        stitched.strain(frame, &mut a).unwrap();
-        plain.strain(frame, &mut b).unwrap();
-        assert_eq!(a, b);
+        for channel in plain.summary().channels.clone() {
+            stitched.channel(&channel, frame, &mut a).unwrap();
+            plain.channel(&channel, frame, &mut b).unwrap();
+            assert!(!a.is_empty() && a == b, "{}", channel.name);
+        }
         assert_eq!(stitched.head(frame).unwrap(), plain.head(frame).unwrap());
     }
 }
@@ -117,7 +110,7 @@ fn parts_by_another_version_of_the_program_are_parts() {
     let folder = tempfile::tempdir().unwrap();
     let paths = export_parts(&whole(), folder.path(), "usd");
     let mut part = cut(&whole(), 4, 5);
-    part.provenance.version = "1.2.4".into();
+    part.state("version", "1.2.4");
     part.export(&paths[1]).unwrap();
     let stitched = folder.path().join("stitched.usd");
     usd::stitch(&paths, &stitched).unwrap();
@@ -130,17 +123,17 @@ fn words_of_a_later_version_are_read_and_kept() {
     for extension in ["usd", "usda"] {
         let folder = tempfile::tempdir().unwrap();
         let mut later = whole();
-        later.provenance.stage = Word::Unknown("pores".into());
-        later.provenance.missing = Word::Unknown("guess".into());
-        later.provenance.head = Word::Unknown("nod".into());
+        later.state("stage", "pores");
+        later.state("missing", "guess");
+        later.state("pores", true);
         let paths = export_parts(&later, folder.path(), extension);
         let stitched = folder.path().join(format!("stitched.{extension}"));
         usd::stitch(&paths, &stitched).unwrap();
-        assert_eq!(open(&stitched).unwrap().summary().provenance, Some(later.provenance));
+        assert_eq!(open(&stitched).unwrap().summary().recipe, Some(later.recipe));
 
         cut(&whole(), 4, 5).export(&paths[1]).unwrap();
         let message = sentence(usd::stitch(&paths, &stitched));
-        assert!(message.contains("the stage: full and pores"), "{message}");
+        assert!(message.contains("stage: full and pores"), "{message}");
     }
 }
 
@@ -194,7 +187,7 @@ fn parts_that_changed_since_are_noticed() {
         let at = paths.iter().position(|p| p == path).unwrap();
         let end = BEGINS.get(at + 1).copied().unwrap_or(FRAMES);
         let mut part = cut(&whole, BEGINS[at], end);
-        part.provenance.rig = "another".into();
+        part.state("rig", "another");
         part.export(path).unwrap();
     }
     let message = sentence(open(&stitched));
@@ -233,13 +226,21 @@ fn parts_that_do_not_follow_one_another_are_named_with_their_frames() {
 #[test]
 fn parts_of_other_animations_are_refused() {
     type Damage = fn(&mut Animation);
-    let damages: [(&str, Damage); 11] = [
-        ("the rig's hash: other and 0123456789abcdef", |a| a.provenance.rig = "other".into()),
-        ("the stage: large-scale and full", |a| a.provenance.stage = OutputStage::LargeScale.into()),
-        ("--fps: 24", |a| a.provenance.fps = Some(24.0)),
-        ("--missing: error and hold", |a| a.provenance.missing = Missing::Error.into()),
-        ("with --fade-detail: no and yes", |a| a.provenance.fade_detail = false),
-        ("--head: bake and drop", |a| a.provenance.head = HeadMotion::Bake.into()),
+    let damages: [(&str, Damage); 14] = [
+        ("rig: other and 0123456789abcdef", |a| a.state("rig", "other")),
+        ("stage: large-scale and full", |a| a.state("stage", "large-scale")),
+        ("fps: 24", |a| a.state("fps", 24.0)),
+        ("missing: error and hold", |a| a.state("missing", "error")),
+        ("fade_detail: false and true", |a| a.state("fade_detail", false)),
+        ("head: bake and drop", |a| a.state("head", "bake")),
+        ("treatment: ", |a| a.state("treatment", serde_json::json!({ "rate": 25.0 }))),
+        ("something_new: 3 and none", |a| a.state("something_new", 3)),
+        ("strain is another channel in each", |a| {
+            let vertices = a.rest.len();
+            let strain = a.others.iter_mut().find(|other| other.channel.name == "strain").unwrap();
+            strain.channel = Channel::of_file("strain", 1);
+            strain.frames.iter_mut().for_each(|numbers| numbers.truncate(vertices));
+        }),
         ("frames per second: 25 and 30", |a| a.rate = 25.0),
         ("metres per unit: 1 and 0.01", |a| a.metres_per_unit = 1.0),
         ("the up axis: Z and Y", |a| a.up_axis = UpAxis::Z),
@@ -298,5 +299,24 @@ fn the_parts_may_be_beside_or_above_the_output() {
         }
         let text = std::fs::read_to_string(&output).unwrap();
         assert!(!text.contains(folder.path().to_str().unwrap()), "{text}");
+    }
+}
+
+/// Every channel that there is, by itself: a part without it is refused.
+#[test]
+fn a_part_without_a_channel_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out.usd");
+    let paths = export_parts(&whole(), folder.path(), "usd");
+    let channels = cut(&whole(), 4, 5).channels();
+    let kinds = channels.iter().filter_map(|channel| channel.kind).collect::<BTreeSet<_>>();
+    assert_eq!(kinds, BTreeSet::from(ChannelKind::ALL), "a kind of channels is in no test's animation");
+    for channel in channels {
+        let mut part = cut(&whole(), 4, 5);
+        part.with_normals = channel.name != "normals";
+        part.others.retain(|other| other.channel.name != channel.name);
+        part.export(&paths[1]).unwrap();
+        let message = sentence(usd::stitch(&paths, &output));
+        assert!(message.contains(&format!("with {}: no and yes", channel.name)), "{message}");
     }
 }

@@ -1,5 +1,6 @@
 //! Files of USD's own library.
 use super::{json, make};
+use rhytid_core::channel;
 use rhytid_formats::animation;
 use rhytid_formats::export::HeadMotion;
 use rhytid_formats::usd::read;
@@ -82,17 +83,17 @@ fn an_animation_is_found() {
         assert_eq!((summary.first_time_code, summary.rate), (-2.0, 30000.0 / 1001.0));
         assert_eq!(summary.up_axis, rhytid_core::UpAxis::Z);
         assert_eq!(summary.metres_per_unit, 0.01);
-        assert!(summary.normals && summary.velocities && summary.head);
-        let provenance = summary.provenance.unwrap();
+        assert!(summary.has(&channel::NORMALS) && summary.has(&channel::VELOCITIES) && summary.head);
+        let recipe = summary.recipe.unwrap().recipe().unwrap();
         assert_eq!(
-            (provenance.rig.len(), provenance.first_frame, provenance.end_frame, provenance.fps),
+            (recipe.rig.len(), recipe.first_frame, recipe.end_frame, recipe.fps),
             (64, 3, 8, Some(29.97))
         );
         // It was made before there was a choice.
-        assert_eq!((provenance.fade_detail, provenance.head), (false, HeadMotion::Keep.into()));
+        assert_eq!((recipe.fade_detail, recipe.head), (false, HeadMotion::Keep));
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
         reader.positions(4, &mut positions).unwrap();
-        reader.normals(4, &mut normals).unwrap();
+        reader.channel(&channel::NORMALS, 4, &mut normals).unwrap();
         assert!(positions.len() == 120 && normals.len() == 120 && positions != normals);
         let head = reader.head(4).unwrap().unwrap();
         assert_eq!([head[0][3], head[1][3], head[2][3], head[3][3]], [4.0, 0.1, -2.0, 1.0]);

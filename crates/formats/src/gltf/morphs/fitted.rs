@@ -1,4 +1,4 @@
-//! Strains for the weights that the positions have: least squares over the frames, as normals are fitted.
+//! Other attributes for the weights that the positions have: least squares over the frames, as normals are fitted.
 
 use super::basis::Basis;
 use super::fit::{follow, project};
@@ -11,29 +11,31 @@ use rhytid_core::Result;
 
 /// V × 3 numbers of the base mesh and of each target, and how far they are from those that came in.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Strain {
+pub(crate) struct Fitted {
     pub base: Vec<f32>,
     pub targets: Vec<Vec<f32>>,
-    /// The largest difference of the two strains of a vertex in a frame, as a length.
+    /// The largest difference of the numbers that count of a vertex in a frame, as a length.
     pub worst: f64,
     /// The root of the mean of its square.
     pub rms: f64,
 }
 
-/// Fits the strains of all frames to weights of which column k ends at `tops[k]`.
+/// Fits attribute `extra` of all frames to weights of which column k ends at `tops[k]`.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
 pub(super) fn fit(
     frames: &mut Frames,
+    extra: usize,
     basis: &Basis,
     spans: &[Span],
     tops: &[f64],
     weights: &[f32],
-) -> Result<Strain> {
+) -> Result<Fitted> {
     let (k, n) = (spans.len(), spans.len() + 1);
+    let counted = frames.extras()[extra];
     let zero = vec![0.0; 3 * frames.vertices()];
-    let mut t = project(frames, Attribute::Strain, &zero, &basis.q)?;
+    let mut t = project(frames, Attribute::Extra(extra), &zero, &basis.q)?;
     follow(&mut t, &basis.turn, n);
     let at_zero = |t: &[f32]| {
         let moved: f64 = t[1..].iter().zip(spans).map(|(&t, span)| f64::from(t) * span.zero).sum();
@@ -49,7 +51,7 @@ pub(super) fn fit(
     let weights = Mat::from_fn(f, k, |i, j| f64::from(weights[i * k + j]));
     let (mut worst, mut sum) = (0.0_f64, 0.0);
     for first in frames.blocks() {
-        let block = frames.block(Attribute::Strain, first, &zero)?;
+        let block = frames.block(Attribute::Extra(extra), first, &zero)?;
         let parts: Vec<(f64, f64)> = block
             .values
             .par_chunks(3 * TASK * f)
@@ -68,7 +70,7 @@ pub(super) fn fit(
                             let stored = f64::from(base[start + column]) + moved[(frame, column)];
                             (stored - f64::from(values[column * f + frame])).powi(2)
                         };
-                        let square = square(3 * v) + square(3 * v + 1);
+                        let square: f64 = (3 * v..3 * v + counted).map(square).sum();
                         worst = worst.max(square);
                         sum += square;
                     }
@@ -81,5 +83,5 @@ pub(super) fn fit(
             sum += part.1;
         }
     }
-    Ok(Strain { base, targets, worst: worst.sqrt(), rms: (sum / (f * frames.vertices()) as f64).sqrt() })
+    Ok(Fitted { base, targets, worst: worst.sqrt(), rms: (sum / (f * frames.vertices()) as f64).sqrt() })
 }

@@ -1,0 +1,60 @@
+//! An option for each kind of channels that frames can have, made from the list of them: a new kind needs no line here.
+
+use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
+use rhytid::ChannelKind;
+use rhytid::formats::animation::Format;
+use rhytid::formats::export::ChannelChoice;
+
+/// `--no-normals`, `--velocities` and so on.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Channels(pub ChannelChoice);
+
+/// The option of a kind: of one that frames have anyway, that which leaves it out.
+pub(crate) fn option(kind: ChannelKind) -> String {
+    if kind.is_default() { format!("no-{kind}") } else { kind.name().to_owned() }
+}
+
+/// The formats that have a place for a kind, as messages call them.
+pub(crate) fn formats(kind: ChannelKind) -> &'static str {
+    if Format::Glb.carries(kind) { "USD and glTF" } else { "USD (.usd, .usda or .usdz)" }
+}
+
+fn argument(kind: ChannelKind) -> Arg {
+    let only = if Format::Glb.carries(kind) { "" } else { "USD: " };
+    let what = match (kind.is_default(), only.is_empty()) {
+        (true, _) => "Leave",
+        (false, true) => "Write",
+        (false, false) => "write",
+    };
+    Arg::new(option(kind))
+        .long(option(kind))
+        .help(format!("{only}{what} {}", kind.description()))
+        .action(ArgAction::SetTrue)
+}
+
+impl clap::Args for Channels {
+    fn augment_args(command: Command) -> Command {
+        ChannelKind::ALL.into_iter().fold(command, |command, kind| command.arg(argument(kind)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Channels {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut channels = Self::default();
+        channels.update_from_arg_matches(matches)?;
+        Ok(channels)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        for kind in ChannelKind::ALL {
+            if matches.get_flag(&option(kind)) {
+                self.0.set(kind, !kind.is_default());
+            }
+        }
+        Ok(())
+    }
+}

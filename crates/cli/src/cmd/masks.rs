@@ -1,0 +1,131 @@
+//! `rhytid animate --masks`: wrinkles as pictures and curves beside the animation.
+
+use crate::args;
+use crate::output::{FRAME, numbered};
+use crate::progress::Ui;
+use rhytid::evaluate::WrinkleMasks;
+use rhytid::formats::export::{Frame, Recipe};
+use rhytid::playback::{Performance, Playback, Selection, channels_of};
+use rhytid::{Error, Result, Rig};
+use std::path::{Path, PathBuf};
+
+/// Masks on their way to their files.
+pub(super) struct Masks {
+    masks: WrinkleMasks,
+    to: PathBuf,
+    /// The number of the next frame.
+    next: usize,
+}
+
+/// Where the pictures go, with `{frame}` in its name where each frame has one; `None` where nobody asked.
+fn pictures(args: &args::Animate) -> Option<PathBuf> {
+    args.masks?;
+    Some(args.masks_to.clone().unwrap_or_else(|| args.output.with_extension("masks.png")))
+}
+
+/// Where the curves go.
+fn curves(pictures: &Path) -> PathBuf {
+    let stem = pictures.file_stem().unwrap_or_default().to_string_lossy().replace(FRAME, "");
+    let stem = stem.trim_matches(['.', '_', '-', ' ']);
+    pictures.with_file_name(format!("{}.csv", if stem.is_empty() { "masks" } else { stem }))
+}
+
+/// The files that will be written, but for one a frame.
+pub(super) fn outputs(args: &args::Animate) -> Vec<PathBuf> {
+    let Some(pictures) = pictures(args) else { return Vec::new() };
+    let curves = curves(&pictures);
+    if is_sequence(&pictures) { vec![curves] } else { vec![pictures, curves] }
+}
+
+fn is_sequence(pictures: &Path) -> bool {
+    pictures.to_string_lossy().contains(FRAME)
+}
+
+/// Whether there can be masks, if they are asked for.
+///
+/// # Errors
+/// [`Error::Input`] if the name is not that of a picture, or as [`WrinkleMasks::new`].
+pub(super) fn check(args: &args::Animate, rig: &Rig, recipe: &Recipe) -> Result<()> {
+    let (Some(size), Some(pictures)) = (args.masks, pictures(args)) else { return Ok(()) };
+    if pictures.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
+        return Err(Error::input(format!(
+            "--masks-to {}: expected a name that ends in .png",
+            pictures.display()
+        )));
+    }
+    let channels = WrinkleMasks::channels_of(&channels_of(rig, recipe)?);
+    WrinkleMasks::new(rig, channels, &[], size as usize)
+        .map(|_| ())
+        .map_err(|error| error.in_file(args.rig.display()))
+}
+
+impl Masks {
+    /// `None` where nobody asked.
+    ///
+    /// # Errors
+    /// As [`check`], and [`Playback::example_folds`].
+    pub(super) fn new(
+        args: &args::Animate,
+        performance: &Performance,
+        playback: &mut Playback<'_>,
+        ui: &Ui,
+    ) -> Result<Option<Self>> {
+        let (Some(size), Some(to)) = (args.masks, pictures(args)) else { return Ok(None) };
+        let (rig, recipe) = (&performance.rig, &performance.recipe);
+        let channels = WrinkleMasks::channels_of(&channels_of(rig, recipe)?);
+        let of_examples = playback.example_folds(ui)?;
+        let examples_of = |channel: usize| match recipe.wrinkle_groups.0.get(channel) {
+            Some(group) => rig.example_names.iter().map(|name| group.examples.contains(name)).collect(),
+            None => (0..of_examples.len()).map(|example| example == channel).collect::<Vec<bool>>(),
+        };
+        let folds = (0..channels.len()).map(|channel| {
+            let mut sum = vec![0.0; rig.vertices()];
+            let examples = of_examples.iter().zip(examples_of(channel)).filter(|(_, is_in)| *is_in);
+            examples.for_each(|(folds, _)| sum.iter_mut().zip(folds).for_each(|(sum, fold)| *sum += fold));
+            sum
+        });
+        let folds: Vec<Vec<f32>> = folds.collect();
+        let masks = WrinkleMasks::new(rig, channels, &folds, size as usize)?;
+        Ok(Some(Self { masks, to, next: performance.selection.first }))
+    }
+
+    /// Adds a frame, and writes its picture where each has one.
+    ///
+    /// # Errors
+    /// As [`WrinkleMasks::write_frame`].
+    pub(super) fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
+        self.masks.frame(frame);
+        if is_sequence(&self.to) {
+            self.masks.write_frame(&numbered(&self.to.to_string_lossy(), self.next), frame)?;
+        }
+        self.next += 1;
+        Ok(())
+    }
+
+    /// Writes what is written once all frames are known.
+    ///
+    /// # Errors
+    /// As [`WrinkleMasks::write_masks`] and [`WrinkleMasks::write_curves`].
+    pub(super) fn finish(self, selection: &Selection) -> Result<()> {
+        if !is_sequence(&self.to) {
+            self.masks.write_masks(&self.to)?;
+        }
+        self.masks.write_curves(&curves(&self.to), selection.first, selection.rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_are_beside_their_pictures() {
+        for (pictures, expected) in [
+            ("out/a.masks.png", "out/a.masks.csv"),
+            ("out/wrinkles.{frame}.png", "out/wrinkles.csv"),
+            ("{frame}.png", "masks.csv"),
+        ] {
+            assert_eq!(curves(Path::new(pictures)), Path::new(expected));
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Every channel in every format that carries it: a part without it is no part, and one changed number is found. Nothing here names a channel: one that is
+//! added to the list of kinds is tested, too.
+
+use crate::common::{Fixture, stderr};
+use rhytid::channel::{self, Channel};
+use rhytid::formats::animation::{self, Format};
+use rhytid::formats::export::{Frame, Options, Scene};
+use rhytid::{ChannelKind, NoProgress, Rig, rig_file};
+use std::path::Path;
+
+const FRAMES: usize = 6;
+const CHANGED: usize = 3;
+
+fn fixture() -> (Fixture, Rig) {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
+    (f, rig)
+}
+
+/// The option that lets frames have a kind, where they do not have it anyway, and the one that does not.
+fn options(kind: ChannelKind) -> [String; 2] {
+    match kind.is_default() {
+        true => [String::new(), format!("--no-{kind}")],
+        false => [format!("--{kind}"), String::new()],
+    }
+}
+
+fn verify(f: &Fixture, name: &str) -> (i32, String) {
+    let command = format!("verify {name} --rig face.safetensors --take take.csv --device cpu:0");
+    let output = f.rhytid(&command).output().unwrap();
+    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
+    (output.status.code().unwrap(), said)
+}
+
+/// The same animation without some channels, and with its numbers changed: of each frame, those of each channel that is kept.
+fn rewrite(
+    rig: &Rig,
+    [from, to]: [&Path; 2],
+    keeps: impl Fn(&Channel) -> bool,
+    mut change: impl FnMut(usize, &[Channel], &mut [Vec<f32>]),
+) {
+    let mut reader = animation::open(from).unwrap();
+    let summary = reader.summary().clone();
+    let channels: Vec<Channel> = summary.channels.iter().filter(|channel| keeps(channel)).cloned().collect();
+    let corners = rig.triangle_corners().unwrap();
+    // Of the first frame, since nobody looks at them.
+    let mut rest_normals = Vec::new();
+    reader.channel(&channel::NORMALS, 0, &mut rest_normals).unwrap();
+    let scene = Scene {
+        rest_normals: channels.contains(&channel::NORMALS).then_some(rest_normals.as_chunks().0),
+        channels: &channels[1..],
+        frames: summary.frames,
+        rate: summary.rate,
+        first_time_code: summary.first_time_code,
+        ..Scene::of(rig, &corners, summary.recipe.as_ref().unwrap())
+    };
+    let mut exporter = animation::create(to, &scene, &Options::default()).unwrap();
+    for k in 0..summary.frames {
+        let mut numbers = vec![Vec::new(); channels.len()];
+        for (channel, numbers) in channels.iter().zip(&mut numbers) {
+            reader.channel(channel, k, numbers).unwrap();
+        }
+        change(k, &channels, &mut numbers);
+        let others = channels.iter().zip(&numbers).skip(1);
+        let frame = Frame::new(&numbers[0]);
+        exporter
+            .frame(&others.fold(frame, |frame, (channel, numbers)| frame.with(channel, numbers)))
+            .unwrap();
+    }
+    exporter.finish(&NoProgress).unwrap();
+}
+
+/// One number of a channel is another, at a vertex where strains have a direction, if any are there.
+fn change_one(name: &str, k: usize, channels: &[Channel], numbers: &mut [Vec<f32>]) {
+    if k != CHANGED {
+        return;
+    }
+    let strains = channels.iter().position(|channel| channel.name == channel::STRAIN.name);
+    let apart = |v: &usize| strains.map_or(0.0, |at| numbers[at][2 * v] - numbers[at][2 * v + 1]);
+    let vertex = (0..numbers[0].len() / 3).max_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap();
+    let at = channels.iter().position(|channel| channel.name == name).unwrap();
+    numbers[at][vertex * channels[at].width] += 0.5;
+}
+
+#[test]
+fn one_changed_number_of_any_channel_in_any_format_is_found() {
+    let (f, rig) = fixture();
+    let mut found = 0;
+    for kind in ChannelKind::ALL {
+        for extension in ["usd", "usda", "usdz", "glb", "gltf"] {
+            let name = format!("{kind}.{extension}");
+            if !Format::of(Path::new(&name)).unwrap().carries(kind) {
+                f.refused(
+                    &format!("animate face.safetensors take.csv --{kind} -o {name}"),
+                    &[&format!("--{kind} is for")],
+                );
+                continue;
+            }
+            f.done(&format!(
+                "animate face.safetensors take.csv --device cpu:0 --frames 0..{FRAMES} {} -o {name}",
+                options(kind)[0]
+            ));
+            assert_eq!(verify(&f, &name).0, 0, "{name}: {}", verify(&f, &name).1);
+            let channels = animation::open(&f.path(&name)).unwrap().summary().channels.clone();
+            let of_kind: Vec<&Channel> =
+                channels.iter().filter(|channel| channel.kind == Some(kind)).collect();
+            assert!(!of_kind.is_empty(), "{name} has nothing of it");
+            for channel in of_kind.into_iter().chain([&channel::POSITIONS]) {
+                let changed = format!("changed.{extension}");
+                let paths = [f.path(&name), f.path(&changed)];
+                rewrite(
+                    &rig,
+                    paths.each_ref().map(|path| path.as_path()),
+                    |_| true,
+                    |k, channels, numbers| change_one(&channel.name, k, channels, numbers),
+                );
+                let (code, said) = verify(&f, &changed);
+                assert!(
+                    code == 1
+                        && said.contains(&*channel.words)
+                        && said.contains(&format!("first in frame {CHANGED}")),
+                    "{name}, {}: {code} {said}",
+                    channel.name
+                );
+                found += 1;
+            }
+        }
+    }
+    assert!(found > 40, "{found}");
+}
+
+#[test]
+fn a_part_without_a_channel_is_no_part_and_a_file_without_it_is_not_sound() {
+    let (f, rig) = fixture();
+    for kind in ChannelKind::ALL {
+        let [with, without] = options(kind);
+        let part = |frames: &str, option: &str, name: &str| {
+            f.done(&format!(
+                "animate face.safetensors take.csv --device cpu:0 --frames {frames} {option} -o {name}"
+            ));
+        };
+        part("0..4", &with, "a.usd");
+        part("4..7", &with, "b.usd");
+        part("4..7", &without, "c.usd");
+        f.done("stitch a.usd b.usd -o whole.usda");
+        assert_eq!(verify(&f, "whole.usda").0, 0, "{kind}");
+        f.refused("stitch a.usd c.usd -o out/whole.usda", &["c.usd", kind.name()]);
+        // The recipe says so still.
+        let paths = [f.path("a.usd"), f.path("lacks.usd")];
+        rewrite(
+            &rig,
+            paths.each_ref().map(|path| path.as_path()),
+            |channel| channel.kind != Some(kind),
+            |_, _, _| {},
+        );
+        let (code, said) = verify(&f, "lacks.usd");
+        assert!(code == 1 && said.contains("lacks, expected has"), "{kind}: {code} {said}");
+    }
+}
+
+/// A file whose numbers are all wrong by a factor, which it was sound with once.
+#[test]
+fn sigma_times_ten_is_not_sound() {
+    let (f, rig) = fixture();
+    f.done("animate face.safetensors take.csv --device cpu:0 --frames 0..4 --sigma -o a.usda");
+    let paths = [f.path("a.usda"), f.path("changed.usda")];
+    rewrite(
+        &rig,
+        paths.each_ref().map(|path| path.as_path()),
+        |_| true,
+        |_, channels, numbers| {
+            let sigma = channels.iter().position(|channel| channel.name == channel::SIGMA.name).unwrap();
+            numbers[sigma].iter_mut().for_each(|x| *x *= 10.0);
+        },
+    );
+    let (code, said) = verify(&f, "changed.usda");
+    assert!(code == 1 && said.contains("standard deviations"), "{code} {said}");
+}
+
+/// The take is played as it is, whatever its markers are called.
+#[test]
+fn a_marker_called_as_it_was_means_nothing() {
+    let (f, rig) = fixture();
+    let text = f.read_text("take.csv");
+    let label = format!("{} as it was", rig.labels[2]);
+    let rows = text.lines().enumerate().map(|(i, line)| match i {
+        0 => format!("{line},{label}_x,{label}_y,{label}_z"),
+        _ => format!("{line},1,2,3"),
+    });
+    f.write("odd.csv", rows.collect::<Vec<_>>().join("\n") + "\n");
+    for (take, name) in [("take.csv", "plain.usd"), ("odd.csv", "odd.usd")] {
+        f.done(&format!("animate face.safetensors {take} --device cpu:0 --frames 0..9 -o {name}"));
+    }
+    let [mut plain, mut odd] = ["plain.usd", "odd.usd"].map(|name| animation::open(&f.path(name)).unwrap());
+    let [mut a, mut b] = [Vec::new(), Vec::new()];
+    for frame in 0..9 {
+        plain.positions(frame, &mut a).unwrap();
+        odd.positions(frame, &mut b).unwrap();
+        assert_eq!(a, b, "frame {frame}");
+    }
+}

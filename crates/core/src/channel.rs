@@ -1,0 +1,353 @@
+//! Channels: the numbers that a frame has at each vertex, as data.
+//!
+//! [`ChannelKind`] is what a person asks for; [`ChannelKind::channels`] are the arrays that come of it. Readers, writers, comparisons and
+//! options go through these values, so that a new channel is described here, computed in one place, and known everywhere.
+
+use std::borrow::Cow;
+use std::fmt;
+
+/// What the numbers of a channel are, and in which unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// A place, in mesh units.
+    Position,
+    /// A vector in mesh units per second.
+    Velocity,
+    /// A vector of length 1; 0 where there is none.
+    Direction,
+    /// A length in mesh units.
+    Length,
+    /// A number without a unit.
+    Ratio,
+}
+
+/// How far a number of a file may be from a fresh evaluation.
+///
+/// Two devices round differently: their positions are at most δ apart, which the caller knows. Around a vertex whose thinnest triangle has the
+/// height h, that tilts and stretches triangles by about δ/h.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// δ, as a distance.
+    Position,
+    /// 2 δ times the frames per second: a velocity is the difference of two positions.
+    Velocity,
+    /// `within + 4 δ/h`: a function of the shapes of a vertex's triangles.
+    Shape {
+        /// What is allowed where nothing is thin.
+        within: f64,
+    },
+    /// The same over the difference of the two principal strains, up to the sign: where both are alike, any direction is right.
+    PrincipalAxis {
+        /// What is allowed where nothing is thin, times the difference of the strains.
+        within: f64,
+    },
+    /// `of_largest` of the largest number of the frame: computed from the markers alone, by the same program on every device.
+    FromMarkers {
+        /// A ratio.
+        of_largest: f64,
+    },
+}
+
+/// When a channel has numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Timing {
+    /// In each frame.
+    PerFrame,
+    /// Once for all frames.
+    Constant,
+}
+
+/// What a channel's numbers belong to, as USD calls it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// One value for each vertex, varying linearly between them.
+    Vertex,
+    /// One value for each face.
+    Uniform,
+}
+
+impl Interpolation {
+    /// USD's word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vertex => "vertex",
+            Self::Uniform => "uniform",
+        }
+    }
+}
+
+/// One array of a frame: a name, and what its numbers are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// The name, a letter and then letters, digits and `_`: what a USD primvar is called.
+    pub name: Cow<'static, str>,
+    /// What a sentence calls it, in the plural.
+    pub words: Cow<'static, str>,
+    /// What it was asked for as; `None` for positions, and for what another program has put into a file.
+    pub kind: Option<ChannelKind>,
+    /// Numbers at each vertex, at least 1.
+    pub width: usize,
+    /// What they are, and their unit.
+    pub quantity: Quantity,
+    /// How far they may be from a fresh evaluation.
+    pub tolerance: Tolerance,
+    /// When there are any.
+    pub timing: Timing,
+    /// What they belong to.
+    pub interpolation: Interpolation,
+}
+
+const fn per_frame(
+    name: &'static str,
+    words: &'static str,
+    kind: Option<ChannelKind>,
+    width: usize,
+    quantity: Quantity,
+    tolerance: Tolerance,
+) -> Channel {
+    let (name, words) = (Cow::Borrowed(name), Cow::Borrowed(words));
+    let (timing, interpolation) = (Timing::PerFrame, Interpolation::Vertex);
+    Channel { name, words, kind, width, quantity, tolerance, timing, interpolation }
+}
+
+/// Where each vertex is: every frame has it.
+pub static POSITIONS: Channel =
+    per_frame("positions", "positions", None, 3, Quantity::Position, Tolerance::Position);
+
+/// Area-weighted vertex normals, of length 1, or 0 at a vertex without area.
+pub static NORMALS: Channel = per_frame(
+    "normals",
+    "normals",
+    Some(ChannelKind::Normals),
+    3,
+    Quantity::Direction,
+    Tolerance::Shape { within: 1e-3 },
+);
+
+/// The velocity of each vertex: the central difference of the frames before and after.
+pub static VELOCITIES: Channel = per_frame(
+    "velocities",
+    "velocities",
+    Some(ChannelKind::Velocities),
+    3,
+    Quantity::Velocity,
+    Tolerance::Velocity,
+);
+
+/// The standard deviation σ of each vertex: how far it may be from where a scan of the frame would have it.
+pub static SIGMA: Channel = per_frame(
+    "sigma",
+    "standard deviations",
+    Some(ChannelKind::Sigma),
+    1,
+    Quantity::Length,
+    Tolerance::FromMarkers { of_largest: 1e-3 },
+);
+
+/// The two principal strains of each vertex, the larger first ([`crate::StrainGauge`]).
+pub static STRAIN: Channel = per_frame(
+    "strain",
+    "strains",
+    Some(ChannelKind::Strain),
+    2,
+    Quantity::Ratio,
+    Tolerance::Shape { within: 1e-3 },
+);
+
+/// Along which line the skin is stretched by the larger principal strain.
+pub static STRAIN_DIRECTION_1: Channel = per_frame(
+    "strainDirection1",
+    "first strain directions",
+    Some(ChannelKind::Strain),
+    3,
+    Quantity::Direction,
+    Tolerance::PrincipalAxis { within: 1e-3 },
+);
+
+/// Along which line it is stretched by the smaller one.
+pub static STRAIN_DIRECTION_2: Channel = per_frame(
+    "strainDirection2",
+    "second strain directions",
+    Some(ChannelKind::Strain),
+    3,
+    Quantity::Direction,
+    Tolerance::PrincipalAxis { within: 1e-3 },
+);
+
+/// What the names of the channels of [`ChannelKind::Wrinkles`] begin with.
+const WRINKLE: &str = "wrinkle_";
+
+/// Lists the kinds once: as an enum, and as all of its values.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:ident,)+) => {
+        /// What a frame can have beside its positions: one choice of a person, one or more channels.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum ChannelKind {
+            $($(#[$doc])* $kind,)+
+        }
+
+        impl ChannelKind {
+            /// All of them, in the order in which files have them.
+            pub const ALL: [Self; [$(stringify!($kind)),+].len()] = [$(Self::$kind),+];
+        }
+    };
+}
+
+kinds! {
+    /// [`NORMALS`].
+    Normals,
+    /// [`VELOCITIES`].
+    Velocities,
+    /// [`SIGMA`].
+    Sigma,
+    /// [`STRAIN`], [`STRAIN_DIRECTION_1`] and [`STRAIN_DIRECTION_2`].
+    Strain,
+    /// How far the folds of each example, or group of examples, are switched on: a channel for each.
+    Wrinkles,
+}
+
+impl ChannelKind {
+    /// The name, as files and options have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Normals => "normals",
+            Self::Velocities => "velocities",
+            Self::Sigma => "sigma",
+            Self::Strain => "strain",
+            Self::Wrinkles => "wrinkles",
+        }
+    }
+
+    /// Whether frames have it unless somebody says otherwise.
+    pub fn is_default(self) -> bool {
+        self == Self::Normals
+    }
+
+    /// What it is and what it is for, as a phrase that follows “write”; of what is there by default, “leave”.
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Normals => {
+                "the normals out: the file is half as large, and the program that opens it makes its own"
+            }
+            Self::Velocities => "velocities, for motion blur",
+            Self::Sigma => {
+                "how far each vertex may be from where a scan of the frame would have it, as the primvar sigma, in mesh units"
+            }
+            Self::Strain => {
+                "how much the skin is stretched and squeezed at each vertex and which way, for shaders: the primvars strain, strainDirection1 and \
+                 strainDirection2; docs/strain.md says what they are"
+            }
+            Self::Wrinkles => {
+                "how far the folds of each example are switched on at each vertex, from 0 to 1, for wrinkle maps: the primvars wrinkle_EXAMPLE; \
+                 docs/wrinkles.md says what they are"
+            }
+        }
+    }
+
+    /// The channels. `wrinkles` are the names of the examples or of their groups.
+    pub fn channels(self, wrinkles: &[String]) -> Vec<Channel> {
+        match self {
+            Self::Normals => vec![NORMALS.clone()],
+            Self::Velocities => vec![VELOCITIES.clone()],
+            Self::Sigma => vec![SIGMA.clone()],
+            Self::Strain => {
+                vec![STRAIN.clone(), STRAIN_DIRECTION_1.clone(), STRAIN_DIRECTION_2.clone()]
+            }
+            Self::Wrinkles => {
+                let mut channels: Vec<Channel> = Vec::with_capacity(wrinkles.len());
+                for wrinkle in wrinkles {
+                    let mut name = format!("{WRINKLE}{}", identifier(wrinkle));
+                    while channels.iter().any(|channel| channel.name == name) {
+                        name.push('_');
+                    }
+                    channels.push(of_wrinkle(name, wrinkle));
+                }
+                channels
+            }
+        }
+    }
+}
+
+impl fmt::Display for ChannelKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Channel {
+    /// How many numbers a frame of a mesh has.
+    pub fn numbers(&self, vertices: usize, faces: usize) -> usize {
+        self.width
+            * match self.interpolation {
+                Interpolation::Vertex => vertices,
+                Interpolation::Uniform => faces,
+            }
+    }
+
+    /// The channel that a file has under this name, with so many numbers at each vertex. One that nobody here writes is a ratio.
+    pub fn of_file(name: &str, width: usize) -> Self {
+        let known =
+            ChannelKind::ALL.into_iter().flat_map(|kind| kind.channels(&[])).chain([POSITIONS.clone()]);
+        let known = known.into_iter().find(|channel| channel.name == name && channel.width == width);
+        match (known, name.strip_prefix(WRINKLE)) {
+            (Some(channel), _) => channel,
+            (None, Some(example)) if width == 1 => of_wrinkle(name.to_owned(), example),
+            _ => Channel {
+                name: name.to_owned().into(),
+                words: name.to_owned().into(),
+                kind: None,
+                width,
+                ..of_wrinkle(String::new(), "")
+            },
+        }
+    }
+}
+
+fn of_wrinkle(name: String, example: &str) -> Channel {
+    Channel {
+        name: name.into(),
+        words: format!("wrinkle activations of {example}").into(),
+        kind: Some(ChannelKind::Wrinkles),
+        width: 1,
+        quantity: Quantity::Ratio,
+        tolerance: Tolerance::FromMarkers { of_largest: 1e-3 },
+        timing: Timing::PerFrame,
+        interpolation: Interpolation::Vertex,
+    }
+}
+
+/// The text with `_` for what cannot stand in a primvar's name.
+fn identifier(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_gives_every_channel_back() {
+        let examples = ["smile", "brow raise", "brow-raise", "Öffnen"].map(String::from);
+        for kind in ChannelKind::ALL {
+            let channels = kind.channels(&examples);
+            assert!(!channels.is_empty(), "{kind}");
+            for channel in &channels {
+                let found = Channel::of_file(&channel.name, channel.width);
+                assert_eq!(
+                    (found.kind, found.width, found.tolerance),
+                    (Some(kind), channel.width, channel.tolerance)
+                );
+                assert_eq!(
+                    channels.iter().filter(|other| other.name == channel.name).count(),
+                    1,
+                    "{}",
+                    channel.name
+                );
+            }
+        }
+        assert_eq!(Channel::of_file("positions", 3), POSITIONS);
+        let foreign = Channel::of_file("pores", 1);
+        assert_eq!((foreign.kind, foreign.width, &*foreign.name), (None, 1, "pores"));
+        assert_eq!(Channel::of_file("strain", 1).kind, None, "of another width it is another channel");
+    }
+}

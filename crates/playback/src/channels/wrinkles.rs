@@ -1,0 +1,344 @@
+//! Wrinkle activation: how far the folds of each example are switched on (`docs/wrinkles.md`).
+
+use rayon::prelude::*;
+use rhytid_core::{Error, Result, Rig};
+use rhytid_formats::export::WrinkleGroups;
+use rhytid_kernels::vec3;
+use std::sync::Arc;
+
+/// μ where the rig does not say one: by the chapter's method.
+const RIDGE: f64 = 1e-3;
+
+/// How far the folds of examples, or of groups of them, are switched on at each vertex.
+///
+/// The folds of vertex v are `Σ_p a_p d_p`, where d_p is what the vertex has of them in example p and `a = (G + μ tr G/P · I)⁻¹ k`. There
+/// `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖` and `k_p = ‖f‖ + ‖p‖ − ‖f − p‖`, with the distances of strains as the vertex sees them: the kernel that the folds are learned
+/// with. So a_p is 1 where the frame is example p, and 0 at rest and where it is another one. The activation is a_p, or the sum over a group, within 0 and 1. A
+/// vertex that no strain edge drives has no folds and no activations.
+pub(crate) struct WrinkleActivations {
+    /// What the norms are of: vectors, or strains as vectors along x.
+    features: Features,
+    /// Of each example, features × 3, in the rig's order.
+    examples: Arc<[Vec<[f64; 3]>]>,
+    /// Per vertex the features that it listens to, with their weights: begins, then entries.
+    begins: Vec<u32>,
+    listens: Vec<(u32, f32)>,
+    /// V × P: ‖p‖.
+    lengths: Vec<f64>,
+    /// V × P(P + 1)/2: the Cholesky factor of G + μ tr G/P · I, row by row; 0 where there are no folds.
+    factors: Vec<f64>,
+    /// For each example its channel, if it is in one.
+    channels: Vec<Option<usize>>,
+    /// Channels × V.
+    activations: Vec<Vec<f32>>,
+}
+
+/// The strains that distances are of.
+#[derive(Clone, Copy, PartialEq)]
+enum Features {
+    Vectors,
+    Lengths,
+}
+
+/// The names of the channels: the groups', or else those of all examples.
+///
+/// # Errors
+/// [`Error::Input`] if the rig has no examples, or a group names one that it does not have, or one that another group has.
+pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
+    if rig.example_names.is_empty() {
+        return Err(Error::input("the rig has no examples, whose wrinkles could be switched on"));
+    }
+    if groups.is_empty() {
+        return Ok(rig.example_names.clone());
+    }
+    let mut seen: Vec<&String> = Vec::new();
+    for group in &groups.0 {
+        for example in &group.examples {
+            if !rig.example_names.contains(example) {
+                return Err(Error::input(format!(
+                    "the wrinkle group {group}: the rig has no example “{example}”; it has {}",
+                    rig.example_names.join(", ")
+                )));
+            }
+            if seen.contains(&example) {
+                return Err(Error::input(format!(
+                    "the wrinkle group {group}: “{example}” is in a group already, expected each example once"
+                )));
+            }
+            seen.push(example);
+        }
+    }
+    Ok(groups.0.iter().map(|group| group.name.clone()).collect())
+}
+
+impl Features {
+    /// Those of a pose of H handle positions.
+    fn of(self, rig: &Rig, pose: &[[f32; 3]]) -> Vec<[f64; 3]> {
+        match self {
+            Self::Lengths => rig.strains(pose).into_iter().map(|strain| [strain.into(), 0.0, 0.0]).collect(),
+            Self::Vectors => {
+                // No farther than the device follows them.
+                let bounds = rig.feature_bounds();
+                let (least, most) = bounds.split_at(rig.features());
+                let clamped = |(e, d): (usize, [f64; 3])| {
+                    std::array::from_fn(|c| d[c].clamp(least[e][c].into(), most[e][c].into()))
+                };
+                rig.vector_strains(pose).into_iter().enumerate().map(clamped).collect()
+            }
+        }
+    }
+
+    /// What a vertex listens to.
+    fn listens_to(self, rig: &Rig, v: usize) -> Vec<(u32, f32)> {
+        let of_edges = || {
+            let k = rig.influences();
+            let pairs = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..][..k]);
+            pairs.map(|(&edge, &weight)| (edge, weight)).filter(|(_, weight)| *weight > 0.0)
+        };
+        match self {
+            _ if of_edges().next().is_none() => Vec::new(),
+            Self::Lengths => of_edges().collect(),
+            Self::Vectors => {
+                let all = rig.listens_to(v).map(|(feature, weight)| (feature as u32, weight as f32));
+                all.filter(|(_, weight)| *weight > 0.0).collect()
+            }
+        }
+    }
+}
+
+impl WrinkleActivations {
+    /// # Errors
+    /// As [`names`].
+    pub(crate) fn new(rig: &Rig, groups: &WrinkleGroups) -> Result<Self> {
+        let names = names(rig, groups)?;
+        let channel = |example: &String| match groups.is_empty() {
+            true => names.iter().position(|name| name == example),
+            false => groups.0.iter().position(|group| group.examples.contains(example)),
+        };
+        let features = if rig.vector_folds() { Features::Vectors } else { Features::Lengths };
+        let examples: Arc<[Vec<[f64; 3]>]> =
+            rig.example_handles.chunks_exact(rig.handles.len()).map(|pose| features.of(rig, pose)).collect();
+        let (mut begins, mut listens) = (vec![0], Vec::new());
+        for v in 0..rig.vertices() {
+            listens.extend(features.listens_to(rig, v));
+            begins.push(listens.len() as u32);
+        }
+        let count = examples.len();
+        let mut activations = Self {
+            features,
+            begins,
+            listens,
+            lengths: vec![0.0; rig.vertices() * count],
+            factors: vec![0.0; rig.vertices() * count * (count + 1) / 2],
+            channels: rig.example_names.iter().map(channel).collect(),
+            activations: vec![vec![0.0; rig.vertices()]; names.len()],
+            examples,
+        };
+        let ridge = rig.learned.as_ref().map_or(RIDGE, |learned| learned.fold_ridge);
+        activations.factorise(ridge);
+        Ok(activations)
+    }
+
+    fn of_vertex(&self, v: usize) -> &[(u32, f32)] {
+        &self.listens[self.begins[v] as usize..self.begins[v + 1] as usize]
+    }
+
+    fn factorise(&mut self, ridge: f64) {
+        let count = self.examples.len();
+        let (mut lengths, mut factors) =
+            (std::mem::take(&mut self.lengths), std::mem::take(&mut self.factors));
+        let rest = vec![[0.0; 3]; self.examples[0].len()];
+        let rows =
+            lengths.par_chunks_exact_mut(count).zip(factors.par_chunks_exact_mut(count * (count + 1) / 2));
+        rows.enumerate().for_each(|(v, (lengths, factor))| {
+            let listens = self.of_vertex(v);
+            for (length, example) in lengths.iter_mut().zip(&*self.examples) {
+                *length = apart(listens, example, &rest);
+            }
+            let trace: f64 = 2.0 * lengths.iter().sum::<f64>();
+            if trace <= 0.0 {
+                return;
+            }
+            let mut at = 0;
+            for p in 0..count {
+                for q in 0..=p {
+                    let between = apart(listens, &self.examples[p], &self.examples[q]);
+                    let diagonal = if p == q { ridge * trace / count as f64 } else { 0.0 };
+                    factor[at] = lengths[p] + lengths[q] - between + diagonal;
+                    at += 1;
+                }
+            }
+            cholesky(factor, count);
+        });
+        (self.lengths, self.factors) = (lengths, factors);
+    }
+
+    /// The activations of a frame with these H handle positions.
+    pub(crate) fn measure(&mut self, rig: &Rig, pose: &[[f32; 3]]) {
+        let frame = self.features.of(rig, pose);
+        let rest = vec![[0.0; 3]; frame.len()];
+        let count = self.examples.len();
+        let of_vertex = |v: usize| {
+            let mut a = vec![0.0; count];
+            let factor = &self.factors[v * count * (count + 1) / 2..][..count * (count + 1) / 2];
+            if factor[0] > 0.0 {
+                let (listens, lengths) = (self.of_vertex(v), &self.lengths[v * count..][..count]);
+                let length = apart(listens, &frame, &rest);
+                for ((a, example), of_example) in a.iter_mut().zip(&*self.examples).zip(lengths) {
+                    *a = length + of_example - apart(listens, &frame, example);
+                }
+                solve(factor, &mut a);
+            }
+            a
+        };
+        let all: Vec<Vec<f64>> = (0..rig.vertices()).into_par_iter().map(of_vertex).collect();
+        for (channel, activations) in self.activations.iter_mut().enumerate() {
+            let examples: Vec<usize> = (0..count).filter(|p| self.channels[*p] == Some(channel)).collect();
+            for (activation, a) in activations.iter_mut().zip(&all) {
+                *activation = examples.iter().map(|&p| a[p]).sum::<f64>().clamp(0.0, 1.0) as f32;
+            }
+        }
+    }
+
+    /// V activations of each channel, from 0 to 1.
+    pub(crate) fn activations(&self) -> impl Iterator<Item = &[f32]> {
+        self.activations.iter().map(Vec::as_slice)
+    }
+}
+
+/// The distance of two poses, as a vertex sees them.
+fn apart(listens: &[(u32, f32)], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let square = |&(feature, weight): &(u32, f32)| {
+        let off = vec3::sub(a[feature as usize], b[feature as usize]);
+        f64::from(weight) * vec3::dot(off, off)
+    };
+    listens.iter().map(square).sum::<f64>().sqrt()
+}
+
+/// In place, of the lower triangle row by row; all 0 where it is not positive definite.
+fn cholesky(matrix: &mut [f64], n: usize) {
+    let row = |i: usize| i * (i + 1) / 2;
+    for i in 0..n {
+        for j in 0..=i {
+            let dot: f64 = (0..j).map(|k| matrix[row(i) + k] * matrix[row(j) + k]).sum();
+            let x = matrix[row(i) + j] - dot;
+            matrix[row(i) + j] = match i == j {
+                true if x > 0.0 => x.sqrt(),
+                true => return matrix.fill(0.0),
+                false => x / matrix[row(j) + j],
+            };
+        }
+    }
+}
+
+/// `L Lᵀ x = b`, in place of b.
+fn solve(factor: &[f64], x: &mut [f64]) {
+    let row = |i: usize| i * (i + 1) / 2;
+    let n = x.len();
+    for i in 0..n {
+        let dot: f64 = (0..i).map(|k| factor[row(i) + k] * x[k]).sum();
+        x[i] = (x[i] - dot) / factor[row(i) + i];
+    }
+    for i in (0..n).rev() {
+        let dot: f64 = (i + 1..n).map(|k| factor[row(k) + i] * x[k]).sum();
+        x[i] = (x[i] - dot) / factor[row(i) + i];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_core::NoProgress;
+
+    /// All examples' folds, each times its activation, are the vertex's folds: those that `explain` has, which no line here makes.
+    #[test]
+    fn folds_are_the_examples_times_their_activations() {
+        let face = rhytid_demo::face(1_500);
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let mut wrinkles = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
+        let handles = rig.handles.len();
+        let poses: Vec<&[[f32; 3]]> = rig.example_handles.chunks_exact(handles).collect();
+        let take = rhytid_demo::performance(&face).handle_positions(&rig.labels).unwrap();
+        let mut checked = 0;
+        for frame in [20, 45, 70] {
+            let pose = &take.as_chunks::<3>().0[frame * handles..][..handles];
+            wrinkles.measure(&rig, pose);
+            let activations: Vec<Vec<f32>> = wrinkles.activations().map(<[f32]>::to_vec).collect();
+            for v in (0..rig.vertices()).step_by(7) {
+                // Where nothing was cut to 0..1.
+                let a: Vec<f64> = activations.iter().map(|of| of[v].into()).collect();
+                if a.iter().any(|a| *a <= 0.0 || *a >= 1.0) {
+                    continue;
+                }
+                let fold = |pose| rig.explain(v, pose).unwrap().fold();
+                let found = fold(pose);
+                // What the ridge takes off the examples: (G + μI) w = d, and G w is what they give back.
+                let ridge = rig.learned.as_ref().unwrap().fold_ridge;
+                let trace: f64 = 2.0 * wrinkles.lengths[v * poses.len()..][..poses.len()].iter().sum::<f64>();
+                let row = &rig.rbf_weights[v * rig.centers()..][1..rig.centers()];
+                let mut expected = [0.0; 3];
+                for ((pose, a), w) in poses.iter().zip(&a).zip(row) {
+                    let back = fold(pose);
+                    for c in 0..3 {
+                        expected[c] += a * (back[c] - ridge * trace / poses.len() as f64 * f64::from(w[c]));
+                    }
+                }
+                let size = vec3::dot(found, found).sqrt();
+                let off = vec3::sub(found, expected);
+                assert!(vec3::dot(off, off).sqrt() < 1e-3 * size + 1e-6, "{v}: {found:?}, {expected:?}");
+                checked += usize::from(size > 1e-4);
+            }
+        }
+        assert!(checked > 20, "{checked}");
+    }
+
+    #[test]
+    fn an_example_switches_itself_on_and_rest_switches_all_off() {
+        let face = rhytid_demo::face(1_500);
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let names = &rig.example_names;
+        let groups: WrinkleGroups =
+            format!("both={}+{};one={}", names[0], names[1], names[2]).parse().unwrap();
+        let mut each = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
+        let mut grouped = WrinkleActivations::new(&rig, &groups).unwrap();
+        let largest = |of: &[f32]| of.iter().copied().fold(0.0, f32::max);
+        for (p, pose) in rig.example_handles.chunks_exact(rig.handles.len()).enumerate() {
+            each.measure(&rig, pose);
+            grouped.measure(&rig, pose);
+            let found: Vec<&[f32]> = each.activations().collect();
+            assert!(largest(found[p]) > 0.99, "{p}: {}", largest(found[p]));
+            // Where the example moves the skin most, nothing else is on.
+            let most = (0..rig.vertices()).max_by(|a, b| {
+                let length = |v: &usize| each.lengths[v * names.len() + p];
+                length(a).total_cmp(&length(b))
+            });
+            let v = most.unwrap();
+            for (q, of) in found.iter().enumerate() {
+                let expected = if p == q { 1.0 } else { 0.0 };
+                assert!((of[v] - expected).abs() < 0.05, "{p} {q}: {}", of[v]);
+            }
+            let found: Vec<f32> = grouped.activations().map(|of| of[v]).collect();
+            let expected = [f32::from(u8::from(p < 2)), f32::from(u8::from(p == 2))];
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.05), "{p}: {found:?}");
+        }
+        let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+        each.measure(&rig, &rest);
+        assert!(each.activations().all(|of| largest(of) < 1e-5));
+    }
+
+    #[test]
+    fn groups_that_the_rig_does_not_have_are_refused() {
+        let face = rhytid_demo::face(500);
+        let mut rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let first = rig.example_names[0].clone();
+        for (groups, says) in [
+            ("a=nothing".to_owned(), "no example “nothing”"),
+            (format!("a={first};b={first}"), "in a group already"),
+        ] {
+            let error = names(&rig, &groups.parse().unwrap()).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
+        rig.example_names.clear();
+        assert!(names(&rig, &WrinkleGroups::default()).unwrap_err().to_string().contains("no examples"));
+    }
+}

@@ -1,0 +1,93 @@
+//! How far edits of markers reach: what edited markers do not drive stays as the take has it, bit for bit.
+
+use crate::{EditedTake, local_normals};
+use rhytid_core::Rig;
+use rhytid_kernels::normals::VertexTriangles;
+
+/// A vertex that edited markers drive by less than the first of these does not follow the edit, and one that they drive by more than the second follows
+/// it fully; between the two it fades.
+const DRIVEN: [f64; 2] = [0.05, 0.95];
+
+/// How far each vertex follows edits of markers.
+///
+/// Vertex v of a frame is at `x + w_v (x' − x)`, of its places x without and x' with the edits. w_v is smooth in the share of v that the edited handles drive:
+/// the sum of its row of the basis over them; where it has no such row, as a tooth, the weights of its features at them. That share is 1 at handles
+/// that are edited and 0 at the others, so that all markers are met; and since w does not change over time there is no step.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct EditFalloff {
+    /// w, V from 0 to 1.
+    weights: Vec<f32>,
+}
+
+impl EditFalloff {
+    /// Of an edited take; `None` where nothing was edited, or all of the face follows.
+    pub(crate) fn new(rig: &Rig, take: &EditedTake) -> Option<Self> {
+        let edited: Vec<f64> =
+            rig.labels.iter().map(|label| f64::from(u8::from(take.is_edited(label)))).collect();
+        if edited.iter().all(|edited| *edited == 0.0) || edited.iter().all(|edited| *edited == 1.0) {
+            return None;
+        }
+        let edges = rig.strain_edges.len();
+        let of_feature = |e: usize| match rig.strain_edges.get(e) {
+            Some(&[a, b]) => 0.5 * (edited[a as usize] + edited[b as usize]),
+            None => edited[e - edges],
+        };
+        let of_vertex = |(v, row): (usize, &[f32])| {
+            let driven = match row.iter().any(|b| *b != 0.0) {
+                true => row.iter().zip(&edited).map(|(b, edited)| f64::from(*b) * edited).sum::<f64>(),
+                false => {
+                    let parts = rig.listens_to(v).map(|(e, weight)| (weight, weight * of_feature(e)));
+                    let (all, driven) =
+                        parts.fold((0.0, 0.0), |(all, driven), (w, of)| (all + w, driven + of));
+                    if all > 0.0 { driven / all } else { 0.0 }
+                }
+            };
+            let s = ((driven - DRIVEN[0]) / (DRIVEN[1] - DRIVEN[0])).clamp(0.0, 1.0);
+            (s * s * (3.0 - 2.0 * s)) as f32
+        };
+        let rows = rig.basis.chunks_exact(rig.handles.len()).enumerate();
+        Some(Self { weights: rows.map(of_vertex).collect() })
+    }
+
+    /// The vertices that follow the edits at all, ascending.
+    pub(crate) fn followers(&self) -> impl Iterator<Item = u32> {
+        (0..).zip(&self.weights).filter(|(_, weight)| **weight > 0.0).map(|(v, _)| v)
+    }
+
+    /// Where vertex `v` is shown that is at these two places without and with the edits.
+    pub(crate) fn between(&self, v: usize, without: [f32; 3], with: [f32; 3]) -> [f32; 3] {
+        match self.weights[v] {
+            0.0 => without,
+            1.0 => with,
+            w => std::array::from_fn(|c| {
+                let was = f64::from(without[c]);
+                (was + f64::from(w) * (f64::from(with[c]) - was)) as f32
+            }),
+        }
+    }
+
+    /// From V positions without the edits and those with them to what is shown, in place of the latter.
+    pub(crate) fn blend(&self, without: &[[f32; 3]], with: &mut [[f32; 3]]) {
+        for (v, (x, was)) in with.iter_mut().zip(without).enumerate() {
+            *x = self.between(v, *was, *x);
+        }
+    }
+
+    /// The same of the normals of positions that were blended.
+    pub(crate) fn blend_normals(
+        &self,
+        rig: &Rig,
+        triangles: &VertexTriangles,
+        positions: &[[f32; 3]],
+        without: &[[f32; 3]],
+        with: &mut [[f32; 3]],
+    ) {
+        for ((n, was), weight) in with.iter_mut().zip(without).zip(&self.weights) {
+            if *weight == 0.0 {
+                *n = *was;
+            }
+        }
+        let between = (0..).zip(&self.weights).filter(|(_, w)| **w > 0.0 && **w < 1.0).map(|(v, _)| v);
+        local_normals::update(rig, triangles, between, positions, with);
+    }
+}

@@ -1,0 +1,329 @@
+//! An exported file compared with its recipe, number by number.
+
+use crate::{Performance, Playback, channels};
+use rhytid_core::channel::{self, Channel, Tolerance};
+use rhytid_core::{Progress, Result, Rig, RigidMotion};
+use rhytid_formats::animation::Format;
+use rhytid_formats::animation_reader::{AnimationReader, Summary};
+use rhytid_formats::export::{Frame, HeadMotion};
+use rhytid_kernels::vec3;
+
+/// Two devices that conform differ by their rounding: at most by this part of the face's diagonal.
+const DEVICES_DIFFER: f64 = 1e-5;
+
+/// How many times δ/h a function of a triangle's shape may be off, where the triangle has the height h and its corners are δ off.
+const OF_THIN: f64 = 4.0;
+
+/// What normals of length 1 may be off where a file has them as integers of 8 bits: two of them are added.
+const OF_INTEGERS: f64 = 0.03;
+
+/// Where normals are fitted to few shapes, the file states no error of them; what is told apart is right from wrong. At a vertex without thin triangles they may be this far
+/// off, but for one value in a thousand, and this far as a root mean square.
+const OF_FITTED: [f64; 2] = [0.6, 0.3];
+const FITTED_AT_LARGE: usize = 1000;
+
+/// Integers of 8 bits hold what a component of a normal has turned by since the first frame up to so much.
+const MOST_TURNED: f32 = 1.0;
+
+/// How far a channel of a file is from a fresh evaluation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelDifference {
+    /// The channel.
+    pub channel: Channel,
+    /// The largest difference of a vertex's numbers, as a length; of directions of strain, up to the sign.
+    pub worst: f64,
+    /// The frame, counted from 0 in the file, and the vertex where it is.
+    pub at: (usize, usize),
+    /// The root of the mean of its square.
+    pub rms: f64,
+    /// Vertices of frames whose numbers are farther off than the channel's tolerance.
+    pub beyond: usize,
+    /// The first of those: frame and vertex.
+    pub first_beyond: Option<(usize, usize)>,
+}
+
+/// What a comparison found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verified {
+    /// Frames that were compared.
+    pub frames: usize,
+    /// Positions, in mesh units.
+    pub positions: ChannelDifference,
+    /// The other channels that the file has.
+    pub others: Vec<ChannelDifference>,
+    /// How far positions may be off, in mesh units: what the file states, and what two devices may differ by.
+    pub allowed: f64,
+    /// The largest difference of two elements of the head's matrix, relative to those above 1; the translation is in mesh units.
+    pub head: f64,
+    /// In what the file is not what the recipe gives, beside these numbers.
+    pub differences: Vec<String>,
+    /// Whether normals are farther off on the whole than a fit makes them.
+    normals_are_off: bool,
+}
+
+impl Verified {
+    /// Whether the file is what its recipe gives. glTF has a head's motion in 32 bits.
+    pub fn passed(&self) -> bool {
+        let all = std::iter::once(&self.positions).chain(&self.others);
+        all.into_iter().all(|channel| channel.beyond == 0)
+            && self.head <= 1e-6
+            && !self.normals_are_off
+            && self.differences.is_empty()
+    }
+}
+
+/// Plays the performance that the file's recipe names, and compares each number of each channel.
+///
+/// # Errors
+/// As [`Playback::play`] and reading.
+pub fn verify(
+    reader: &mut dyn AnimationReader,
+    format: Format,
+    performance: &Performance,
+    playback: &mut Playback<'_>,
+    progress: &dyn Progress,
+) -> Result<Verified> {
+    let (summary, selection) = (reader.summary().clone(), &performance.selection);
+    let mut differences = differences(&summary, performance, format)?;
+    let devices = DEVICES_DIFFER * diagonal(&performance.rig);
+    let allowed = summary.stated_error.unwrap_or(0.0) + devices;
+    let limits = Limits {
+        devices,
+        allowed,
+        rate: summary.rate,
+        fitted: summary.fitted,
+        is_stated: summary.stated_error.is_some(),
+    };
+    let known = channels::of_recipe(&performance.rig, &performance.recipe)?;
+    let others = summary.channels.iter().filter(|found| known.iter().any(|known| known.name == found.name));
+    let mut compared: Vec<Compared> = std::iter::once(&channel::POSITIONS)
+        .chain(others)
+        .map(|channel| Compared::new(channel, &summary))
+        .collect();
+    let head = selection.head().filter(|_| performance.recipe.head == HeadMotion::Keep);
+    let (mut done, mut off_head, mut wrong_extents) = (0, 0.0_f64, 0);
+    let mut buffer = Vec::new();
+    let total = summary.frames as u64;
+    progress.report("verify", 0, total);
+    playback.play(selection, &performance.recipe, progress, |fresh| {
+        let thin = compared.iter().any(Compared::goes_by_shapes);
+        let thin = if thin { heights(&performance.rig, fresh.positions().as_chunks().0) } else { Vec::new() };
+        for compared in &mut compared {
+            reader.channel(&compared.difference.channel, done, &mut buffer)?;
+            compared.frame(done, &buffer, fresh, &thin, &limits);
+        }
+        if let Some(extent) = reader.extent(done)? {
+            reader.positions(done, &mut buffer)?;
+            wrong_extents += usize::from(extent != extent_of(&buffer));
+        }
+        // A head that never moves need not be in the file.
+        let expected = head.map_or(RigidMotion::IDENTITY, |head| head[done]).matrix();
+        let found = reader.head(done)?.unwrap_or(RigidMotion::IDENTITY.matrix());
+        for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+            let off = (found - expected).abs() / expected.abs().max(1.0);
+            if off > off_head || off.is_nan() {
+                off_head = off;
+            }
+        }
+        done += 1;
+        progress.report("verify", done as u64, total);
+        Ok(())
+    })?;
+    if wrong_extents > 0 {
+        differences.push(format!("extents: wrong in {wrong_extents} of {done} frames"));
+    }
+    let mut found = compared.into_iter().map(|compared| compared.finish(summary.fitted));
+    let positions =
+        found.next().unwrap_or_else(|| Compared::new(&channel::POSITIONS, &summary).finish(summary.fitted));
+    let others: Vec<ChannelDifference> = found.collect();
+    let normals = others.iter().find(|other| other.channel.name == channel::NORMALS.name);
+    let normals_are_off = summary.fitted && normals.is_some_and(|normals| normals.rms > OF_FITTED[1]);
+    Ok(Verified { frames: done, positions, others, allowed, head: off_head, differences, normals_are_off })
+}
+
+/// In what the file differs from what its recipe gives, before its first frame.
+fn differences(summary: &Summary, performance: &Performance, format: Format) -> Result<Vec<String>> {
+    let rig = &performance.rig;
+    let is_usd = !matches!(format, Format::Glb | Format::Gltf);
+    let has = |yes: bool| if yes { "has" } else { "lacks" };
+    let mut found = Vec::new();
+    let mut compare = |what: &str, found_here: String, expected: String| {
+        if found_here != expected {
+            found.push(format!("{what}: {found_here}, expected {expected}"));
+        }
+    };
+    // glTF has it in 32 bits.
+    let ratio = summary.metres_per_unit / rig.metres_per_unit;
+    if ratio.is_nan() || (ratio - 1.0).abs() > 1e-6 {
+        compare("metres per unit", summary.metres_per_unit.to_string(), rig.metres_per_unit.to_string());
+    }
+    if let Some(shown) = summary.frames_per_second {
+        compare("framesPerSecond", shown.to_string(), summary.rate.to_string());
+    }
+    compare("up axis", format!("{:?}", summary.up_axis), format!("{:?}", rig.up_axis));
+    let faces_are_right = match is_usd {
+        true => summary.faces == rig.faces,
+        false => rig.triangles.as_flattened() == summary.faces.indices,
+    };
+    compare("faces", if faces_are_right { "the rig's" } else { "others" }.into(), "the rig's".into());
+    let expected = channels::of_recipe(rig, &performance.recipe)?;
+    let expected = format.stored(&expected, summary.fitted);
+    let is_in = |channels: &[Channel], channel: &Channel| {
+        channels.iter().any(|known| known.name == channel.name && known.width == channel.width)
+    };
+    let others = summary.channels.iter().filter(|channel| channel.name != channel::POSITIONS.name);
+    let unexpected = others.filter(|channel| !is_in(&expected, channel));
+    for channel in expected.iter().chain(unexpected) {
+        let here = is_in(&summary.channels, channel);
+        compare(&channel.name, has(here).into(), has(is_in(&expected, channel)).into());
+    }
+    // Shapes have none: where they are is known once they are mixed.
+    compare("extents", has(summary.extents).into(), has(is_usd && !summary.fitted).into());
+    Ok(found)
+}
+
+/// What numbers may be off, of a file.
+struct Limits {
+    /// δ of two devices, in mesh units.
+    devices: f64,
+    /// δ of positions in the file.
+    allowed: f64,
+    rate: f64,
+    fitted: bool,
+    /// Whether the file states an error at all.
+    is_stated: bool,
+}
+
+/// A channel, and what its frames so far have come to.
+struct Compared {
+    difference: ChannelDifference,
+    squares: f64,
+    count: usize,
+    /// What the file states of its largest difference.
+    stated: f64,
+    /// The normals of the first frame, where integers may have cut the others.
+    first: Vec<f32>,
+}
+
+impl Compared {
+    fn new(channel: &Channel, summary: &Summary) -> Self {
+        let difference = ChannelDifference {
+            channel: channel.clone(),
+            worst: 0.0,
+            at: (0, 0),
+            rms: 0.0,
+            beyond: 0,
+            first_beyond: None,
+        };
+        let stated = summary.stated_channel_error(channel).map_or(0.0, |stated| stated.worst);
+        Self { difference, squares: 0.0, count: 0, stated, first: Vec::new() }
+    }
+
+    /// Whether its tolerance asks for the heights of triangles.
+    fn goes_by_shapes(&self) -> bool {
+        matches!(self.difference.channel.tolerance, Tolerance::Shape { .. } | Tolerance::PrincipalAxis { .. })
+    }
+
+    /// `heights` are those of [`heights`], where any channel goes by shapes.
+    fn frame(&mut self, frame: usize, found: &[f32], fresh: &Frame<'_>, heights: &[f64], limits: &Limits) {
+        let channel = &self.difference.channel;
+        let Some(expected) = fresh.get(channel) else { return };
+        let is_normal = channel.name == channel::NORMALS.name;
+        let is_axis = matches!(channel.tolerance, Tolerance::PrincipalAxis { .. });
+        let largest = expected.iter().fold(0.0_f64, |most, x| most.max(f64::from(x.abs())));
+        let strains = fresh.get(&channel::STRAIN).unwrap_or_default();
+        // What is fitted goes with the positions that are.
+        let moved = if limits.fitted { limits.allowed } else { limits.devices };
+        let thin = |v: usize| heights.get(v).map_or(f64::INFINITY, |h| OF_THIN * moved / h);
+        let of_normals = match (is_normal, limits.fitted, limits.is_stated) {
+            (true, true, _) => OF_FITTED[0],
+            (true, false, true) => OF_INTEGERS,
+            _ => 0.0,
+        };
+        if is_normal && limits.is_stated && self.first.is_empty() {
+            self.first = expected.to_vec();
+        }
+        // glTF demands a normal where there is none, and one that turns far is cut.
+        let any = |v: usize, expected: &[f32]| {
+            let first = self.first.get(3 * v..3 * v + 3).unwrap_or_default();
+            let turned = || expected.iter().zip(first).any(|(n, first)| (n - first).abs() > MOST_TURNED);
+            !first.is_empty() && (expected.iter().all(|x| *x == 0.0) || !limits.fitted && turned())
+        };
+        let allowed = |v: usize| match channel.tolerance {
+            Tolerance::Position => limits.allowed,
+            Tolerance::Velocity => 2.0 * limits.allowed * limits.rate,
+            Tolerance::Shape { within } => within + of_normals + self.stated + thin(v),
+            Tolerance::PrincipalAxis { within } => {
+                let apart = strains.get(2 * v..2 * v + 2).map_or(0.0, |e| f64::from(e[0] - e[1]));
+                (within + thin(v)) / apart.max(0.0)
+            }
+            Tolerance::FromMarkers { of_largest } => of_largest * largest + self.stated + 1e-6,
+        };
+        let width = channel.width;
+        let values = found.chunks_exact(width).zip(expected.chunks_exact(width));
+        let (mut beyond, mut first_beyond) = (0, self.difference.first_beyond);
+        for (v, (found, expected)) in values.enumerate() {
+            let off = |sign: f64| {
+                let square = |(a, b): (&f32, &f32)| (f64::from(*a) - sign * f64::from(*b)).powi(2);
+                found.iter().zip(expected).map(square).sum::<f64>().sqrt()
+            };
+            // Also if it is no number, which stays the worst.
+            let distance = if is_axis { off(1.0).min(off(-1.0)) } else { off(1.0) };
+            let allowed = if any(v, expected) { f64::INFINITY } else { allowed(v) };
+            if distance > allowed || distance.is_nan() {
+                beyond += 1;
+                first_beyond = first_beyond.or(Some((frame, v)));
+            }
+            self.squares += distance * distance;
+            if distance > self.difference.worst || distance.is_nan() {
+                (self.difference.worst, self.difference.at) = (distance, (frame, v));
+            }
+        }
+        // A number that lacks is as wrong as one that is off.
+        beyond += expected.len().abs_diff(found.len()) / width;
+        self.count += expected.len() / width;
+        self.difference.beyond += beyond;
+        self.difference.first_beyond = first_beyond;
+    }
+
+    fn finish(mut self, fitted: bool) -> ChannelDifference {
+        let is_normal = self.difference.channel.name == channel::NORMALS.name;
+        if is_normal && fitted && self.difference.beyond * FITTED_AT_LARGE <= self.count {
+            (self.difference.beyond, self.difference.first_beyond) = (0, None);
+        }
+        ChannelDifference { rms: (self.squares / self.count.max(1) as f64).sqrt(), ..self.difference }
+    }
+}
+
+/// For each vertex the least height of its triangles, in mesh units; infinite where it has none.
+fn heights(rig: &Rig, positions: &[[f32; 3]]) -> Vec<f64> {
+    let mut heights = vec![f64::INFINITY; positions.len()];
+    for corners in &rig.triangles {
+        let [a, b, c] = corners.map(|v| positions[v as usize].map(f64::from));
+        let [ab, ac, bc] = [vec3::sub(b, a), vec3::sub(c, a), vec3::sub(c, b)];
+        let normal = vec3::cross(ab, ac);
+        let longest = [ab, ac, bc].map(|edge| vec3::dot(edge, edge)).into_iter().fold(0.0, f64::max).sqrt();
+        let height = if longest > 0.0 { vec3::dot(normal, normal).sqrt() / longest } else { 0.0 };
+        for v in corners {
+            let least = &mut heights[*v as usize];
+            *least = least.min(height);
+        }
+    }
+    heights
+}
+
+/// The box around positions.
+fn extent_of(positions: &[f32]) -> [[f32; 3]; 2] {
+    positions.as_chunks::<3>().0.iter().fold([[f32::MAX; 3], [f32::MIN; 3]], |[low, high], x| {
+        [[0, 1, 2].map(|c| low[c].min(x[c])), [0, 1, 2].map(|c| high[c].max(x[c]))]
+    })
+}
+
+/// Of the rest pose's bounding box, in mesh units.
+fn diagonal(rig: &Rig) -> f64 {
+    let extent = |c: usize| {
+        let along = || rig.rest.iter().map(|p| f64::from(p[c]));
+        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
+    };
+    (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+}
