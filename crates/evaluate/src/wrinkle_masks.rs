@@ -5,8 +5,9 @@ use rhytid_core::channel::Channel;
 use rhytid_core::{AtomicFile, ChannelKind, Error, Result, Rig, StrainGauge};
 use rhytid_formats::export::Frame;
 use rhytid_formats::tables;
+use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Texels around a mesh's charts that have what the closest of theirs has, so that filtering and mipmaps take nothing from outside.
 const GUTTER: usize = 8;
@@ -16,13 +17,15 @@ const NOTHING: f32 = 0.01;
 
 /// Masks and curves of the channels of [`ChannelKind::Wrinkles`], of frame after frame.
 ///
-/// A picture has a tile for each channel, `⌈√n⌉` to a row, in their order from the top left; u goes to the right and v upwards, as in a texture. The *curve* of a channel is
+/// A picture has a cell for each channel, `⌈√n⌉` to a row, in their order from the top left; u goes to the right and v upwards, as in a texture. A mesh whose texture is
+/// in several UDIM tiles has a picture for each. The *curve* of a channel is
 /// its mean over the face, where a vertex counts by its area and by the size of the folds that the channel's examples have there: 1 where the frame is the example. The
 /// *mask* is the most that each place was switched on in any frame, over the most of the curve: mask times curve is about the activation, and just that where the
 /// curve is highest.
 pub struct WrinkleMasks {
     channels: Vec<Channel>,
-    texels: Texels,
+    /// A picture for each UDIM tile, by its number.
+    pictures: Vec<(u32, Texels)>,
     /// Channels × V: what a vertex counts in the curve, with the sum 1.
     weights: Vec<Vec<f64>>,
     /// Channels × V: the most so far.
@@ -35,7 +38,7 @@ impl WrinkleMasks {
     /// Pictures of `size` × `size` texels for each channel. `folds` are the sizes of the folds of the channel's examples, channels × V.
     ///
     /// # Errors
-    /// [`Error::Input`] if the rig's mesh has no texture coordinates within 0 and 1.
+    /// [`Error::Input`] if the rig's mesh has no texture coordinates, or some that are in no UDIM tile.
     pub fn new(rig: &Rig, channels: Vec<Channel>, folds: &[Vec<f32>], size: usize) -> Result<Self> {
         let gauge = StrainGauge::new(&rig.rest, &rig.triangles);
         let areas: Vec<f64> = gauge.areas().collect();
@@ -46,7 +49,7 @@ impl WrinkleMasks {
             if sum > 0.0 { weights.iter().map(|weight| weight / sum).collect() } else { weights }
         });
         Ok(Self {
-            texels: Texels::new(rig, size)?,
+            pictures: Texels::of_tiles(rig, size)?,
             weights: weights.collect(),
             most: vec![vec![0.0; rig.vertices()]; channels.len()],
             curves: Vec::new(),
@@ -71,7 +74,20 @@ impl WrinkleMasks {
     pub fn write_frame(&self, path: &Path, frame: &Frame<'_>) -> Result<()> {
         let activations: Vec<&[f32]> =
             self.channels.iter().map(|channel| frame.get(channel).unwrap_or_default()).collect();
-        self.texels.write(path, &activations)
+        self.write(path, &activations)
+    }
+
+    /// The files that a picture at `path` comes to: itself, or where the texture is in several UDIM tiles, one for each, with its number before the ending.
+    pub fn files(&self, path: &Path) -> Vec<PathBuf> {
+        match &self.pictures[..] {
+            [(Texels::FIRST_TILE, _)] => vec![path.to_owned()],
+            pictures => pictures.iter().map(|(tile, _)| of_tile(path, *tile)).collect(),
+        }
+    }
+
+    fn write(&self, path: &Path, cells: &[&[f32]]) -> Result<()> {
+        let files = self.files(path);
+        self.pictures.iter().zip(files).try_for_each(|((_, texels), file)| texels.write(&file, cells))
     }
 
     /// Writes the masks as a picture, PNG of 8 bits.
@@ -87,7 +103,7 @@ impl WrinkleMasks {
                 self.most[channel].iter().map(mask).collect()
             })
             .collect();
-        self.texels.write(path, &masks.iter().map(Vec::as_slice).collect::<Vec<_>>())
+        self.write(path, &masks.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
 
     /// Writes the curves as CSV, the first frame having the number `first`: columns `frame`, `time`, and the name of each channel.
@@ -106,6 +122,12 @@ impl WrinkleMasks {
     }
 }
 
+/// The name of a UDIM tile's file.
+fn of_tile(path: &Path, tile: u32) -> PathBuf {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_extension(format!("{tile}.{ending}"))
+}
+
 /// Where each texel of a square picture is on a mesh.
 struct Texels {
     size: usize,
@@ -117,7 +139,11 @@ struct Texels {
 impl Texels {
     const NONE: u32 = u32::MAX;
 
-    fn new(rig: &Rig, size: usize) -> Result<Self> {
+    /// The UDIM tile from 0 to 1.
+    const FIRST_TILE: u32 = 1001;
+
+    /// Those of each UDIM tile that has any of the mesh, by its number.
+    fn of_tiles(rig: &Rig, size: usize) -> Result<Vec<(u32, Self)>> {
         let lacks = || {
             Error::input(
                 "the rig's mesh has no texture coordinates, over which masks could be painted: solve it of a neutral that has some",
@@ -129,21 +155,29 @@ impl Texels {
             Some(entries) => uvs.values[entries[corner as usize] as usize],
             None => uvs.values[rig.faces.indices[corner as usize] as usize],
         };
-        let mut texels = Self {
-            size,
-            places: vec![(Self::NONE, [0.0; 2]); size * size],
-            triangles: rig.triangles.clone(),
-        };
+        let mut tiles: BTreeMap<u32, Self> = BTreeMap::new();
         for (triangle, corners) in corners.iter().enumerate() {
-            texels.paint(triangle as u32, corners.map(at));
+            let uvs = corners.map(at);
+            // By its middle, since corners are on borders.
+            let [u, v] = [0, 1].map(|c| (uvs.iter().map(|uv| uv[c]).sum::<f32>() / 3.0).floor());
+            if !((0.0..10.0).contains(&u) && (0.0..100.0).contains(&v)) {
+                return Err(Error::input(format!(
+                    "the rig's mesh has texture coordinates about {u}, {v}, which are in no UDIM tile, expected 0 to 10 along u and 0 or more along v"
+                )));
+            }
+            let tile = Self::FIRST_TILE + u as u32 + 10 * v as u32;
+            let empty = || Self {
+                size,
+                places: vec![(Self::NONE, [0.0; 2]); size * size],
+                triangles: rig.triangles.clone(),
+            };
+            tiles
+                .entry(tile)
+                .or_insert_with(empty)
+                .paint(triangle as u32, uvs.map(|uv| [uv[0] - u, uv[1] - v]));
         }
-        if texels.places.iter().all(|(triangle, _)| *triangle == Self::NONE) {
-            return Err(Error::input(
-                "the rig's mesh has no texture coordinates between 0 and 1, over which masks could be painted",
-            ));
-        }
-        texels.grow();
-        Ok(texels)
+        tiles.values_mut().for_each(Self::grow);
+        Ok(tiles.into_iter().collect())
     }
 
     /// Paints the texels whose middle is in a triangle.
@@ -201,15 +235,15 @@ impl Texels {
         }
     }
 
-    /// A picture with a tile for each of these arrays of V numbers from 0 to 1.
-    fn write(&self, path: &Path, tiles: &[&[f32]]) -> Result<()> {
-        let columns = (1..).find(|columns| columns * columns >= tiles.len()).unwrap_or(1);
-        let rows = tiles.len().div_ceil(columns);
+    /// A picture with a cell for each of these arrays of V numbers from 0 to 1.
+    fn write(&self, path: &Path, cells: &[&[f32]]) -> Result<()> {
+        let columns = (1..).find(|columns| columns * columns >= cells.len()).unwrap_or(1);
+        let rows = cells.len().div_ceil(columns);
         let width = columns * self.size;
         let mut pixels = vec![0_u8; width * rows * self.size];
         pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
             for (column, row) in row.chunks_exact_mut(self.size).enumerate() {
-                let Some(numbers) = tiles.get(y / self.size * columns + column) else { continue };
+                let Some(numbers) = cells.get(y / self.size * columns + column) else { continue };
                 let places = &self.places[y % self.size * self.size..][..self.size];
                 for (pixel, (triangle, [second, third])) in row.iter_mut().zip(places) {
                     if *triangle != Self::NONE {
@@ -296,6 +330,38 @@ mod tests {
         // The gutter, and beyond it.
         assert!(pixels[64 * width + 27] > 0 && pixels[64 * width + 10] == 0);
         assert!(pixels[(128 + 64) * width + 128 + 64] == 0, "the fourth tile is empty");
+    }
+
+    #[test]
+    fn a_texture_in_tiles_has_a_picture_for_each() {
+        let (mut rig, masks) = masks(32);
+        let left: Vec<bool> = rig.rest.iter().map(|x| x[0] < 0.0).collect();
+        let uvs = rig.uvs.as_mut().unwrap();
+        uvs.values.iter_mut().zip(&left).filter(|(_, left)| **left).for_each(|(uv, _)| uv[0] += 1.0);
+        uvs.values.iter_mut().zip(&left).filter(|(_, left)| !**left).for_each(|(uv, _)| uv[1] += 2.0);
+        // Triangles across are stretched over both, which no artist's are.
+        let across =
+            |corners: &[u32; 3]| corners.iter().any(|v| left[*v as usize] != left[corners[0] as usize]);
+        rig.triangles.retain(|corners| !across(corners));
+        rig.faces = rhytid_core::Faces::default();
+        rig.triangles.iter().for_each(|corners| rig.faces.push(corners));
+        let folds = vec![vec![1.0; rig.vertices()]; 3];
+        let tiled = WrinkleMasks::new(&rig, masks.channels.clone(), &folds, 32).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let files = tiled.files(&folder.path().join("a.masks.png"));
+        let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
+        assert_eq!(names, ["a.masks.1002.png", "a.masks.1021.png"]);
+        let ones = vec![1.0; rig.vertices()];
+        let frame = tiled
+            .channels
+            .iter()
+            .fold(Frame::new(rig.rest.as_flattened()), |frame, channel| frame.with(channel, &ones));
+        tiled.write_frame(&folder.path().join("a.masks.png"), &frame).unwrap();
+        let lit = |file: &PathBuf| read(file).1.iter().filter(|pixel| **pixel == 255).count();
+        assert!(files.iter().all(|file| lit(file) > 100));
+        rig.uvs.as_mut().unwrap().values[3] = [-5.0, 0.5];
+        let error = WrinkleMasks::new(&rig, masks.channels, &folds, 32).err().unwrap().to_string();
+        assert!(error.contains("in no UDIM tile"), "{error}");
     }
 
     #[test]

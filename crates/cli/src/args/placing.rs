@@ -132,61 +132,52 @@ impl TakeReading {
         })
     }
 
-    /// The same take read as a file's recipe states it. What these options say besides has to agree, but where an older file states nothing.
+    /// The same take read as a file's recipe states it. Where these options say another space, it is meant: the take may be in another file by now.
     ///
     /// # Errors
-    /// [`Error::Input`] if they do not, or the recipe has a unit or axes that this program does not know.
+    /// [`Error::Input`] if the setup is another, or the recipe has a unit or axes that this program does not know.
     pub(crate) fn with_stated(
-        self,
+        mut self,
         take: &Path,
         missing: Missing,
         stated: &Treatment,
     ) -> rhytid::Result<Self> {
-        let missing = match missing {
+        let unknown = |what: String| {
+            Error::input(format!("was made with {what}, which this program does not know; export it again"))
+        };
+        self.missing = match missing {
             Missing::Error => MissingChoice::Error,
             Missing::Hold => MissingChoice::Hold,
-            Missing::Leave => {
-                let what =
-                    "was made with missing = \"leave\", which this program does not know; export it again";
-                return Err(Error::input(what));
-            }
+            Missing::Leave => return Err(unknown("missing = \"leave\"".into())),
         };
         let given = self.treatment(Some(take))?;
-        if stated.is_none() || given == *stated {
-            return Ok(Self { missing, ..self });
+        match (&given.setup_hash, &stated.setup_hash) {
+            (given, stated) if given == stated => {}
+            // Older files do not say.
+            (Some(_), None) => {}
+            (None, _) => {
+                return Err(Error::input("was made with a setup; give the same with --setup TAKE.toml"));
+            }
+            (Some(_), Some(_)) => {
+                return Err(Error::input(
+                    "was made with another setup, or another table of markers that it names",
+                ));
+            }
         }
-        if given.setup_hash != stated.setup_hash {
-            return Err(Error::input(match (&given.setup_hash, &stated.setup_hash) {
-                (None, _) => "was made with a setup; give the same with --setup TAKE.toml",
-                (Some(_), None) => "was made without a setup; leave --setup out",
-                (Some(_), Some(_)) => {
-                    "was made with another setup, or another table of markers that it names"
-                }
-            }));
+        let is_given = given.metres_per_unit.is_some() || given.axes.is_some() || given.rate.is_some();
+        if !is_given {
+            let unit = |metres: f64| {
+                UnitChoice::of_metres(metres).ok_or_else(|| unknown(format!("a take in units of {metres} m")))
+            };
+            let axes =
+                |axes: &String| axes.parse().map_err(|_| unknown(format!("a take along the axes {axes}")));
+            self.space = TakeSpace {
+                take_unit: stated.metres_per_unit.map(unit).transpose()?,
+                take_axes: stated.axes.as_ref().map(axes).transpose()?,
+                take_rate: stated.rate,
+            };
         }
-        let space = &self.space;
-        if (space.take_unit.is_some() || space.take_axes.is_some() || space.take_rate.is_some())
-            && given != *stated
-        {
-            return Err(Error::input(
-                "was made of a take in another unit, other axes or at another rate; leave --take-unit, --take-axes and --take-rate out: the file states them",
-            ));
-        }
-        let unknown = |what: &str| {
-            Error::input(format!(
-                "was made of a take in {what}, which this program does not know; export it again"
-            ))
-        };
-        let unit = |metres: f64| {
-            UnitChoice::of_metres(metres).ok_or_else(|| unknown(&format!("a unit of {metres} m")))
-        };
-        let axes = |axes: &String| axes.parse().map_err(|_| unknown(&format!("the axes {axes}")));
-        let space = TakeSpace {
-            take_unit: stated.metres_per_unit.map(unit).transpose()?,
-            take_axes: stated.axes.as_ref().map(axes).transpose()?,
-            take_rate: stated.rate,
-        };
-        Ok(Self { missing, space, ..self })
+        Ok(self)
     }
 }
 

@@ -145,8 +145,9 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     if let Some((path, curves)) = curves {
         curves.write(path, selection.first, selection.rate)?;
     }
-    masks.map_or(Ok(()), |masks| masks.finish(selection))?;
+    let masks = masks.map(|masks| masks.finish(selection)).transpose()?;
     if !ui.is_quiet() {
+        masks.iter().for_each(|words| ui.line(words));
         let of_frame = |(correction, moved)| corrected(correction, moved, selection, rig.metres_per_unit);
         playback.corrections().map(of_frame).for_each(|words| ui.line(&words));
     }

@@ -102,15 +102,20 @@ impl Masks {
         Ok(())
     }
 
-    /// Writes what is written once all frames are known.
+    /// Writes what is written once all frames are known, and says what was written.
     ///
     /// # Errors
     /// As [`WrinkleMasks::write_masks`] and [`WrinkleMasks::write_curves`].
-    pub(super) fn finish(self, selection: &Selection) -> Result<()> {
-        if !is_sequence(&self.to) {
+    pub(super) fn finish(self, selection: &Selection) -> Result<String> {
+        let curves = curves(&self.to);
+        self.masks.write_curves(&curves, selection.first, selection.rate)?;
+        let pictures = self.masks.files(&self.to);
+        let names: Vec<String> = pictures.iter().map(|file| file.display().to_string()).collect();
+        let each = if is_sequence(&self.to) { " for each frame" } else { "" };
+        if each.is_empty() {
             self.masks.write_masks(&self.to)?;
         }
-        self.masks.write_curves(&curves(&self.to), selection.first, selection.rate)
+        Ok(format!("masks of wrinkles{each}: {}; their curves: {}", names.join(", "), curves.display()))
     }
 }
 

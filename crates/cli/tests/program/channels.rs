@@ -6,7 +6,7 @@ use rhytid::channel::{self, Channel};
 use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::{Frame, Options, Scene};
 use rhytid::{ChannelKind, NoProgress, Rig, rig_file};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const FRAMES: usize = 6;
 const CHANGED: usize = 3;
@@ -111,7 +111,7 @@ fn one_changed_number_of_any_channel_in_any_format_is_found() {
                 let paths = [f.path(&name), f.path(&changed)];
                 rewrite(
                     &rig,
-                    paths.each_ref().map(|path| path.as_path()),
+                    paths.each_ref().map(PathBuf::as_path),
                     |_| true,
                     |k, channels, numbers| change_one(&channel.name, k, channels, numbers),
                 );
@@ -150,7 +150,7 @@ fn a_part_without_a_channel_is_no_part_and_a_file_without_it_is_not_sound() {
         let paths = [f.path("a.usd"), f.path("lacks.usd")];
         rewrite(
             &rig,
-            paths.each_ref().map(|path| path.as_path()),
+            paths.each_ref().map(PathBuf::as_path),
             |channel| channel.kind != Some(kind),
             |_, _, _| {},
         );
@@ -167,7 +167,7 @@ fn sigma_times_ten_is_not_sound() {
     let paths = [f.path("a.usda"), f.path("changed.usda")];
     rewrite(
         &rig,
-        paths.each_ref().map(|path| path.as_path()),
+        paths.each_ref().map(PathBuf::as_path),
         |_| true,
         |_, channels, numbers| {
             let sigma = channels.iter().position(|channel| channel.name == channel::SIGMA.name).unwrap();

@@ -382,5 +382,5 @@ fn detail_is_turned_down_by_region() {
     );
     animate(&f, "take.csv", "a.usd", &format!("{region} --frames 0..5"));
     animate(&f, "take.csv", "b.usd", "--frames 5..9");
-    f.refused("stitch a.usd b.usd -o out/face.usd", &["--detail-of"]);
+    f.refused("stitch a.usd b.usd -o out/face.usd", &["detail_of: none and chin=2;lids=0"]);
 }

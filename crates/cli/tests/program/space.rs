@@ -57,10 +57,12 @@ fn a_take_in_another_space_is_refused_with_the_option_that_reads_it() {
             "{name}: {}",
             stderr(&output)
         );
-        // What comes of it is what the right take gives.
-        let output =
-            rhytid(&format!("verify {usd} --rig {rig} --take {right} --device cpu:0")).output().unwrap();
-        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stdout));
+        // The file states how its take was read; and what comes of it is what the right take gives.
+        for (take, options) in [(&wrong, ""), (&right, "--take-unit cm --take-axes +x+y+z")] {
+            let verify = format!("verify {usd} --rig {rig} --take {take} --device cpu:0 {options}");
+            let output = rhytid(&verify).output().unwrap();
+            assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stdout));
+        }
         std::fs::remove_file(&usd).unwrap();
     }
     // What is said is done, with a warning where it cannot be right.

@@ -8,6 +8,7 @@ mod moving;
 mod point_cache;
 mod programs;
 mod strain;
+mod wrinkles;
 
 use animation::{Animation, distance};
 use programs::{Frames, Read, Shown};

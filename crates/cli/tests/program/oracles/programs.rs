@@ -91,6 +91,13 @@ pub(super) fn strain(cases: Vec<Value>) -> Vec<Value> {
     report.as_array().unwrap().clone()
 }
 
+/// What an independent script finds of wrinkles: for each case, how far activations are from those of the formula.
+pub(super) fn wrinkles(cases: Vec<Value>) -> Vec<Value> {
+    let python = installed("venv/bin/python");
+    let (report, _out) = ask(Command::new(python).arg(program("wrinkles.py")), json!({ "cases": cases }));
+    report.as_array().unwrap().clone()
+}
+
 impl Frames {
     fn job(&self, files: &[PathBuf]) -> Value {
         let frames: Vec<usize> = (0..self.count).collect();

@@ -94,7 +94,7 @@ fn what_was_written_is_read() {
             let Some(stated) = stated else { continue };
             match channel.kind {
                 Some(ChannelKind::Strain) => {
-                    assert!((rms - stated.rms).abs() < 1e-6, "{label}: {rms}, {}", stated.rms)
+                    assert!((rms - stated.rms).abs() < 1e-6, "{label}: {rms}, {}", stated.rms);
                 }
                 // It is one of three in its attribute.
                 _ => assert!(rms <= stated.rms + 1e-6, "{label}: {rms}, {}", stated.rms),
