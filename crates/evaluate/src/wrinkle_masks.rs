@@ -49,7 +49,7 @@ impl WrinkleMasks {
             if sum > 0.0 { weights.iter().map(|weight| weight / sum).collect() } else { weights }
         });
         Ok(Self {
-            pictures: Texels::of_tiles(rig, size)?,
+            pictures: Texels::of_tiles(rig, folds, size)?,
             weights: weights.collect(),
             most: vec![vec![0.0; rig.vertices()]; channels.len()],
             curves: Vec::new(),
@@ -142,8 +142,9 @@ impl Texels {
     /// The UDIM tile from 0 to 1.
     const FIRST_TILE: u32 = 1001;
 
-    /// Those of each UDIM tile that has any of the mesh, by its number.
-    fn of_tiles(rig: &Rig, size: usize) -> Result<Vec<(u32, Self)>> {
+    /// Those of each UDIM tile that has any of the mesh, by its number. Where parts lie over each other in the texture, such as an eye over the skin, those with folds are on
+    /// top.
+    fn of_tiles(rig: &Rig, folds: &[Vec<f32>], size: usize) -> Result<Vec<(u32, Self)>> {
         let lacks = || {
             Error::input(
                 "the rig's mesh has no texture coordinates, over which masks could be painted: solve it of a neutral that has some",
@@ -155,9 +156,14 @@ impl Texels {
             Some(entries) => uvs.values[entries[corner as usize] as usize],
             None => uvs.values[rig.faces.indices[corner as usize] as usize],
         };
+        let has_folds = |triangle: &usize| {
+            let corners = rig.triangles[*triangle];
+            folds.iter().any(|folds| corners.iter().any(|v| folds[*v as usize] > 0.0))
+        };
+        let (with, without): (Vec<usize>, Vec<usize>) = (0..corners.len()).partition(has_folds);
         let mut tiles: BTreeMap<u32, Self> = BTreeMap::new();
-        for (triangle, corners) in corners.iter().enumerate() {
-            let uvs = corners.map(at);
+        for triangle in without.into_iter().chain(with) {
+            let uvs = corners[triangle].map(at);
             // By its middle, since corners are on borders.
             let [u, v] = [0, 1].map(|c| (uvs.iter().map(|uv| uv[c]).sum::<f32>() / 3.0).floor());
             if !((0.0..10.0).contains(&u) && (0.0..100.0).contains(&v)) {

@@ -178,23 +178,32 @@ fn sigma_times_ten_is_not_sound() {
     assert!(code == 1 && said.contains("standard deviations"), "{code} {said}");
 }
 
-/// The take is played as it is, whatever its markers are called.
+/// A handle's name means nothing, be it that of another one “as it was”.
 #[test]
-fn a_marker_called_as_it_was_means_nothing() {
+fn a_handle_called_as_it_was_means_nothing() {
     let (f, rig) = fixture();
-    let text = f.read_text("take.csv");
-    let label = format!("{} as it was", rig.labels[2]);
-    let rows = text.lines().enumerate().map(|(i, line)| match i {
-        0 => format!("{line},{label}_x,{label}_y,{label}_z"),
-        _ => format!("{line},1,2,3"),
-    });
-    f.write("odd.csv", rows.collect::<Vec<_>>().join("\n") + "\n");
-    for (take, name) in [("take.csv", "plain.usd"), ("odd.csv", "odd.usd")] {
-        f.done(&format!("animate face.safetensors {take} --device cpu:0 --frames 0..9 -o {name}"));
+    let (old, new) = (&rig.labels[4], format!("{} as it was", rig.labels[1]));
+    let renamed = |text: String| {
+        let mut lines = text.lines().map(str::to_owned).collect::<Vec<_>>();
+        for line in &mut lines {
+            let cell = |cell: &str| match cell.strip_prefix(old.as_str()) {
+                Some(rest) if ["", "_x", "_y", "_z"].contains(&rest) => format!("{new}{rest}"),
+                _ => cell.to_owned(),
+            };
+            *line = line.split(',').map(cell).collect::<Vec<_>>().join(",");
+        }
+        lines.join("\n") + "\n"
+    };
+    f.done("animate face.safetensors take.csv --device cpu:0 --frames 0..12 -o plain.usd");
+    for name in ["markers.csv", "take.csv"] {
+        f.write(name, renamed(f.read_text(name)));
     }
+    f.done("solve face.toml -o odd.safetensors");
+    assert_eq!(rig_file::read(&f.path("odd.safetensors")).unwrap().labels[4], new);
+    f.done("animate odd.safetensors take.csv --device cpu:0 --frames 0..12 -o odd.usd");
     let [mut plain, mut odd] = ["plain.usd", "odd.usd"].map(|name| animation::open(&f.path(name)).unwrap());
     let [mut a, mut b] = [Vec::new(), Vec::new()];
-    for frame in 0..9 {
+    for frame in 0..12 {
         plain.positions(frame, &mut a).unwrap();
         odd.positions(frame, &mut b).unwrap();
         assert_eq!(a, b, "frame {frame}");

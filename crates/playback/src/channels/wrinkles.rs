@@ -9,11 +9,18 @@ use std::sync::Arc;
 /// μ where the rig does not say one: by the chapter's method.
 const RIDGE: f64 = 1e-3;
 
+/// Where an example strains the skin by less than the first of these, it is not switched on, and from the second on it counts in full: parts of what it does where it does most.
+const COUNTS: [f64; 2] = [0.02, 0.1];
+
+/// The part of the vertices that an example strains less than where it does most: a few slivers do not say how far.
+const MOST: f64 = 0.995;
+
 /// How far the folds of examples, or of groups of them, are switched on at each vertex.
 ///
 /// The folds of vertex v are `Σ_p a_p d_p`, where d_p is what the vertex has of them in example p and `a = (G + μ tr G/P · I)⁻¹ k`. There
 /// `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖` and `k_p = ‖f‖ + ‖p‖ − ‖f − p‖`, with the distances of strains as the vertex sees them: the kernel that the folds are learned
-/// with. So a_p is 1 where the frame is example p, and 0 at rest and where it is another one. The activation is a_p, or the sum over a group, within 0 and 1. A
+/// with. So a_p is 1 where the frame is example p, and 0 at rest and where it is another one. Where an example hardly strains the skin that says little, and changes from
+/// vertex to vertex: the activation is a_p times what goes smoothly from 0 to 1 between the two of [`COUNTS`], or the sum over a group, within 0 and 1. A
 /// vertex that no strain edge drives has no folds and no activations.
 pub(crate) struct WrinkleActivations {
     /// What the norms are of: vectors, or strains as vectors along x.
@@ -25,6 +32,8 @@ pub(crate) struct WrinkleActivations {
     listens: Vec<(u32, f32)>,
     /// V × P: ‖p‖.
     lengths: Vec<f64>,
+    /// V × P: how far an example counts, from 0 to 1.
+    counts: Vec<f64>,
     /// V × P(P + 1)/2: the Cholesky factor of G + μ tr G/P · I, row by row; 0 where there are no folds.
     factors: Vec<f64>,
     /// For each example its channel, if it is in one.
@@ -129,6 +138,7 @@ impl WrinkleActivations {
             begins,
             listens,
             lengths: vec![0.0; rig.vertices() * count],
+            counts: Vec::new(),
             factors: vec![0.0; rig.vertices() * count * (count + 1) / 2],
             channels: rig.example_names.iter().map(channel).collect(),
             activations: vec![vec![0.0; rig.vertices()]; names.len()],
@@ -136,7 +146,26 @@ impl WrinkleActivations {
         };
         let ridge = rig.learned.as_ref().map_or(RIDGE, |learned| learned.fold_ridge);
         activations.factorise(ridge);
+        activations.count();
         Ok(activations)
+    }
+
+    /// Finds how far each example counts at each vertex.
+    fn count(&mut self) {
+        let examples = self.examples.len();
+        let most = |p: usize| {
+            let mut of_example: Vec<f64> = self.lengths.iter().skip(p).step_by(examples).copied().collect();
+            of_example.sort_by(f64::total_cmp);
+            let at = (MOST * of_example.len() as f64) as usize;
+            of_example.get(at).or(of_example.last()).copied().unwrap_or(0.0)
+        };
+        let most: Vec<f64> = (0..examples).map(most).collect();
+        let counts = |(length, most): (&f64, &f64)| {
+            let part = if *most > 0.0 { length / most } else { 0.0 };
+            let s = ((part - COUNTS[0]) / (COUNTS[1] - COUNTS[0])).clamp(0.0, 1.0);
+            s * s * (3.0 - 2.0 * s)
+        };
+        self.counts = self.lengths.iter().zip(most.iter().cycle()).map(counts).collect();
     }
 
     fn of_vertex(&self, v: usize) -> &[(u32, f32)] {
@@ -173,8 +202,8 @@ impl WrinkleActivations {
         (self.lengths, self.factors) = (lengths, factors);
     }
 
-    /// The activations of a frame with these H handle positions.
-    pub(crate) fn measure(&mut self, rig: &Rig, pose: &[[f32; 3]]) {
+    /// a of each vertex, V × P, in a frame with these H handle positions.
+    fn solve(&self, rig: &Rig, pose: &[[f32; 3]]) -> Vec<Vec<f64>> {
         let frame = self.features.of(rig, pose);
         let rest = vec![[0.0; 3]; frame.len()];
         let count = self.examples.len();
@@ -191,11 +220,18 @@ impl WrinkleActivations {
             }
             a
         };
-        let all: Vec<Vec<f64>> = (0..rig.vertices()).into_par_iter().map(of_vertex).collect();
+        (0..rig.vertices()).into_par_iter().map(of_vertex).collect()
+    }
+
+    /// The activations of a frame with these H handle positions.
+    pub(crate) fn measure(&mut self, rig: &Rig, pose: &[[f32; 3]]) {
+        let (all, count) = (self.solve(rig, pose), self.examples.len());
         for (channel, activations) in self.activations.iter_mut().enumerate() {
             let examples: Vec<usize> = (0..count).filter(|p| self.channels[*p] == Some(channel)).collect();
-            for (activation, a) in activations.iter_mut().zip(&all) {
-                *activation = examples.iter().map(|&p| a[p]).sum::<f64>().clamp(0.0, 1.0) as f32;
+            let of_vertices = activations.iter_mut().zip(&all).zip(self.counts.chunks_exact(count));
+            for ((activation, a), counts) in of_vertices {
+                let sum: f64 = examples.iter().map(|&p| counts[p] * a[p]).sum();
+                *activation = sum.clamp(0.0, 1.0) as f32;
             }
         }
     }
@@ -255,21 +291,15 @@ mod tests {
     fn folds_are_the_examples_times_their_activations() {
         let face = rhytid_demo::face(1_500);
         let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let mut wrinkles = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
+        let wrinkles = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
         let handles = rig.handles.len();
         let poses: Vec<&[[f32; 3]]> = rig.example_handles.chunks_exact(handles).collect();
         let take = rhytid_demo::performance(&face).handle_positions(&rig.labels).unwrap();
         let mut checked = 0;
         for frame in [20, 45, 70] {
             let pose = &take.as_chunks::<3>().0[frame * handles..][..handles];
-            wrinkles.measure(&rig, pose);
-            let activations: Vec<Vec<f32>> = wrinkles.activations().map(<[f32]>::to_vec).collect();
-            for v in (0..rig.vertices()).step_by(7) {
-                // Where nothing was cut to 0..1.
-                let a: Vec<f64> = activations.iter().map(|of| of[v].into()).collect();
-                if a.iter().any(|a| *a <= 0.0 || *a >= 1.0) {
-                    continue;
-                }
+            let all = wrinkles.solve(&rig, pose);
+            for (v, a) in all.iter().enumerate().step_by(7) {
                 let fold = |pose| rig.explain(v, pose).unwrap().fold();
                 let found = fold(pose);
                 // What the ridge takes off the examples: (G + μI) w = d, and G w is what they give back.
@@ -277,7 +307,7 @@ mod tests {
                 let trace: f64 = 2.0 * wrinkles.lengths[v * poses.len()..][..poses.len()].iter().sum::<f64>();
                 let row = &rig.rbf_weights[v * rig.centers()..][1..rig.centers()];
                 let mut expected = [0.0; 3];
-                for ((pose, a), w) in poses.iter().zip(&a).zip(row) {
+                for ((pose, a), w) in poses.iter().zip(a).zip(row) {
                     let back = fold(pose);
                     for c in 0..3 {
                         expected[c] += a * (back[c] - ridge * trace / poses.len() as f64 * f64::from(w[c]));
