@@ -5,7 +5,7 @@ use super::{faces, programs};
 use serde_json::{Value, json};
 
 /// Activations that are computed in 64 bits on both sides, of systems as badly conditioned as their ridge allows, and stored in 32.
-const ROUNDING: f64 = 2e-5;
+const ROUNDING: f64 = 1e-6;
 
 /// Groups of an animation's examples: the first two, and the third; the others are in none.
 fn groups(animation: &Animation) -> (String, Value) {
