@@ -10,16 +10,12 @@ fuzz_target!(|bytes: &[u8]| {
     let Ok(mut reader) = animation::open(&path) else { return };
     let summary = reader.summary().clone();
     assert!(summary.faces.fault(summary.vertices).is_none());
-    let (mut positions, mut normals, mut strains) = (Vec::new(), Vec::new(), Vec::new());
+    let mut numbers = Vec::new();
     for frame in 0..summary.frames.min(4) {
-        if reader.positions(frame, &mut positions).is_ok() {
-            assert_eq!(positions.len(), 3 * summary.vertices);
-        }
-        if reader.normals(frame, &mut normals).is_ok() {
-            assert_eq!(normals.len(), if summary.normals { 3 * summary.vertices } else { 0 });
-        }
-        if reader.strain(frame, &mut strains).is_ok() {
-            assert_eq!(strains.len(), if summary.strain { 2 * summary.vertices } else { 0 });
+        for channel in &summary.channels {
+            if reader.channel(channel, frame, &mut numbers).is_ok() {
+                assert_eq!(numbers.len(), channel.width * summary.vertices);
+            }
         }
         let head = reader.head(frame);
         assert!(head.is_err() || head.is_ok_and(|head| head.is_some() == summary.head));

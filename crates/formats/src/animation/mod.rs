@@ -21,7 +21,7 @@ mod checked;
 
 use crate::animation_reader::AnimationReader;
 use crate::export::{Exporter, Options, Scene, Shapes, Written};
-use crate::gltf::attributes::Attribute;
+use crate::gltf::attributes::{self, Attribute};
 use crate::gltf::write::{self as gltf, Kind};
 use crate::named_file::Reach;
 use crate::pc2::PointCache;
@@ -79,7 +79,7 @@ impl Format {
     pub fn carries(self, kind: ChannelKind) -> bool {
         match self {
             Self::Usdc | Self::Usda | Self::Usdz => true,
-            Self::Glb | Self::Gltf => !matches!(kind, ChannelKind::Velocities | ChannelKind::Sigma),
+            Self::Glb | Self::Gltf => attributes::carries(kind),
             Self::Pc2 => false,
         }
     }
@@ -90,8 +90,9 @@ impl Format {
         match self {
             Self::Usdc | Self::Usda | Self::Usdz if !fitted => channels.to_vec(),
             Self::Glb | Self::Gltf => {
-                let attributes = Attribute::of_channels(channels).into_iter();
-                let attributes = attributes.filter(|attribute| !fitted || attribute.can_be_fitted());
+                let attributes = Attribute::of_channels(channels)
+                    .into_iter()
+                    .filter(|attribute| !fitted || attribute.can_be_fitted());
                 let others = attributes.flat_map(|attribute| attribute.channels);
                 channels.iter().filter(is_normals).cloned().chain(others).collect()
             }

@@ -4,6 +4,7 @@
 //! one number are packed three to an attribute, and the scene's extras say which is where.
 
 use crate::export::Frame;
+use rhytid_core::ChannelKind;
 use rhytid_core::channel::{self, Channel, Interpolation, Quantity, Timing};
 use serde::Deserialize;
 use serde_json::Value;
@@ -14,6 +15,11 @@ const STRAIN: &str = "_STRAIN";
 
 /// The directions of the first strains.
 const DIRECTION: &str = "_STRAIN_DIRECTION";
+
+/// Whether glTF has a place for these channels.
+pub(crate) fn carries(kind: ChannelKind) -> bool {
+    !matches!(kind, ChannelKind::Velocities | ChannelKind::Sigma)
+}
 
 /// Channels that stand in an attribute one after the other, three numbers at most.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,15 +35,11 @@ impl Attribute {
     pub(crate) fn of_channels<'c>(channels: impl IntoIterator<Item = &'c Channel>) -> Vec<Self> {
         let mut attributes: Vec<Self> = Vec::new();
         let has_place = |channel: &&Channel| {
-            let others = [
-                &channel::POSITIONS,
-                &channel::NORMALS,
-                &channel::VELOCITIES,
-                &channel::SIGMA,
-                &channel::STRAIN_DIRECTION_2,
-            ];
-            let is_other = others.iter().any(|other| other.name == channel.name);
-            !is_other && channel.interpolation == Interpolation::Vertex
+            // Normals have an attribute of the standard's, and the second direction is at right angles to the first.
+            let others = [&channel::POSITIONS, &channel::NORMALS, &channel::STRAIN_DIRECTION_2];
+            others.iter().all(|other| other.name != channel.name)
+                && channel.kind.is_none_or(carries)
+                && channel.interpolation == Interpolation::Vertex
         };
         for channel in channels.into_iter().filter(has_place) {
             let named = |name: &str| Self { name: name.to_owned(), channels: vec![channel.clone()] };
@@ -65,11 +67,12 @@ impl Attribute {
             (STRAIN, _) => vec![channel::STRAIN.clone()],
             (DIRECTION, _) => vec![channel::STRAIN_DIRECTION_1.clone()],
             (_, stated) => {
-                stated?.iter().map(|stated| Channel::of_file(&stated.name, stated.width)).collect()
+                let stated = stated?.iter().filter(|stated| (1..=3).contains(&stated.width));
+                stated.map(|stated| Channel::of_file(&stated.name, stated.width)).collect::<Vec<_>>()
             }
         };
         let attribute = Self { name: name.to_owned(), channels };
-        (attribute.width() <= 3).then_some(attribute)
+        (1..=3).contains(&attribute.width()).then_some(attribute)
     }
 
     fn width(&self) -> usize {

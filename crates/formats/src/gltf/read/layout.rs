@@ -10,7 +10,7 @@ use ::gltf::json::animation::{Interpolation, Property};
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked::Valid;
 use glam::{DMat4, DVec3};
-use rhytid_core::channel::{self, Timing};
+use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, Result, UpAxis};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -128,7 +128,15 @@ impl Layout {
         for (semantic, accessor) in &primitive.attributes {
             let Valid(Semantic::Extras(name)) = semantic else { continue };
             let name = format!("_{name}");
-            if let Some(found) = Attribute::of_file(&name, extras.attributes.get(&name)) {
+            let Some(found) = Attribute::of_file(&name, extras.attributes.get(&name)) else { continue };
+            // A channel is in one place.
+            let of_others = attributes.iter().flat_map(|other| &other.channels);
+            let others: Vec<&Channel> =
+                [&channel::POSITIONS, &channel::NORMALS].into_iter().chain(of_others).collect();
+            let is_known = |(i, new): (usize, &Channel)| {
+                others.iter().copied().chain(&found.channels[..i]).any(|other| other.name == new.name)
+            };
+            if !found.channels.iter().enumerate().any(is_known) {
                 attributes.push(found);
                 base.push(Some(accessor.value()));
             }
@@ -143,7 +151,7 @@ impl Layout {
             self::targets(primitive, targets.get(mesh_index).map_or(&[], Vec::as_slice), &attributes);
         // What no target has is the same in all frames.
         for (i, attribute) in attributes.iter_mut().enumerate() {
-            if targets.iter().all(|target| target[2 + i].is_none()) {
+            if !targets.is_empty() && targets.iter().all(|target| target[2 + i].is_none()) {
                 attribute.channels.iter_mut().for_each(|channel| channel.timing = Timing::Constant);
             }
         }
@@ -256,7 +264,7 @@ fn stated_errors(
     of_strain: Option<Off>,
     of_others: &BTreeMap<String, Off>,
 ) -> Vec<StatedError> {
-    let of_channel = |channel: &channel::Channel, Off { worst, rms }: Off| StatedError {
+    let of_channel = |channel: &Channel, Off { worst, rms }: Off| StatedError {
         channel: channel.name.clone().into_owned(),
         worst,
         rms,

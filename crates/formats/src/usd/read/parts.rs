@@ -66,8 +66,11 @@ impl Parts {
         let (first, last) = (&parts[0], &parts[parts.len() - 1]);
         summary.first_time_code = first.first_time_code;
         summary.frames = last.begin + last.frames;
-        let end = last.recipe.get(END_FRAME).cloned().unwrap_or_default();
-        summary.recipe = Some(first.recipe.clone().with(END_FRAME, end));
+        let recipe = first.recipe.clone();
+        summary.recipe = Some(match last.recipe.get(END_FRAME) {
+            Some(end) => recipe.with(END_FRAME, end.clone()),
+            None => recipe,
+        });
         Ok(Self { parts, summary, open: None })
     }
 
