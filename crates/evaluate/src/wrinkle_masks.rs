@@ -17,9 +17,9 @@ const NOTHING: f32 = 0.01;
 
 /// Masks and curves of the channels of [`ChannelKind::Wrinkles`], of frame after frame.
 ///
-/// A picture has a cell for each channel, `⌈√n⌉` to a row, in their order from the top left; u goes to the right and v upwards, as in a texture. A mesh whose texture is
-/// in several UDIM tiles has a picture for each. The *curve* of a channel is
-/// its mean over the face, where a vertex counts by its area and by the size of the folds that the channel's examples have there: 1 where the frame is the example. The
+/// A picture has a cell for each channel, `⌈√n⌉` to a row, in their order from the top left; u goes to the right and v upwards, as in a
+/// texture. A mesh whose texture is in several UDIM tiles has a picture for each. The *curve* of a channel is its mean over the face, where a
+/// vertex counts by its area and by the size of the folds that the channel's examples have there: 1 where the frame is the example. The
 /// *mask* is the most that each place was switched on in any frame, over the most of the curve: mask times curve is about the activation, and just that where the
 /// curve is highest.
 pub struct WrinkleMasks {
@@ -77,7 +77,8 @@ impl WrinkleMasks {
         self.write(path, &activations)
     }
 
-    /// The files that a picture at `path` comes to: itself, or where the texture is in several UDIM tiles, one for each, with its number before the ending.
+    /// The files that a picture at `path` comes to: itself, or where the texture is in several UDIM tiles, one for each, with its number before
+    /// the ending.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match &self.pictures[..] {
             [(Texels::FIRST_TILE, _)] => vec![path.to_owned()],
@@ -142,8 +143,8 @@ impl Texels {
     /// The UDIM tile from 0 to 1.
     const FIRST_TILE: u32 = 1001;
 
-    /// Those of each UDIM tile that has any of the mesh, by its number. Where parts lie over each other in the texture, such as an eye over the skin, those with folds are on
-    /// top.
+    /// Those of each UDIM tile that has any of the mesh, by its number. Where parts lie over each other in the texture, such as an eye over the
+    /// skin, those with folds are on top.
     fn of_tiles(rig: &Rig, folds: &[Vec<f32>], size: usize) -> Result<Vec<(u32, Self)>> {
         let lacks = || {
             Error::input(

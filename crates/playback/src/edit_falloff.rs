@@ -4,15 +4,16 @@ use crate::{EditedTake, local_normals};
 use rhytid_core::Rig;
 use rhytid_kernels::normals::VertexTriangles;
 
-/// A vertex that edited markers drive by less than the first of these does not follow the edit, and one that they drive by more than the second follows
-/// it fully; between the two it fades.
+/// A vertex that edited markers drive by less than the first of these does not follow the edit, and one that they drive by more than the second
+/// follows it fully; between the two it fades.
 const DRIVEN: [f64; 2] = [0.05, 0.95];
 
 /// How far each vertex follows edits of markers.
 ///
-/// Vertex v of a frame is at `x + w_v (x' − x)`, of its places x without and x' with the edits. w_v is smooth in the share of v that the edited handles drive:
-/// the sum of its row of the basis over them; where it has no such row, as a tooth, the weights of its features at them. That share is 1 at handles
-/// that are edited and 0 at the others, so that all markers are met; and since w does not change over time there is no step.
+/// Vertex v of a frame is at `x + w_v (x' − x)`, of its places x without and x' with the edits. w_v is smooth in the share of v that the edited
+/// handles drive: the sum of its row of the basis over them; where it has no such row, as a tooth, the weights of its features at them. That
+/// share is 1 at handles that are edited and 0 at the others, so that all markers are met; and since w does not change over time there is no
+/// step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct EditFalloff {
     /// w, V from 0 to 1.

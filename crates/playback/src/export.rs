@@ -7,7 +7,8 @@ use rhytid_formats::export::{Frame, HeadMotion, Options, Scene, StatedRecipe, Wr
 use std::path::Path;
 
 impl Playback<'_> {
-    /// Plays a performance of this rig into the file `path`, in the format of its extension. The recipe stands in the file. Nothing is left behind if it fails.
+    /// Plays a performance of this rig into the file `path`, in the format of its extension. The recipe stands in the file. Nothing is left
+    /// behind if it fails.
     ///
     /// # Errors
     /// As [`animation::create`] and [`Playback::play`].

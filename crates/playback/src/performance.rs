@@ -52,7 +52,8 @@ impl Performance {
     /// Whether the rig can do what the recipe says: asked before a take is recorded, which would be lost.
     ///
     /// # Errors
-    /// [`Error::Input`] if it is to be refined and has examples, a gain or a group of wrinkles names what it does not have, or it does not know what a channel says.
+    /// [`Error::Input`] if it is to be refined and has examples, a gain or a group of wrinkles names what it does not have, or it does not know
+    /// what a channel says.
     pub fn check(recipe: &Recipe, rig: &Rig) -> Result<()> {
         if recipe.refine && !rig.example_names.is_empty() {
             return Err(Error::input(format!(

@@ -203,8 +203,8 @@ impl<'a> Playback<'a> {
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
-    /// Plays the selection's inner frames in order. Of the recipe that is what is done to the frames of a rig and a selection: stage, channels, fading, head,
-    /// refinement, groups of wrinkles. What is done to the rig and the take before is [`crate::Performance`]'s.
+    /// Plays the selection's inner frames in order. Of the recipe that is what is done to the frames of a rig and a selection: stage, channels,
+    /// fading, head, refinement, groups of wrinkles. What is done to the rig and the take before is [`crate::Performance`]'s.
     ///
     /// # Errors
     /// [`Error::Input`] if the take lacks handles, or the rig does not know what a channel says; as [`Playback::evaluate`].

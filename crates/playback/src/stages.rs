@@ -1,5 +1,5 @@
-//! The stages of a frame, one after the other over one context: [`Evaluate`] on the device, a batch at a time; then [`Stages`] on the host, which finish a
-//! frame where it lies.
+//! The stages of a frame, one after the other over one context: [`Evaluate`] on the device, a batch at a time; then [`Stages`] on the host,
+//! which finish a frame where it lies.
 //!
 //! evaluate · edits begin · fade · untangle · edits end · correct · refine · bake
 

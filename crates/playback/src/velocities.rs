@@ -1,6 +1,7 @@
 //! Velocities from positions: what renderers blur motion by.
 
-/// Gives frames back one frame late, with their velocities: the central difference of the frames before and after, one-sided at the first and the last.
+/// Gives frames back one frame late, with their velocities: the central difference of the frames before and after, one-sided at the first and
+/// the last.
 pub(crate) struct Velocities {
     /// Frames per second.
     rate: f32,

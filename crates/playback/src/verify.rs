@@ -17,8 +17,8 @@ const OF_THIN: f64 = 4.0;
 /// What normals of length 1 may be off where a file has them as integers of 8 bits: two of them are added.
 const OF_INTEGERS: f64 = 0.03;
 
-/// Where normals are fitted to few shapes, the file states no error of them; what is told apart is right from wrong. At a vertex without thin triangles they may be this far
-/// off, but for one value in a thousand, and this far as a root mean square.
+/// Where normals are fitted to few shapes, the file states no error of them; what is told apart is right from wrong. At a vertex without thin
+/// triangles they may be this far off, but for one value in a thousand, and this far as a root mean square.
 const OF_FITTED: [f64; 2] = [0.6, 0.3];
 const FITTED_AT_LARGE: usize = 1000;
 

@@ -79,8 +79,8 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "NAME=EXAMPLE+EXAMPLE", requires = "wrinkles")]
     pub wrinkle_group: Vec<WrinkleGroup>,
 
-    /// Write also the wrinkles as one picture over the texture coordinates, a tile of N × N pixels for each channel of --wrinkles, and beside it as CSV how far each is switched
-    /// on in each frame; docs/wrinkles.md says what is in them.
+    /// Write also the wrinkles as one picture over the texture coordinates, a tile of N × N pixels for each channel of --wrinkles, and beside
+    /// it as CSV how far each is switched on in each frame; docs/wrinkles.md says what is in them.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub masks: Option<u32>,
 

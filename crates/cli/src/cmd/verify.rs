@@ -103,8 +103,8 @@ struct Comparison {
     /// What the file states and what two devices may differ by.
     allowed_mm: f64,
     stated_mm: Option<f64>,
-    /// Of each channel `NAME_worst` and `NAME_rms`, with their unit behind where they have one: the largest difference of a vertex's numbers, and the root of its
-    /// mean square; null where the file does not have the channel.
+    /// Of each channel `NAME_worst` and `NAME_rms`, with their unit behind where they have one: the largest difference of a vertex's numbers,
+    /// and the root of its mean square; null where the file does not have the channel.
     #[serde(flatten)]
     channels: Map<String, Value>,
     /// Numbers that are farther off than their channel's tolerance.

@@ -1,5 +1,5 @@
-//! Every channel in every format that carries it: a part without it is no part, and one changed number is found. Nothing here names a channel: one that is
-//! added to the list of kinds is tested, too.
+//! Every channel in every format that carries it: a part without it is no part, and one changed number is found. Nothing here names a channel:
+//! one that is added to the list of kinds is tested, too.
 
 use crate::common::{Fixture, stderr};
 use rhytid::channel::{self, Channel};

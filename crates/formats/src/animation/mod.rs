@@ -105,8 +105,8 @@ impl Format {
 /// Opens an exporter for `path` by its extension.
 ///
 /// # Errors
-/// [`Error::Input`] if the extension is not of a known [`Format`], the format does not carry one of the scene's channels, the scene is not consistent, the folder does not
-/// exist or the format has no room for that many frames; [`Error::Io`].
+/// [`Error::Input`] if the extension is not of a known [`Format`], the format does not carry one of the scene's channels, the scene is not
+/// consistent, the folder does not exist or the format has no room for that many frames; [`Error::Io`].
 pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<dyn Exporter>> {
     let format = Format::of(path)?;
     scene.check()?;

@@ -9,8 +9,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::str::FromStr;
 
-/// What decides each frame of an animation of a rig and a take, whoever makes it and on which device. It stands in the exported file (USD: `customData`
-/// of the default prim, glTF: `extras` of the scene, both under the key `rhytid`), so that parts can be compared and the file be made again.
+/// What decides each frame of an animation of a rig and a take, whoever makes it and on which device. It stands in the exported file (USD:
+/// `customData` of the default prim, glTF: `extras` of the scene, both under the key `rhytid`), so that parts can be compared and the file be
+/// made again.
 ///
 /// What is as it is by default is left out of files, but for the fields that they always had.
 #[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
@@ -56,7 +57,7 @@ pub struct Recipe {
     #[serde(default, with = "text", skip_serializing_if = "WrinkleGroups::is_empty")]
     pub wrinkle_groups: WrinkleGroups,
     /// Whether each frame is refined on the host, as rigid as possible, which a rig without examples can be.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub refine: bool,
     /// How the take was brought into the rig's space before anything else.
     #[serde(default, skip_serializing_if = "Treatment::is_none")]
@@ -450,14 +451,8 @@ fn one() -> f64 {
     1.0
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's way to call it")]
-fn is_one(x: &f64) -> bool {
+fn is_one<T: PartialEq<f64>>(x: &T) -> bool {
     *x == 1.0
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's way to call it")]
-fn is_false(yes: &bool) -> bool {
-    !yes
 }
 
 /// What files have as text.

@@ -1,7 +1,7 @@
 //! Channels in glTF: attributes of the application's own on the mesh and on its targets, which the crate `gltf` knows on meshes alone.
 //!
-//! Each is a VEC3. Programs import two attributes of different width wrongly, and viewers can morph three numbers as they morph colours. So channels of
-//! one number are packed three to an attribute, and the scene's extras say which is where.
+//! Each is a VEC3. Programs import two attributes of different width wrongly, and viewers can morph three numbers as they morph colours. So
+//! channels of one number are packed three to an attribute, and the scene's extras say which is where.
 
 use crate::export::Frame;
 use rhytid_core::ChannelKind;
@@ -30,8 +30,8 @@ pub(crate) struct Attribute {
 }
 
 impl Attribute {
-    /// The attributes that frames with these channels have, in their order. What has no place in glTF is left out: [`crate::animation::Format::carries`]
-    /// is asked before.
+    /// The attributes that frames with these channels have, in their order. What has no place in glTF is left out:
+    /// [`crate::animation::Format::carries`] is asked before.
     pub(crate) fn of_channels<'c>(channels: impl IntoIterator<Item = &'c Channel>) -> Vec<Self> {
         let mut attributes: Vec<Self> = Vec::new();
         let has_place = |channel: &&Channel| {

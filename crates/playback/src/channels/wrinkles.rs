@@ -9,7 +9,8 @@ use std::sync::Arc;
 /// μ where the rig does not say one: by the chapter's method.
 const RIDGE: f64 = 1e-3;
 
-/// Where an example strains the skin by less than the first of these, it is not switched on, and from the second on it counts in full: parts of what it does where it does most.
+/// Where an example strains the skin by less than the first of these, it is not switched on, and from the second on it counts in full: parts of
+/// what it does where it does most.
 const COUNTS: [f64; 2] = [0.02, 0.1];
 
 /// The part of the vertices that an example strains less than where it does most: a few slivers do not say how far.
@@ -19,9 +20,9 @@ const MOST: f64 = 0.995;
 ///
 /// The folds of vertex v are `Σ_p a_p d_p`, where d_p is what the vertex has of them in example p and `a = (G + μ tr G/P · I)⁻¹ k`. There
 /// `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖` and `k_p = ‖f‖ + ‖p‖ − ‖f − p‖`, with the distances of strains as the vertex sees them: the kernel that the folds are learned
-/// with. So a_p is 1 where the frame is example p, and 0 at rest and where it is another one. Where an example hardly strains the skin that says little, and changes from
-/// vertex to vertex: the activation is a_p times what goes smoothly from 0 to 1 between the two of [`COUNTS`], or the sum over a group, within 0 and 1. A
-/// vertex that no strain edge drives has no folds and no activations.
+/// with. So a_p is 1 where the frame is example p, and 0 at rest and where it is another one. Where an example hardly strains the skin that
+/// says little, and changes from vertex to vertex: the activation is a_p times what goes smoothly from 0 to 1 between the two of [`COUNTS`], or
+/// the sum over a group, within 0 and 1. A vertex that no strain edge drives has no folds and no activations.
 pub(crate) struct WrinkleActivations {
     /// What the norms are of: vectors, or strains as vectors along x.
     features: Features,
