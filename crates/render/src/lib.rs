@@ -34,7 +34,6 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod animated_png;
 mod animated_webp;
 mod camera;
 #[cfg(feature = "film")]
@@ -59,7 +58,6 @@ mod words;
 #[cfg(feature = "film")]
 mod yuv;
 
-pub use animated_png::AnimatedPng;
 pub use animated_webp::AnimatedWebP;
 pub use camera::{Camera, Sphere, View, around_handles};
 #[cfg(feature = "film")]

@@ -1,6 +1,6 @@
 //! Pictures that move, in any of the formats.
 
-use crate::{AnimatedPng, AnimatedWebP, Picture};
+use crate::{AnimatedWebP, Picture};
 use rhytid_core::{Error, Result};
 use std::io::{self, Seek, Write};
 use std::path::Path;
@@ -11,8 +11,6 @@ use crate::Film;
 /// What a moving picture is kept in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MovingFormat {
-    /// [`AnimatedPng`].
-    Png,
     /// [`AnimatedWebP`].
     WebP,
     /// [`Film`].
@@ -24,7 +22,6 @@ impl MovingFormat {
     /// By a file's extension, in small letters.
     pub fn by_extension(extension: &str) -> Option<Self> {
         match extension {
-            "apng" => Some(Self::Png),
             "webp" => Some(Self::WebP),
             #[cfg(feature = "film")]
             "mp4" => Some(Self::Film),
@@ -35,7 +32,7 @@ impl MovingFormat {
     /// Whether what is behind a face can be left out.
     pub fn has_opacity(self) -> bool {
         match self {
-            Self::Png | Self::WebP => true,
+            Self::WebP => true,
             #[cfg(feature = "film")]
             Self::Film => false,
         }
@@ -47,7 +44,6 @@ impl MovingFormat {
     /// [`Error::Input`].
     pub fn check(self, size: [u32; 2], path: &Path) -> Result<()> {
         let (what, [least, most]) = match self {
-            Self::Png => ("an animated PNG", [1, i32::MAX as u32]),
             Self::WebP => ("an animated WebP", [1, AnimatedWebP::<io::Empty>::LARGEST]),
             #[cfg(feature = "film")]
             Self::Film => ("a film", Film::<io::Empty>::SIDES),
@@ -65,8 +61,6 @@ impl MovingFormat {
 
 /// A moving picture that is being written.
 pub enum Moving<W: Write + Seek> {
-    /// As PNG.
-    Png(AnimatedPng<W>),
     /// As WebP.
     WebP(AnimatedWebP<W>),
     /// As a film.
@@ -79,9 +73,12 @@ impl<W: Write + Seek> Moving<W> {
     ///
     /// # Errors
     /// As `out`; [`io::ErrorKind::InvalidInput`] where [`MovingFormat::check`] is an error.
+    #[cfg_attr(
+        not(feature = "film"),
+        expect(unused_variables, reason = "only a film has room kept for `pictures`")
+    )]
     pub fn new(format: MovingFormat, out: W, size: [u32; 2], pictures: u32, rate: f64) -> io::Result<Self> {
         Ok(match format {
-            MovingFormat::Png => Self::Png(AnimatedPng::new(out, size, pictures, rate)?),
             MovingFormat::WebP => Self::WebP(AnimatedWebP::new(out, size, rate)?),
             #[cfg(feature = "film")]
             MovingFormat::Film => Self::Film(Box::new(Film::new(out, size, pictures, rate)?)),
@@ -94,7 +91,6 @@ impl<W: Write + Seek> Moving<W> {
     /// As what is written to; [`io::ErrorKind::InvalidInput`] if its size is another.
     pub fn add(&mut self, picture: &Picture) -> io::Result<()> {
         match self {
-            Self::Png(png) => png.add(picture),
             Self::WebP(webp) => webp.add(picture),
             #[cfg(feature = "film")]
             Self::Film(film) => film.add(picture),
@@ -107,7 +103,6 @@ impl<W: Write + Seek> Moving<W> {
     /// As what is written to, or if pictures are missing.
     pub fn finish(self) -> io::Result<()> {
         match self {
-            Self::Png(png) => png.finish(),
             Self::WebP(webp) => webp.finish(),
             #[cfg(feature = "film")]
             Self::Film(film) => film.finish(),

@@ -19,7 +19,7 @@ pub(crate) struct Render {
     pub take: PathBuf,
 
     /// What to write: .png is a sheet of frames, with {frame} in its name a picture for each frame; .mp4 is a film of all frames (AV1),
-    /// .webp and .apng are pictures that move, without loss.
+    /// .webp is a picture that moves, without loss.
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 

@@ -93,10 +93,10 @@ impl Kind {
             }
             (_, Some(format)) => Ok(Self::Moving(format)),
             (Some("mp4"), None) => Err(Error::input(format!(
-                "{name}: this build writes no films (the feature film is off); expected .webp or .apng"
+                "{name}: this build writes no films (the feature film is off); expected .webp"
             ))),
             _ => Err(Error::input(format!(
-                "{name}: expected .png for a sheet, or for a picture of each frame with {FRAME} in the name; or .mp4, .webp or .apng, \
+                "{name}: expected .png for a sheet, or for a picture of each frame with {FRAME} in the name; or .mp4 or .webp, \
                  which move"
             ))),
         }
@@ -116,7 +116,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     if format.is_some_and(|format| !format.has_opacity()) && args.background == Some(Background([0; 4])) {
         let film = args.output.display();
         return Err(Error::input(format!(
-            "--background none: {film} would be a film, which has no transparency; write .webp, .apng or pictures instead"
+            "--background none: {film} would be a film, which has no transparency; write .webp or pictures instead"
         )));
     }
     if args.vertex.is_none() && args.show.contains(&Show::Influences) {
