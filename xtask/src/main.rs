@@ -1,7 +1,6 @@
 //! The project's chores: `cargo xtask check | setup | test | kernels | web | package | deny | fuzz | bench`, one file each.
 #![forbid(unsafe_code)]
 
-mod advisories;
 mod bench;
 mod check;
 mod debian;
@@ -41,7 +40,7 @@ enum Chore {
     Web(web::Web),
     /// Pack every crate that is published, and check that the packages compile and serve a newcomer.
     Package,
-    /// Compare the lock files with the advisories we know of; check licences, versions, sources and newer advisories with cargo-deny.
+    /// Check licences, duplicate versions, sources and advisories of all dependencies with cargo-deny.
     Deny,
     /// Run every fuzz target for a while.
     Fuzz {
