@@ -577,4 +577,15 @@ mod tests {
             assert_eq!(serde_json::to_value(&stated).unwrap()[name], value);
         }
     }
+
+    /// The page on exports has a row for every field that files state.
+    #[test]
+    fn the_page_on_exports_has_every_field() {
+        let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/export.md");
+        let page = std::fs::read_to_string(page).unwrap();
+        let table = page.split_once("The **recipe** is").unwrap().1;
+        for (name, _) in StatedRecipe::from(&all()).0 {
+            assert!(table.contains(&format!("`{name}`")), "docs/export.md has no {name}");
+        }
+    }
 }
