@@ -13,7 +13,7 @@ use crate::{
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, RawTake, Result, Rig, RigidMotion, Take, human};
-use rhytid_registration::Similarity;
+use rhytid_geometry::registration::Similarity;
 use std::cmp::{Ordering, Reverse};
 
 /// The handles of the rig that a take is cleaned for.

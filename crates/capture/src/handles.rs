@@ -3,7 +3,8 @@ use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
 use glam::DVec3;
 use rhytid_core::{Error, Face, Handles, RawTake, Result};
-use rhytid_solve::{OntoSurface, Placed, Skin};
+use rhytid_geometry::registration::OntoSurface;
+use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
 
 /// A marker that keeps its distance from others and is this far off the skin, in metres, is on no skin: on a head band.

@@ -5,7 +5,7 @@ use crate::tracks::{Tracks, median, median_of, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 use rhytid_core::{Error, Result};
-use rhytid_registration::{Similarity, fit_robustly};
+use rhytid_geometry::registration::{Similarity, fit_robustly};
 
 /// How a head moved. *Local space* stands still with the head: it is the file's space as the head was in the middle of its motion.
 #[derive(Debug, Clone)]

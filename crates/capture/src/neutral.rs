@@ -2,7 +2,7 @@
 use crate::tracks::{Tracks, extent, median, seen};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_registration::fit_robustly;
+use rhytid_geometry::registration::fit_robustly;
 use std::ops::Range;
 
 /// How long the neutral face is held, in seconds.

@@ -4,7 +4,7 @@ use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
 use glam::DVec3;
 use rhytid_core::{Error, Result};
-use rhytid_registration::{Similarity, fit_robustly};
+use rhytid_geometry::registration::{Similarity, fit_robustly};
 use std::ops::Range;
 
 /// How the file's space, with the head's motion taken out, becomes the rig's.

@@ -2,7 +2,7 @@
 use crate::{Axes, Target};
 use glam::{DMat3, DQuat, DVec3};
 use rhytid_core::Take;
-use rhytid_registration::fit_robustly;
+use rhytid_geometry::registration::fit_robustly;
 use std::fmt;
 
 /// Frames that are looked at.

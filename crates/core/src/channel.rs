@@ -144,7 +144,7 @@ pub static SIGMA: Channel = per_frame(
     Tolerance::FromMarkers { of_largest: 1e-3 },
 );
 
-/// The two principal strains of each vertex, the larger first ([`crate::StrainGauge`]).
+/// The two principal strains of each vertex, the larger first (`rhytid_geometry::StrainGauge`).
 pub static STRAIN: Channel = per_frame(
     "strain",
     "strains",

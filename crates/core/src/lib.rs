@@ -29,9 +29,9 @@ pub mod channel;
 mod error;
 mod explain;
 mod face;
+mod horn;
 pub mod human;
 pub mod input_file;
-pub mod laplacian;
 mod learned;
 mod mesh;
 pub mod plan;
@@ -44,7 +44,6 @@ mod rig_part;
 mod rigid;
 mod rotations;
 mod steady_file;
-mod strain_gauge;
 mod take;
 mod temporary;
 
@@ -59,6 +58,7 @@ pub use explain::{EdgeShare, ExampleShare, Explanation};
 pub use face::{
     Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
 };
+pub use horn::{Horn, horn, nearest_turn};
 pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use progress::{NoProgress, Progress};
@@ -66,6 +66,5 @@ pub use raw_take::RawTake;
 pub use rig::Rig;
 pub use rig_check::CheckedRig;
 pub use rigid::RigidMotion;
-pub use rotations::{Rotations, nearest_turn};
-pub use strain_gauge::{PrincipalStrains, StrainGauge};
+pub use rotations::Rotations;
 pub use take::Take;

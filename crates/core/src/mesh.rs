@@ -84,12 +84,12 @@ impl Faces {
 }
 
 impl Faces {
-    /// How many triangles `rhytid_solve::triangulate` makes of these polygons.
+    /// How many triangles `rhytid_geometry::triangulate` makes of these polygons.
     pub fn triangle_count(&self) -> usize {
         self.counts.iter().map(|&n| n as usize - 2).sum()
     }
 
-    /// For triangles made by `rhytid_solve::triangulate`, the corner (index into [`Faces::indices`]) at which each of
+    /// For triangles made by `rhytid_geometry::triangulate`, the corner (index into [`Faces::indices`]) at which each of
     /// their vertices stands. `None` if `triangles` were not made from these polygons.
     pub fn triangle_corners(&self, triangles: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
         if triangles.len() != self.triangle_count() {

@@ -1,6 +1,6 @@
 //! How the surface turns at each handle (`docs/method.md`, rotations), and what devices are given of it: once per frame, on the host,
 //! in f64 and by sums, products and roots alone, so that every device has the same bits.
-use crate::Rig;
+use crate::{Rig, nearest_turn};
 use rayon::prelude::*;
 use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::{Real, vec3};
@@ -150,65 +150,6 @@ fn add(sum: &mut Matrix, w: f64, a: [f64; 3], b: [f64; 3]) {
             sum[i][j] += w * (a[i] * b[j]);
         }
     }
-}
-
-/// R − I of the rotation R nearest to `m`, the one with the largest tr(Rᵀ m): Horn's quaternion. Of what is symmetric and has no
-/// negative eigenvalue it is 0, exactly.
-pub fn nearest_turn(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = *m;
-    let [w, x, y, z] = largest_eigenvector([
-        [xx + yy + zz, zy - yz, xz - zx, yx - xy],
-        [zy - yz, xx - yy - zz, xy + yx, zx + xz],
-        [xz - zx, xy + yx, yy - xx - zz, yz + zy],
-        [yx - xy, zx + xz, yz + zy, zz - xx - yy],
-    ]);
-    [
-        [-2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), -2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), -2.0 * (x * x + y * y)],
-    ]
-}
-
-/// The eigenvector of the largest eigenvalue of a symmetric matrix, of length 1; the first axis where all are equal. By Jacobi's
-/// rotations, which converge quadratically.
-fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> [f64; 4] {
-    const SWEEPS: usize = 12;
-    // Row i is the eigenvector of a[i][i].
-    let mut vectors = [[0.0; 4]; 4];
-    (0..4).for_each(|i| vectors[i][i] = 1.0);
-    for _ in 0..SWEEPS {
-        let mut is_diagonal = true;
-        for p in 0..3 {
-            for q in p + 1..4 {
-                let (app, aqq, apq) = (a[p][p], a[q][q], a[p][q]);
-                if apq.abs() <= f64::EPSILON * f64::EPSILON * (app.abs() + aqq.abs()) {
-                    continue;
-                }
-                is_diagonal = false;
-                let theta = (aqq - app) / (2.0 * apq);
-                let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-                let c = 1.0 / (t * t + 1.0).sqrt();
-                let s = t * c;
-                for row in &mut a {
-                    let (x, y) = (row[p], row[q]);
-                    (row[p], row[q]) = (c * x - s * y, s * x + c * y);
-                }
-                for i in 0..4 {
-                    let (x, y) = (a[p][i], a[q][i]);
-                    (a[p][i], a[q][i]) = (c * x - s * y, s * x + c * y);
-                    let (x, y) = (vectors[p][i], vectors[q][i]);
-                    (vectors[p][i], vectors[q][i]) = (c * x - s * y, s * x + c * y);
-                }
-                (a[p][q], a[q][p]) = (0.0, 0.0);
-            }
-        }
-        if is_diagonal {
-            break;
-        }
-    }
-    let largest = (0..4).fold(0, |best, i| if a[i][i] > a[best][best] { i } else { best });
-    let length = vectors[largest].iter().map(|x| x * x).sum::<f64>().sqrt();
-    vectors[largest].map(|x| x / length)
 }
 
 #[cfg(test)]

@@ -2,9 +2,10 @@
 use crate::sized_learned;
 use rayon::prelude::*;
 use rhytid_core::{Faces, Method, Rig, UpAxis};
+use rhytid_geometry::Topology;
+use rhytid_geometry::geodesic;
 use rhytid_kernels::strain;
-use rhytid_solve::Topology;
-use rhytid_solve::{geodesic, influences, tangent_frames};
+use rhytid_solve::{influences, tangent_frames};
 
 /// How large a rig is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

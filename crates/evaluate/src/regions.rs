@@ -1,9 +1,9 @@
 //! Regions of a face: brows, lids and so on where the markers' names say it, the neighbourhoods of the markers where not.
 
 use rhytid_core::{Error, Result, Rig};
+use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::Real;
 use rhytid_playback::region_of;
-use rhytid_solve::{Topology, geodesic};
 
 /// A part of the vertices for each of some names; a vertex is in one at most.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,10 @@
 //! Curves of strain: how much each region of a face is stretched and squeezed, frame by frame.
 
 use crate::Regions;
-use rhytid_core::{PrincipalStrains, Result, Rig, StrainGauge, channel};
+use rhytid_core::{Result, Rig, channel};
 use rhytid_formats::export::Frame;
 use rhytid_formats::tables;
+use rhytid_geometry::{PrincipalStrains, StrainGauge};
 use std::path::Path;
 
 /// The curves of each region.

@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 use rhytid_core::channel::Channel;
-use rhytid_core::{AtomicFile, ChannelKind, Error, Result, Rig, StrainGauge};
+use rhytid_core::{AtomicFile, ChannelKind, Error, Result, Rig};
 use rhytid_formats::export::Frame;
 use rhytid_formats::tables;
+use rhytid_geometry::StrainGauge;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};

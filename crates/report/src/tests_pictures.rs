@@ -263,7 +263,7 @@ fn handles_are_dots_on_the_neutral() {
         let lift = LIFT * Sphere::around(&at).radius;
         for (i, turn) in (0..).zip([-50.0, 0.0, 50.0]) {
             let camera = camera((&at, &rest), face.up_axis, turn, SIZE);
-            let triangles = rhytid_solve::triangulate(&face.neutral);
+            let triangles = rhytid_geometry::triangulate(&face.neutral);
             let hidden = behind((&camera, SIZE), (&rest, &triangles), lift, &at);
             let (mut shown, mut right) = (0, 0);
             for (h, point) in at.iter().enumerate().filter(|(h, _)| !hidden[*h]) {

@@ -95,6 +95,9 @@ pub use rhytid_evaluate as evaluate;
 #[cfg(feature = "formats")]
 #[doc(inline)]
 pub use rhytid_formats as formats;
+#[cfg(feature = "geometry")]
+#[doc(inline)]
+pub use rhytid_geometry as geometry;
 #[cfg(feature = "live")]
 #[doc(inline)]
 pub use rhytid_live as live;

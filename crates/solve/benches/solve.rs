@@ -7,13 +7,13 @@
 //! there.
 use npyz::WriterBuilder;
 use rhytid_core::NoProgress;
-use rhytid_core::laplacian::laplacian;
-use rhytid_solve::internals::Columns;
-use rhytid_solve::internals::DrivenComponents;
-use rhytid_solve::internals::Factor;
-use rhytid_solve::internals::System;
-use rhytid_solve::internals::solve_columns;
-use rhytid_solve::internals::{Dissection, dissect};
+use rhytid_geometry::cholesky::Columns;
+use rhytid_geometry::cholesky::Factor;
+use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::laplacian::laplacian;
+use rhytid_solve::DrivenComponents;
+use rhytid_solve::System;
+use rhytid_solve::basis::solve_columns;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,10 @@
 //! Examples put into the neutral's place: what the scanned head moved by between two scans is no expression.
-use crate::triangulate::triangulate;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::laplacian::laplacian;
 use rhytid_core::{Example, Face};
-use rhytid_registration::{Similarity, what_stays};
+use rhytid_geometry::laplacian::laplacian;
+use rhytid_geometry::registration::{Similarity, what_stays};
+use rhytid_geometry::triangulate;
 
 /// Vertices that are compared, at most.
 const COMPARED: usize = 20_000;

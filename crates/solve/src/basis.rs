@@ -1,10 +1,10 @@
 //! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
-use crate::cholesky::Factor;
-use crate::dissection::{Dissection, dissect};
 use crate::system::{NONE, System};
 use rayon::prelude::*;
-use rhytid_core::laplacian::Laplacian;
 use rhytid_core::{Progress, Result};
+use rhytid_geometry::cholesky::Factor;
+use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::laplacian::Laplacian;
 
 /// Right-hand sides solved for by one thread at a time: enough for dense kernels, few enough to bound the memory.
 const COLUMNS_AT_ONCE: usize = 16;

@@ -1,9 +1,9 @@
 //! Section 6: what the large scale leaves of the examples.
-use crate::Topology;
 use glam::DVec3;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Example, Progress, Result, Rig};
+use rhytid_geometry::Topology;
 use rhytid_kernels::{fine_scale, large_scale, normals, strain, vec3};
 
 /// Vertices that one thread moves at a time.

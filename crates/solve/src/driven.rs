@@ -1,7 +1,7 @@
 //! The connected components that the handles drive (section 2).
-use crate::topology::components;
-use crate::triangulate::is_degenerate;
 use glam::DVec3;
+use rhytid_geometry::components;
+use rhytid_geometry::laplacian::is_degenerate;
 
 /// The connected components of a mesh. Triangles without area connect nothing, as in the Laplacian.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Which vertices can be seen from outside: a marker cannot be inside the mouth.
-use crate::Topology;
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_geometry::Topology;
 use rhytid_kernels::normals;
 
 /// Directions that the mesh is looked at from, evenly around it.

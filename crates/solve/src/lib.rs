@@ -29,15 +29,12 @@
 #![forbid(unsafe_code)]
 
 mod align;
-mod basis;
+pub mod basis;
 mod bind;
-mod cholesky;
 mod detail;
-mod dissection;
 mod doctor;
 mod driven;
 mod exposure;
-pub mod geodesic;
 pub mod influences;
 mod learned;
 mod mirror;
@@ -46,36 +43,26 @@ mod placement;
 mod rbf;
 mod refine;
 mod soft_shell;
-mod sparse;
 mod system;
 pub mod tangent_frames;
-mod topology;
-mod triangulate;
 
 pub use align::{Misplaced, misplaced};
 pub use doctor::{Finding, Report, Severity, check, examine};
+pub use driven::DrivenComponents;
 pub use learned::{Candidate, Confidence, FAR, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
 pub use placement::{Placed, Skin};
 pub use refine::Refine;
-pub use rhytid_registration::OntoSurface;
 pub use soft_shell::SoftShell;
-pub use topology::Topology;
-pub use triangulate::triangulate;
+pub use system::System;
 
-/// What the benchmark and the tests of the large-scale system take apart. No promise is made for it.
+/// What the tests of the learned method take apart. No promise is made for it.
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::basis::{basis, solve_columns};
-    pub use crate::cholesky::Factor;
-    pub use crate::dissection::{Dissection, Graph, Part, dissect};
-    pub use crate::driven::DrivenComponents;
     pub use crate::learned::{Steps, learn};
-    pub use crate::sparse::Columns;
-    pub use crate::system::System;
 }
 
-use driven::DrivenComponents;
-use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges, laplacian};
+use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges};
+use rhytid_geometry::{Topology, geodesic, laplacian, triangulate};
 use rhytid_kernels::strain;
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.

@@ -1,15 +1,18 @@
 //! Handles placed on a mesh: spread over its front, or where a frame's markers are.
-use crate::Topology;
 use crate::align::aligned;
 use crate::exposure::exposure;
-use crate::geodesic::EdgeGraph;
 use crate::mirror::mirror_images;
-use crate::topology::components;
-use crate::triangulate::{is_degenerate, triangulate};
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Face, Result, UpAxis, laplacian};
+use rhytid_core::{Error, Face, Result, UpAxis};
+use rhytid_geometry::Surface;
+use rhytid_geometry::Topology;
+use rhytid_geometry::components;
+use rhytid_geometry::geodesic::EdgeGraph;
+use rhytid_geometry::laplacian;
+use rhytid_geometry::laplacian::is_degenerate;
+use rhytid_geometry::registration::{OntoSurface, Start, onto_surface};
+use rhytid_geometry::triangulate;
 use rhytid_kernels::normals;
-use rhytid_registration::{OntoSurface, Start, Surface, onto_surface};
 
 /// A vertex that less of the directions it faces see is in a hole.
 const SEEN: f64 = 0.3;

@@ -1,11 +1,12 @@
 //! Frames of bends that one rotation a handle is not enough for, refined offline: the shell's energy where every vertex has a rotation of its
 //! own (`docs/method.md`, rotations).
-use crate::cholesky::Factor;
-use crate::dissection::{Dissection, dissect};
 use crate::driven::DrivenComponents;
 use crate::system::System;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, Result, Rig, human, laplacian, nearest_turn};
+use rhytid_core::{Error, Progress, Result, Rig, human, nearest_turn};
+use rhytid_geometry::cholesky::Factor;
+use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::laplacian;
 use rhytid_kernels::vec3;
 
 /// A step that moves no vertex by more than this part of the handles' spacing is the last.

@@ -1,10 +1,10 @@
 //! A thin shell that is drawn towards targets instead of being held at handles: what lays one face over another.
-use crate::cholesky::Factor;
-use crate::dissection::{Dissection, dissect};
-use crate::sparse::Columns;
 use crate::system::System;
-use rhytid_core::laplacian::laplacian;
 use rhytid_core::{Error, Progress, Result};
+use rhytid_geometry::cholesky::Columns;
+use rhytid_geometry::cholesky::Factor;
+use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::laplacian::laplacian;
 
 /// The linear thin shell of section 2, drawn: `u` of least `∫ ‖∇u‖² + ℓ² ‖Δu‖² + Σ_v w_v ‖u_v − t_v‖²`, which is `(A + diag w) u = w t` with the matrix
 /// A that the basis comes from.

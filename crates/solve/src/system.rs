@@ -1,9 +1,9 @@
 //! Sparse symmetric matrices over the vertices of a mesh: section 2's, A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ², and
 //! that which smooths, M − (σ²/2) C.
-use crate::dissection::Graph;
-use crate::sparse::Columns;
 use rayon::prelude::*;
-use rhytid_core::laplacian::Laplacian;
+use rhytid_geometry::cholesky::Columns;
+use rhytid_geometry::cholesky::Graph;
+use rhytid_geometry::laplacian::Laplacian;
 
 /// Rows assembled by one thread at a time.
 const ROWS_AT_ONCE: usize = 4096;

@@ -1,7 +1,7 @@
 //! Section 5: the neighbour that orients each vertex's tangent frame.
-use crate::Topology;
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_geometry::Topology;
 use rhytid_kernels::normals;
 
 /// For each vertex the one-ring neighbour whose edge has the longest part tangential to the rest normal (ties:

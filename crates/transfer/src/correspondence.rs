@@ -6,10 +6,10 @@ use crate::warp::warp;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use rhytid_core::{Face, Progress, Result, Rig};
+use rhytid_geometry::registration::Similarity;
+use rhytid_geometry::{Topology, triangulate};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_registration::Similarity;
-use rhytid_solve::internals::DrivenComponents;
-use rhytid_solve::{Topology, triangulate};
+use rhytid_solve::DrivenComponents;
 use serde::Serialize;
 
 /// A counterpart is looked for within this many spacings of the handles; beyond the border of the first face, within fewer.

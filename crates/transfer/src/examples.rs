@@ -4,7 +4,8 @@ use crate::gradients::{Local, gradients, local};
 use crate::shapes::Evaluated;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Example, Face, Handles, Progress, Result, Rig, StrainEdges, laplacian};
+use rhytid_core::{Example, Face, Handles, Progress, Result, Rig, StrainEdges};
+use rhytid_geometry::laplacian;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::{SoftShell, shell};
 

@@ -1,7 +1,7 @@
 //! Landmarks: handles of both faces that are at the same place, and the similarity between them.
 use glam::DVec3;
 use rhytid_core::{Error, Face, Result, Rig};
-use rhytid_registration::{Similarity, fit};
+use rhytid_geometry::registration::{Similarity, fit};
 
 /// Fewer do not say how the faces lie to each other.
 pub(crate) const LEAST: usize = 4;

@@ -39,9 +39,10 @@ use correspondence::{Place, correspondence, stretches};
 use examples::{Maker, carried_everywhere};
 use glam::DVec3;
 use landmarks::Landmarks;
-use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig, laplacian};
+use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig};
+use rhytid_geometry::{laplacian, triangulate};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_solve::{check, triangulate};
+use rhytid_solve::check;
 
 /// What a user may say of a transfer.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -1,9 +1,9 @@
 //! The part of a face's mesh that takes part: the components with a landmark.
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::laplacian::is_degenerate;
+use rhytid_geometry::laplacian::is_degenerate;
+use rhytid_geometry::{Closest, Surface};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
-use rhytid_registration::{Closest, Surface};
 use std::collections::BTreeSet;
 
 /// Corners of the surface that face away by more than this cosine are no counterparts.
@@ -61,10 +61,8 @@ impl<'a> Skin<'a> {
             let [a, b, c] = corners(t);
             (b - a).cross(c - a).normalize_or_zero()
         };
-        let takes_part = |t: &usize| {
-            self.takes_part[self.triangles[*t][0] as usize]
-                && !is_degenerate(corners(*t).map(|p| p.to_array()))
-        };
+        let takes_part =
+            |t: &usize| self.takes_part[self.triangles[*t][0] as usize] && !is_degenerate(corners(*t));
         let all = 0..self.triangles.len();
         Facing {
             surface: Surface::new(all.clone().filter(takes_part).map(|t| (t, corners(t)))),

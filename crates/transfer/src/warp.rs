@@ -2,8 +2,8 @@
 use crate::skin::Skin;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::laplacian::laplacian;
 use rhytid_core::{Progress, Result};
+use rhytid_geometry::laplacian::laplacian;
 use rhytid_solve::SoftShell;
 
 /// In the rounds of closest points, over how far the shell smooths what draws it and how far it looks, both in spacings of the handles:

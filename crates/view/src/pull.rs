@@ -1,9 +1,8 @@
 //! What a marker that is dragged takes with it.
 
 use rhytid_core::Rig;
+use rhytid_geometry::dijkstra::shortest_ways;
 use rhytid_render::{Sphere, handles_at_rest};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// How handles follow those that are dragged: along the strain edges, and mirrored.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,32 +77,18 @@ impl Pull {
 
     /// H weights from 0 to 1: (1 − d²/r²)² at the distance d along strain edges.
     fn weights(&self, from: &[usize], reach: f32) -> Vec<f32> {
-        let mut distances = vec![f32::INFINITY; self.neighbours.len()];
-        let mut queue = BinaryHeap::new();
-        for &handle in from {
-            distances[handle] = 0.0;
-            queue.push(Reverse((0, handle)));
-        }
-        // Bits of floats that are not negative are in their order.
-        while let Some(Reverse((bits, handle))) = queue.pop() {
-            let at = f32::from_bits(bits);
-            if at > distances[handle] {
-                continue;
-            }
-            for &(next, length) in &self.neighbours[handle] {
-                let through = at + length;
-                if through < distances[next] && through < reach {
-                    distances[next] = through;
-                    queue.push(Reverse((through.to_bits(), next)));
-                }
-            }
-        }
+        let mut distances = vec![0.0; self.neighbours.len()];
+        let edges = |handle: u32| {
+            self.neighbours[handle as usize].iter().map(|&(next, length)| (next as u32, f64::from(length)))
+        };
+        let sources = from.iter().map(|&handle| (handle as u32, 0.0));
+        shortest_ways(sources, edges, |_| f64::from(reach), &mut distances);
         let weight = |d: f32| match d {
             0.0 => 1.0,
             d if d < reach => (1.0 - (d / reach).powi(2)).powi(2),
             _ => 0.0,
         };
-        distances.into_iter().map(weight).collect()
+        distances.into_iter().map(|d| weight(d as f32)).collect()
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::map_image::{MapImage, corner_uvs};
 use glam::{DVec2, DVec3};
-use rhytid_core::laplacian::{Laplacian, is_degenerate, laplacian};
 use rhytid_core::{Error, Mesh, Result};
+use rhytid_geometry::laplacian::{Laplacian, is_degenerate, laplacian};
 use serde::Serialize;
 use std::path::Path;
 
@@ -92,7 +92,7 @@ impl NormalMap {
                 let corners = [0, i, i + 1];
                 let triangle = corners.map(|i| face[i]);
                 let points = triangle.map(at);
-                if is_degenerate(points.map(|p| p.to_array())) {
+                if is_degenerate(points) {
                     continue;
                 }
                 let [a, b, c] = points;

@@ -5,8 +5,9 @@ mod wrinkles;
 
 pub(crate) use uncertainty::Uncertainty;
 
-use rhytid_core::{Channel, ChannelKind, Error, PrincipalStrains, Result, Rig, StrainGauge};
+use rhytid_core::{Channel, ChannelKind, Error, Result, Rig};
 use rhytid_formats::export::{Frame, Recipe};
+use rhytid_geometry::{PrincipalStrains, StrainGauge};
 use wrinkles::WrinkleActivations;
 
 /// What the stages give of a frame.

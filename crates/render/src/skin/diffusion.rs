@@ -3,7 +3,7 @@
 use super::compute;
 use super::profile::{Gaussian, Series};
 use rhytid_core::Result;
-use rhytid_core::laplacian::laplacian;
+use rhytid_geometry::laplacian::laplacian;
 
 /// How long a series may be.
 #[derive(Debug, Clone, Copy)]

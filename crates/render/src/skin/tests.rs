@@ -4,7 +4,7 @@ use super::diffusion::{Diffusion, Effort};
 use super::profile::SKIN_PROFILE;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::Backend;
-use rhytid_core::laplacian::laplacian;
+use rhytid_geometry::laplacian::laplacian;
 use std::f64::consts::PI;
 
 fn effort(longest: usize) -> Effort {

@@ -1,11 +1,11 @@
 //! Findings of the examples: each beside the neutral.
 use super::finding::{Report, Severity};
 use super::words::{count, first_few, length};
-use crate::Topology;
 use crate::align::misplaced;
-use crate::triangulate::triangulate;
 use glam::DVec3;
 use rhytid_core::Face;
+use rhytid_geometry::Topology;
+use rhytid_geometry::triangulate;
 
 /// An example is said to be in another place from so many degrees or metres on.
 const MISPLACED: (f64, f64) = (0.5, 5e-4);

@@ -3,11 +3,11 @@ use super::finding::{Report, Severity};
 use super::words::{count, first_few, length};
 use crate::driven::DrivenComponents;
 use crate::exposure::exposure;
-use crate::geodesic::{EdgeGraph, nearest_handles};
-use crate::triangulate::triangulate;
-use crate::{Topology, geodesic};
 use glam::DVec3;
 use rhytid_core::{Face, Method, StrainEdges, UpAxis};
+use rhytid_geometry::geodesic::{EdgeGraph, nearest_handles};
+use rhytid_geometry::triangulate;
+use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::normals;
 
 /// Nearest handles that a handle is compared with.

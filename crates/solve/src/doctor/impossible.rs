@@ -1,9 +1,10 @@
 //! Findings that make a solve impossible.
 use super::finding::{Report, Severity};
 use super::words::{count, first_few, length};
-use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;
 use rhytid_core::{Face, LearnedSettings, Method, StrainEdges};
+use rhytid_geometry::laplacian::is_degenerate;
+use rhytid_geometry::triangulate;
 use std::collections::HashMap;
 
 /// What float32 rounds away, at most, of a number's size.

@@ -2,9 +2,10 @@
 use super::finding::{Report, Severity};
 use super::words::{count, first_few};
 use crate::driven::DrivenComponents;
-use crate::triangulate::{is_degenerate, triangulate};
 use glam::DVec3;
 use rhytid_core::{Bind, Face, Method};
+use rhytid_geometry::laplacian::is_degenerate;
+use rhytid_geometry::triangulate;
 use std::collections::{HashMap, HashSet};
 
 pub(super) fn examine(face: &Face, report: &mut Report) {

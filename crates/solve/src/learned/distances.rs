@@ -1,9 +1,9 @@
 //! How far the handles are from each vertex along the edges of the rest mesh, as far as it matters (step 4 of the learned
 //! method).
-use crate::geodesic::{Cell, EdgeGraph};
-use crate::topology::Topology;
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
+use rhytid_geometry::Topology;
+use rhytid_geometry::geodesic::{Cell, EdgeGraph};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What rounding may take from a bound.
@@ -149,8 +149,8 @@ fn between_handles(graph: &EdgeGraph<'_>, cells: &[Cell], handles: usize) -> Vec
 mod tests {
     use super::super::neighborhoods::{Listens, edge_influences, linear_influences};
     use super::*;
-    use crate::geodesic::{nearest_handles, touching_cells};
     use rhytid_core::NoProgress;
+    use rhytid_geometry::geodesic::{nearest_handles, touching_cells};
 
     /// A bent grid of 40 × 30 vertices in quads cut in two, and 80 handles anywhere on it.
     #[test]

@@ -1,10 +1,9 @@
 //! Parts without a handle (step 1 of the learned method): which are rigid, and which follow the driven surface.
 use super::neighborhoods::Listens;
 use crate::driven::DrivenComponents;
-use faer::{Mat, Side};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Bind, Example};
+use rhytid_core::{Bind, Example, horn};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
@@ -70,11 +69,10 @@ fn centroid(positions: &[[f64; 3]], part: &[u32]) -> DVec3 {
     sum / part.len() as f64
 }
 
-/// By Horn (1987): the largest eigenvalue λ of a 4×4 matrix made of the correlations gives the sum of the squared distances
-/// to the best rigid motion, `Σ|a|² + Σ|b|² − 2λ`, about the two centroids.
+/// The largest eigenvalue λ of [`horn`]'s matrix gives the sum of the squared distances to the best rigid motion, `Σ|a|² + Σ|b|² − 2λ`, about the two centroids.
 fn is_rigid(rest: &[[f64; 3]], example: &[[f64; 3]], part: &[u32]) -> bool {
     let (a0, b0) = (centroid(rest, part), centroid(example, part));
-    let mut s = [[0.0; 3]; 3];
+    let mut m = [[0.0; 3]; 3];
     let mut spread = [0.0; 2];
     for &v in part {
         let a = (DVec3::from_array(rest[v as usize]) - a0).to_array();
@@ -83,21 +81,11 @@ fn is_rigid(rest: &[[f64; 3]], example: &[[f64; 3]], part: &[u32]) -> bool {
             spread[0] += a[i] * a[i];
             spread[1] += b[i] * b[i];
             for j in 0..3 {
-                s[i][j] += a[i] * b[j];
+                m[i][j] += b[i] * a[j];
             }
         }
     }
-    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = s;
-    let n = [
-        [xx + yy + zz, yz - zy, zx - xz, xy - yx],
-        [yz - zy, xx - yy - zz, xy + yx, zx + xz],
-        [zx - xz, xy + yx, yy - xx - zz, yz + zy],
-        [xy - yx, zx + xz, yz + zy, zz - xx - yy],
-    ];
-    let Ok(values) = Mat::from_fn(4, 4, |i, j| n[i][j]).self_adjoint_eigenvalues(Side::Lower) else {
-        return false;
-    };
-    let largest = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let largest = horn(&m).largest;
     let squared = (spread[0] + spread[1] - 2.0 * largest).max(0.0);
     squared <= RIGID_WITHIN.powi(2) * spread[0]
 }

@@ -1,11 +1,11 @@
 //! The smooth part of a field on the rest mesh (step 3 of the learned method).
-use crate::cholesky::Factor;
-use crate::dissection::{Dissection, dissect};
 use crate::driven::DrivenComponents;
 use crate::laplacian::{self, Laplacian};
 use crate::system::{NONE, System};
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result, Rig};
+use rhytid_geometry::cholesky::Factor;
+use rhytid_geometry::cholesky::{Dissection, dissect};
 
 /// σ in mean rest lengths.
 const SIGMA: f64 = 1.0 / 12.0;

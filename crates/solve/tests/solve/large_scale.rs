@@ -3,13 +3,13 @@
 use faer::Side;
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
-use rhytid_core::laplacian::laplacian;
 use rhytid_core::{Error, NoProgress};
-use rhytid_solve::internals::Columns;
-use rhytid_solve::internals::Factor;
-use rhytid_solve::internals::System;
-use rhytid_solve::internals::basis;
-use rhytid_solve::internals::{Dissection, Graph, Part, dissect};
+use rhytid_geometry::cholesky::Columns;
+use rhytid_geometry::cholesky::Factor;
+use rhytid_geometry::cholesky::{Dissection, Graph, Part, dissect};
+use rhytid_geometry::laplacian::laplacian;
+use rhytid_solve::System;
+use rhytid_solve::basis::basis;
 
 /// A bent sheet of `width` by `height` vertices.
 fn sheet(width: u32, height: u32) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {

@@ -4,7 +4,7 @@ use rhytid_capture::{HandleSettings, place_handles};
 use rhytid_core::{Face, Handles, NoProgress, Settings as SolveSettings, UpAxis};
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::{mesh, raw_take};
-use rhytid_solve::triangulate;
+use rhytid_geometry::triangulate;
 use rhytid_test_support::shared;
 use rhytid_transfer::{Missing, Settings, transfer};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! A mesh of the same surface that has other vertices, in another order, and other faces.
 use rhytid_core::{Face, Faces, Mesh};
+use rhytid_geometry::triangulate;
 use rhytid_kernels::normals::{VertexTriangles, fan};
-use rhytid_solve::triangulate;
 
 /// A surface meshed anew.
 pub(crate) struct Remeshed {

@@ -5,12 +5,13 @@ use super::images;
 use super::skin::SkinLook;
 use crate::args::{self, Show};
 use rhytid::backends::wgpu::Wgpu;
+use rhytid::geometry::{PrincipalStrains, StrainGauge};
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
     Sphere, Strains, View, around_handles, distances, handles_at_rest, influence_marks, marker_marks,
     tangent_frame_marks,
 };
-use rhytid::{PrincipalStrains, Result, Rig, StrainGauge};
+use rhytid::{Result, Rig};
 use std::time::Duration;
 
 /// What draws.

@@ -31,12 +31,12 @@ impl Topology {
     }
 
     /// V.
-    pub(crate) fn vertices(&self) -> usize {
+    pub fn vertices(&self) -> usize {
         self.offsets.len() - 1
     }
 
     /// Where the one-ring of vertex `v` is among those of all vertices.
-    pub(crate) fn neighbor_range(&self, v: usize) -> std::ops::Range<usize> {
+    pub fn neighbor_range(&self, v: usize) -> std::ops::Range<usize> {
         self.offsets[v] as usize..self.offsets[v + 1] as usize
     }
 
@@ -48,10 +48,7 @@ impl Topology {
 
 /// The connected component of each vertex, counted from 0 in the order of their lowest vertices, and the
 /// number of components. A vertex without a triangle is a component of its own.
-pub(crate) fn components<'a>(
-    vertices: usize,
-    triangles: impl Iterator<Item = &'a [u32; 3]>,
-) -> (Vec<u32>, usize) {
+pub fn components<'a>(vertices: usize, triangles: impl Iterator<Item = &'a [u32; 3]>) -> (Vec<u32>, usize) {
     fn root(parent: &mut [u32], mut v: u32) -> u32 {
         while parent[v as usize] != v {
             let grandparent = parent[parent[v as usize] as usize];

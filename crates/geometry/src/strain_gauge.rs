@@ -7,9 +7,10 @@
 //! it is a tenth shorter. How the mesh moves as a whole changes nothing.
 
 use crate::laplacian::is_degenerate;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::vec3::{add, cross, dot, length, normalize, sub};
+use rhytid_kernels::vec3;
 
 /// Vertices that a thread takes at once.
 const CHUNK: usize = 1024;
@@ -42,7 +43,7 @@ struct Corner {
     /// The area at rest.
     area: f64,
     /// The first axis of the triangle's plane, in the vertex's.
-    axis: [f64; 2],
+    axis: DVec2,
 }
 
 /// The principal strains at V vertices.
@@ -65,24 +66,24 @@ impl StrainGauge {
     /// # Panics
     /// If a triangle's vertex is not below V.
     pub fn new(rest: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        let points = |t: &[u32; 3]| t.map(|v| rest[v as usize].map(f64::from));
+        let points = |t: &[u32; 3]| t.map(|v| wide(rest[v as usize]));
         let sides = |t: &[u32; 3]| {
             let [a, b, c] = points(t);
-            [sub(b, a), sub(c, a)]
+            [b - a, c - a]
         };
-        let normals: Vec<[f64; 3]> = triangles
+        let normals: Vec<DVec3> = triangles
             .par_iter()
             .map(|t| match is_degenerate(points(t)) {
-                true => [0.0; 3],
-                false => cross(sides(t)[0], sides(t)[1]),
+                true => DVec3::ZERO,
+                false => sides(t)[0].cross(sides(t)[1]),
             })
             .collect();
-        let plane = |(t, normal): (&[u32; 3], &[f64; 3])| {
+        let plane = |(t, normal): (&[u32; 3], &DVec3)| {
             let [ab, ac] = sides(t);
-            let (square, twice_area) = (dot(ab, ab), length(*normal));
+            let (square, twice_area) = (ab.length_squared(), normal.length());
             Plane {
                 along: 1.0 / square.sqrt(),
-                slant: dot(ab, ac) / square,
+                slant: ab.dot(ac) / square,
                 across: square.sqrt() / twice_area,
             }
         };
@@ -90,20 +91,20 @@ impl StrainGauge {
         let at = VertexTriangles::new(rest.len(), triangles);
         let (mut begins, mut corners) = (vec![0], Vec::with_capacity(3 * triangles.len()));
         for v in 0..rest.len() {
-            let sum = at.at(v).iter().fold([0.0; 3], |sum, &t| add(sum, normals[t as usize]));
+            let sum = at.at(v).iter().fold(DVec3::ZERO, |sum, &t| sum + normals[t as usize]);
             let normal = normalize(sum);
             let axes = tangents(normal);
             for &triangle in at.at(v) {
                 let own = normals[triangle as usize];
-                let twice_area = length(own);
+                let twice_area = own.length();
                 let own = normalize(own);
-                let cosine = dot(own, normal);
-                if twice_area == 0.0 || normal == [0.0; 3] || cosine < -1.0 + 1e-9 {
+                let cosine = own.dot(normal);
+                if twice_area == 0.0 || normal == DVec3::ZERO || cosine < -1.0 + 1e-9 {
                     continue;
                 }
                 let [ab, _] = sides(&triangles[triangle as usize]);
                 let turned = turn(normalize(ab), own, normal, cosine);
-                let axis = axes.map(|axis| dot(axis, turned));
+                let axis = DVec2::from_array(axes.map(|axis| axis.dot(turned)));
                 corners.push(Corner { triangle, area: 0.5 * twice_area, axis });
             }
             begins.push(corners.len() as u32);
@@ -135,9 +136,10 @@ impl StrainGauge {
             strains.par_chunks_mut(CHUNK).zip(first.par_chunks_mut(CHUNK)).zip(second.par_chunks_mut(CHUNK));
         chunks.enumerate().for_each(|(chunk, ((strains, first), second))| {
             for i in 0..strains.len() {
-                let [of_vertex, directions @ ..] = self.vertex(chunk * CHUNK + i, positions);
-                strains[i] = [of_vertex[0] as f32, of_vertex[1] as f32];
-                [first[i], second[i]] = directions.map(|direction| direction.map(|x| x as f32));
+                let of_vertex = self.vertex(chunk * CHUNK + i, positions);
+                strains[i] = of_vertex.strains.as_vec2().to_array();
+                first[i] = of_vertex.first.as_vec3().to_array();
+                second[i] = of_vertex.second.as_vec3().to_array();
             }
         });
     }
@@ -146,58 +148,74 @@ impl StrainGauge {
         &self.corners[self.begins[v] as usize..self.begins[v + 1] as usize]
     }
 
-    /// The strains (and a 0), and their directions.
-    fn vertex(&self, v: usize, positions: &[[f32; 3]]) -> [[f64; 3]; 3] {
+    fn vertex(&self, v: usize, positions: &[[f32; 3]]) -> VertexStrain {
         // The metric's xx, xy and yy, and the deformation of the vertex's axes.
-        let (mut metric, mut pushed, mut area) = ([0.0; 3], [[0.0; 3]; 2], 0.0);
+        let (mut metric, mut pushed, mut area) = ([0.0; 3], [DVec3::ZERO; 2], 0.0);
         for corner in self.corners_of(v) {
             let [x, y] = self.deformation(corner, positions);
-            for (sum, part) in metric.iter_mut().zip([dot(x, x), dot(x, y), dot(y, y)]) {
+            for (sum, part) in metric.iter_mut().zip([x.dot(x), x.dot(y), y.dot(y)]) {
                 *sum += corner.area * part;
             }
             for (sum, part) in pushed.iter_mut().zip([x, y]) {
-                *sum = add(*sum, part.map(|c| corner.area * c));
+                *sum += part * corner.area;
             }
             area += corner.area;
         }
         if area == 0.0 {
-            return [[0.0; 3]; 3];
+            return VertexStrain::default();
         }
         let ([most, least], [c, s]) = eigen(metric.map(|sum| sum / area));
-        let push = |[c, s]: [f64; 2]| add(pushed[0].map(|x| c * x), pushed[1].map(|x| s * x));
+        let push = |[c, s]: [f64; 2]| pushed[0] * c + pushed[1] * s;
         let first = normalize(push([c, s]));
         let across = push([-s, c]);
-        let along = dot(across, first);
-        let second = normalize(sub(across, first.map(|x| along * x)));
-        [[most.sqrt() - 1.0, least.max(0.0).sqrt() - 1.0, 0.0], first, second]
+        let second = normalize(across - first * across.dot(first));
+        VertexStrain { strains: DVec2::new(most.sqrt() - 1.0, least.max(0.0).sqrt() - 1.0), first, second }
     }
 
     /// Where a triangle's F takes the two axes of the vertex's plane.
-    fn deformation(&self, corner: &Corner, positions: &[[f32; 3]]) -> [[f64; 3]; 2] {
-        let [a, b, c] =
-            self.triangles[corner.triangle as usize].map(|v| positions[v as usize].map(f64::from));
+    fn deformation(&self, corner: &Corner, positions: &[[f32; 3]]) -> [DVec3; 2] {
+        let [a, b, c] = self.triangles[corner.triangle as usize].map(|v| wide(positions[v as usize]));
         let Plane { along, slant, across } = self.planes[corner.triangle as usize];
-        let (ab, ac) = (sub(b, a), sub(c, a));
-        let x = ab.map(|c| along * c);
-        let y = sub(ac, ab.map(|c| slant * c)).map(|c| across * c);
-        let [cosine, sine] = corner.axis;
-        let mix = |p: f64, q: f64| add(x.map(|c| p * c), y.map(|c| q * c));
+        let (ab, ac) = (b - a, c - a);
+        let x = ab * along;
+        let y = (ac - ab * slant) * across;
+        let DVec2 { x: cosine, y: sine } = corner.axis;
+        let mix = |p: f64, q: f64| x * p + y * q;
         [mix(cosine, -sine), mix(sine, cosine)]
     }
 }
 
+/// What is measured at one vertex.
+#[derive(Default)]
+struct VertexStrain {
+    /// The larger first.
+    strains: DVec2,
+    /// The direction of the first strain.
+    first: DVec3,
+    /// The direction of the second strain.
+    second: DVec3,
+}
+
+fn wide(x: [f32; 3]) -> DVec3 {
+    DVec3::from_array(x.map(f64::from))
+}
+
+/// The vector of length 1, or zero where `x` is zero. As the kernels do it, very small vectors keep their direction.
+fn normalize(x: DVec3) -> DVec3 {
+    DVec3::from_array(vec3::normalize(x.to_array()))
+}
+
 /// Two axes at right angles to a normal; the first as near to the mesh's x as can be, so that neighbours have similar ones.
-fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {
-    let axis = if normal[0].abs() < 0.99 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-    let along = dot(axis, normal);
-    let first = normalize(sub(axis, normal.map(|x| along * x)));
-    [first, cross(normal, first)]
+fn tangents(normal: DVec3) -> [DVec3; 2] {
+    let axis = if normal.x.abs() < 0.99 { DVec3::X } else { DVec3::Y };
+    let first = normalize(axis - normal * axis.dot(normal));
+    [first, normal.cross(first)]
 }
 
 /// `x`, which is at right angles to the unit vector `from`, turned by the smallest rotation from there to the unit vector `to`.
-fn turn(x: [f64; 3], from: [f64; 3], to: [f64; 3], cosine: f64) -> [f64; 3] {
-    let part = dot(to, x) / (1.0 + cosine);
-    sub(x, add(from, to).map(|c| part * c))
+fn turn(x: DVec3, from: DVec3, to: DVec3, cosine: f64) -> DVec3 {
+    let part = to.dot(x) / (1.0 + cosine);
+    x - (from + to) * part
 }
 
 /// The eigenvalues of a symmetric matrix, given as xx, xy and yy, the larger first, and the unit vector of that one.
@@ -217,6 +235,7 @@ fn eigen([xx, xy, yy]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rhytid_kernels::vec3::{add, cross, dot, length, normalize};
 
     /// A grid of n × n squares, each cut into two triangles, from 0 to 1 along x and y.
     fn grid(n: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {

@@ -1,11 +1,6 @@
 //! Triangles of polygons, for the computation.
 use glam::DVec3;
-use rhytid_core::{Mesh, laplacian};
-
-/// Whether the triangle `abc` has no area.
-pub(crate) fn is_degenerate(abc: [DVec3; 3]) -> bool {
-    laplacian::is_degenerate(abc.map(|p| p.to_array()))
-}
+use rhytid_core::Mesh;
 
 /// Triangles for the computation, as vertex indices: n − 2 for each polygon of n corners, polygon after
 /// polygon. Quads are cut from their first corner, or from their second where only that keeps both halves

@@ -1,35 +1,11 @@
 //! Distances along the edges of the rest mesh, and the handles' geodesic Voronoi cells, for `auto` strain edges (section 3).
 use crate::Topology;
+use crate::dijkstra::{FromSource, Label, shortest_ways};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
-/// A distance along mesh edges, in the total order that a queue needs.
-struct Distance(f64);
-
-impl PartialEq for Distance {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Distance {}
-
-impl PartialOrd for Distance {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Distance {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
 
 /// The edges of the rest mesh with their lengths.
-pub(crate) struct EdgeGraph<'a> {
+pub struct EdgeGraph<'a> {
     topology: &'a Topology,
     /// Of each vertex's edges, in the order of its neighbours.
     lengths: Vec<f64>,
@@ -37,7 +13,7 @@ pub(crate) struct EdgeGraph<'a> {
 
 impl<'a> EdgeGraph<'a> {
     /// Of V×3 positions.
-    pub(crate) fn new(positions: &[[f64; 3]], topology: &'a Topology) -> Self {
+    pub fn new(positions: &[[f64; 3]], topology: &'a Topology) -> Self {
         let position = |v: usize| DVec3::from_array(positions[v]);
         let of_vertex =
             |v: usize| topology.neighbors(v).iter().map(move |&w| position(v).distance(position(w as usize)));
@@ -50,29 +26,15 @@ impl<'a> EdgeGraph<'a> {
     }
 
     /// The neighbours of a vertex, and how far they are.
-    pub(crate) fn edges(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {
+    pub fn edges(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {
         let lengths = &self.lengths[self.topology.neighbor_range(v as usize)];
         self.topology.neighbors(v as usize).iter().copied().zip(lengths.iter().copied())
     }
 
     /// The distance of every vertex from vertex `from`, into `distances`, V; infinite where it cannot be reached, or where the way
     /// there leads through a vertex that is farther than its `limit`.
-    pub(crate) fn distances(&self, from: u32, limit: impl Fn(u32) -> f64, distances: &mut [f64]) {
-        distances.fill(f64::INFINITY);
-        distances[from as usize] = 0.0;
-        let mut queue = BinaryHeap::from([Reverse((Distance(0.0), from))]);
-        while let Some(Reverse((Distance(distance), v))) = queue.pop() {
-            if distance > distances[v as usize] {
-                continue;
-            }
-            for (w, length) in self.edges(v) {
-                let candidate = distance + length;
-                if candidate < distances[w as usize] && candidate <= limit(w) {
-                    distances[w as usize] = candidate;
-                    queue.push(Reverse((Distance(candidate), w)));
-                }
-            }
-        }
+    pub fn distances(&self, from: u32, limit: impl Fn(u32) -> f64, distances: &mut [f64]) {
+        shortest_ways([(from, 0.0)], |v| self.edges(v), limit, distances);
     }
 }
 
@@ -84,29 +46,15 @@ pub fn voronoi_cells(positions: &[[f64; 3]], topology: &Topology, handles: &[u32
 }
 
 /// A handle, and how far it is along the edges of the rest mesh, before it.
-pub(crate) type Cell = Option<(f64, u32)>;
+pub type Cell = Option<(f64, u32)>;
 
 /// As [`voronoi_cells`], with the distances.
-pub(crate) fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[u32]) -> Vec<Cell> {
-    let mut best: Vec<Cell> = vec![None; graph.vertices()];
-    let mut queue = BinaryHeap::new();
-    for (h, &v) in handles.iter().enumerate() {
-        best[v as usize] = Some((0.0, h as u32));
-        queue.push(Reverse((Distance(0.0), h as u32, v)));
-    }
-    while let Some(Reverse((Distance(distance), handle, v))) = queue.pop() {
-        if best[v as usize] != Some((distance, handle)) {
-            continue;
-        }
-        for (w, length) in graph.edges(v) {
-            let candidate = (distance + length, handle);
-            if best[w as usize].is_none_or(|b| candidate < b) {
-                best[w as usize] = Some(candidate);
-                queue.push(Reverse((Distance(candidate.0), handle, w)));
-            }
-        }
-    }
-    best
+pub fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[u32]) -> Vec<Cell> {
+    let mut labels = vec![FromSource::UNREACHED; graph.vertices()];
+    let sources = handles.iter().zip(0..).map(|(&v, source)| (v, FromSource { distance: 0.0, source }));
+    shortest_ways(sources, |v| graph.edges(v), |_| f64::INFINITY, &mut labels);
+    let is_reached = |label: &FromSource| label.source != u32::MAX;
+    labels.iter().map(|label| is_reached(label).then_some((label.distance, label.source))).collect()
 }
 
 /// The pairs of handles whose cells touch: those with an edge of the mesh between them. Each pair ascending,
@@ -129,7 +77,7 @@ pub fn touching_cells(topology: &Topology, cells: &[Option<u32>]) -> Vec<[u32; 2
 
 /// For each of `edges`, as [`touching_cells`] gives them, the shortest way along the mesh from one handle to the other over a place where
 /// their cells touch.
-pub(crate) fn ways(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &[[u32; 2]]) -> Vec<f64> {
+pub fn ways(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &[[u32; 2]]) -> Vec<f64> {
     let mut ways = vec![f64::INFINITY; edges.len()];
     for (v, cell) in cells.iter().enumerate() {
         for (w, between) in graph.edges(v as u32) {
@@ -149,7 +97,7 @@ pub(crate) fn ways(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &[[u32; 2]]) ->
 const FAR: f64 = 5.0;
 
 /// Takes the pairs out of `edges` whose handles are [`FAR`] times as far along the skin as most are.
-pub(crate) fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &mut Vec<[u32; 2]>) {
+pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &mut Vec<[u32; 2]>) {
     let ways = ways(graph, cells, edges);
     let mut sorted = ways.clone();
     sorted.sort_by(f64::total_cmp);

@@ -1,5 +1,5 @@
 //! The rigid motion between two states of a body of which only some part is still: a head with another expression.
-use crate::similarity::{Similarity, fit};
+use super::similarity::{Similarity, fit};
 use glam::DVec3;
 
 /// The tolerance with which the search begins and the one with which it ends, in parts of the points' extent: from centimetres of a head
@@ -46,7 +46,7 @@ fn share(motion: &Similarity, from: &[DVec3], to: &[DVec3], weights: &[f64], dis
 /// // Two thirds of it do something else besides.
 /// let moved = |(i, x): (usize, &DVec3)| turn * *x + if i % 3 > 0 { DVec3::splat(0.01 * i as f64) } else { DVec3::ZERO };
 /// let after: Vec<DVec3> = body.iter().enumerate().map(moved).collect();
-/// let still = rhytid_registration::what_stays(&body, &after, &[1.0; 200]).unwrap();
+/// let still = rhytid_geometry::registration::what_stays(&body, &after, &[1.0; 200]).unwrap();
 /// assert!(still.motion.rotation.angle_between(turn) < 1e-6);
 /// ```
 pub fn what_stays(from: &[DVec3], to: &[DVec3], weights: &[f64]) -> Option<Still> {

@@ -1,16 +1,16 @@
 //! Section 1: the cotangent Laplacian and the mixed Voronoi areas.
+use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_kernels::vec3::{cross, dot, length, sub};
 
 /// Below this ratio of its height to its longest edge, a triangle counts as having no area: about ten times what float32
 /// makes of three points on a line. Its cotangents would be a million, and what is to be solved as bad as their square.
 const FLAT: f64 = 1e-6;
 
 /// Whether the triangle `abc` has no area.
-pub fn is_degenerate([a, b, c]: [[f64; 3]; 3]) -> bool {
-    let square = |e: [f64; 3]| dot(e, e);
-    let longest = square(sub(b, a)).max(square(sub(c, b))).max(square(sub(a, c)));
-    let twice_area = length(cross(sub(b, a), sub(c, a)));
+pub fn is_degenerate([a, b, c]: [DVec3; 3]) -> bool {
+    let sides = [b - a, c - b, a - c].map(DVec3::length_squared);
+    let longest = sides[0].max(sides[1]).max(sides[2]);
+    let twice_area = (b - a).cross(c - a).length();
     twice_area <= FLAT * longest || twice_area.is_nan()
 }
 
@@ -31,13 +31,12 @@ pub fn laplacian(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Laplacian {
     let mut mass = vec![0.0; positions.len()];
     let mut parts = Vec::with_capacity(triangles.len() * 3);
     for triangle in triangles {
-        let p = triangle.map(|v| positions[v as usize]);
+        let p = triangle.map(|v| DVec3::from_array(positions[v as usize]));
         if is_degenerate(p) {
             continue;
         }
-        let twice_area = length(cross(sub(p[1], p[0]), sub(p[2], p[0])));
-        let dots: [f64; 3] =
-            std::array::from_fn(|i| dot(sub(p[(i + 1) % 3], p[i]), sub(p[(i + 2) % 3], p[i])));
+        let twice_area = (p[1] - p[0]).cross(p[2] - p[0]).length();
+        let dots: [f64; 3] = std::array::from_fn(|i| (p[(i + 1) % 3] - p[i]).dot(p[(i + 2) % 3] - p[i]));
         let obtuse = dots.iter().position(|&d| d < 0.0);
         for i in 0..3 {
             // The cotangent at corner i belongs to the opposite edge (j, k).
@@ -47,8 +46,7 @@ pub fn laplacian(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Laplacian {
             parts.push((a, b, 0.5 * cotangent));
             match obtuse {
                 None => {
-                    let edge = sub(p[j], p[k]);
-                    let share = cotangent * dot(edge, edge) / 8.0;
+                    let share = cotangent * (p[j] - p[k]).length_squared() / 8.0;
                     mass[triangle[j] as usize] += share;
                     mass[triangle[k] as usize] += share;
                 }
@@ -82,7 +80,7 @@ mod tests {
 
     #[test]
     fn points_on_a_line_have_no_area() {
-        let p = |x: f64, y: f64| [x, y, 0.1 * x + 0.2 * y];
+        let p = |x: f64, y: f64| DVec3::new(x, y, 0.1 * x + 0.2 * y);
         assert!(is_degenerate([p(0.1, 0.1), p(0.2, 0.2), p(0.3, 0.3)]));
         assert!(is_degenerate([p(1.0, 1.0); 3]));
         assert!(!is_degenerate([p(0.0, 0.0), p(1.0, 0.0), p(0.5, 1e-5)]));

@@ -1,5 +1,5 @@
 //! Points laid over a surface that they are of, without knowing which point belongs where: markers on a face.
-use crate::similarity::{Similarity, fit};
+use super::similarity::{Similarity, fit};
 use crate::surface::Surface;
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;

@@ -1,10 +1,9 @@
 //! Rigid and similarity fits of point sets, weighted and robust.
 //!
-//! The rotation is Horn's (1987): the unit quaternion that maximises the weighted correlation is the largest eigenvector of a
-//! symmetric 4×4 matrix, so that reflections cannot come out.
-use crate::{median_of, seen};
-use faer::{Mat, Side};
+//! The rotation is Horn's ([`horn`]), so that reflections cannot come out.
+use super::{median_of, seen};
 use glam::{DMat3, DQuat, DVec3};
+use rhytid_core::horn;
 
 /// `x ↦ scale · rotation · x + translation`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,27 +63,15 @@ pub fn fit(from: &[DVec3], to: &[DVec3], weights: &[f64], with_scale: bool) -> O
         spread[0] += w * a.length_squared();
         spread[1] += w * b.length_squared();
     }
-    // Row i of the matrix S[i][j] = Σ w aᵢ bⱼ.
-    let s = |i: usize, j: usize| correlation.col(j)[i];
-    let (xx, xy, xz) = (s(0, 0), s(0, 1), s(0, 2));
-    let (yx, yy, yz) = (s(1, 0), s(1, 1), s(1, 2));
-    let (zx, zy, zz) = (s(2, 0), s(2, 1), s(2, 2));
-    let n = [
-        [xx + yy + zz, yz - zy, zx - xz, xy - yx],
-        [yz - zy, xx - yy - zz, xy + yx, zx + xz],
-        [zx - xz, xy + yx, yy - xx - zz, yz + zy],
-        [xy - yx, zx + xz, yz + zy, zz - xx - yy],
-    ];
-    let n = Mat::from_fn(4, 4, |i, j| n[i][j]);
-    let eigen = n.self_adjoint_eigen(Side::Lower).ok()?;
-    let (values, vectors) = (eigen.S(), eigen.U());
+    // Row i of M = Σ w b aᵀ is bᵢ times a.
+    let best = horn(&correlation.to_cols_array_2d());
     // The two largest are equal where the points lie on a line: then the turn about it is free.
-    if values[3] - values[2] <= 1e-9 * (spread[0] * spread[1]).sqrt() {
+    if best.largest - best.second <= 1e-9 * (spread[0] * spread[1]).sqrt() {
         return None;
     }
-    let q = vectors.col(3);
-    let rotation = DQuat::from_xyzw(q[1], q[2], q[3], q[0]).normalize();
-    let scale = if with_scale { values[3] / spread[0] } else { 1.0 };
+    let [w, x, y, z] = best.quaternion;
+    let rotation = DQuat::from_xyzw(x, y, z, w).normalize();
+    let scale = if with_scale { best.largest / spread[0] } else { 1.0 };
     if !(scale.is_finite() && scale > 0.0) {
         return None;
     }

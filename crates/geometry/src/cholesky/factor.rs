@@ -3,8 +3,8 @@
 //! The columns of a part are eliminated together, as one dense matrix, its front: their own entries of A and what
 //! the two halves below leave of it. So all arithmetic is dense, and parts that share nothing are eliminated at
 //! the same time. No order of a sum depends on the number of threads.
-use crate::dissection::Part;
-use crate::sparse::Columns;
+use super::columns::Columns;
+use super::dissection::Part;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::{matmul, triangular};

@@ -1,0 +1,126 @@
+//! Shortest ways through a graph, from many sources at once (Dijkstra 1959).
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+
+/// How a node is reached.
+pub trait Label: Copy + PartialEq {
+    /// Of a node that is not reached.
+    const UNREACHED: Self;
+
+    /// The distance from the source.
+    fn distance(&self) -> f64;
+
+    /// The label of a neighbour that is `length` farther on.
+    #[must_use]
+    fn through(&self, length: f64) -> Self;
+
+    /// The order in which nodes are visited. Of two labels of a node the lesser is kept.
+    fn order(&self, other: &Self) -> Ordering;
+}
+
+/// The distance alone.
+impl Label for f64 {
+    const UNREACHED: Self = Self::INFINITY;
+
+    fn distance(&self) -> f64 {
+        *self
+    }
+
+    fn through(&self, length: f64) -> Self {
+        self + length
+    }
+
+    fn order(&self, other: &Self) -> Ordering {
+        self.total_cmp(other)
+    }
+}
+
+/// The distance, and from which source. Of sources that are equally near the lowest counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FromSource {
+    /// Along the edges; infinite where no source reaches the node.
+    pub distance: f64,
+    /// As it was given.
+    pub source: u32,
+}
+
+impl Label for FromSource {
+    const UNREACHED: Self = Self { distance: f64::INFINITY, source: u32::MAX };
+
+    fn distance(&self) -> f64 {
+        self.distance
+    }
+
+    fn through(&self, length: f64) -> Self {
+        Self { distance: self.distance + length, ..*self }
+    }
+
+    fn order(&self, other: &Self) -> Ordering {
+        self.distance.total_cmp(&other.distance).then(self.source.cmp(&other.source))
+    }
+}
+
+/// A node in the queue.
+struct Visit<L> {
+    label: L,
+    node: u32,
+}
+
+impl<L: Label> Ord for Visit<L> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.label.order(&other.label).then(self.node.cmp(&other.node))
+    }
+}
+
+impl<L: Label> PartialOrd for Visit<L> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<L: Label> PartialEq for Visit<L> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl<L: Label> Eq for Visit<L> {}
+
+/// The label of every node, into `labels`. A node is labelled from `sources`, along `edges`, which gives the neighbours of a node
+/// and the lengths of the ways there, 0 or more. No node is reached that would be farther than its `limit`.
+///
+/// ```
+/// use rhytid_geometry::dijkstra::shortest_ways;
+///
+/// // A chain of four nodes whose edges have the length 1.
+/// let edges = |node: u32| [node.wrapping_sub(1), node + 1].into_iter().filter(|&n| n < 4).map(|n| (n, 1.0));
+/// let mut distances = [0.0; 4];
+/// shortest_ways([(0, 0.0)], edges, |_| 2.0, &mut distances);
+/// assert_eq!(distances, [0.0, 1.0, 2.0, f64::INFINITY]);
+/// ```
+pub fn shortest_ways<L: Label, E: Iterator<Item = (u32, f64)>>(
+    sources: impl IntoIterator<Item = (u32, L)>,
+    edges: impl Fn(u32) -> E,
+    limit: impl Fn(u32) -> f64,
+    labels: &mut [L],
+) {
+    labels.fill(L::UNREACHED);
+    let mut queue = BinaryHeap::new();
+    for (node, label) in sources {
+        labels[node as usize] = label;
+        queue.push(Reverse(Visit { label, node }));
+    }
+    while let Some(Reverse(Visit { label, node })) = queue.pop() {
+        if labels[node as usize] != label {
+            // A shorter way was found since.
+            continue;
+        }
+        for (next, length) in edges(node) {
+            let candidate = label.through(length);
+            if candidate.order(&labels[next as usize]).is_lt() && candidate.distance() <= limit(next) {
+                labels[next as usize] = candidate;
+                queue.push(Reverse(Visit { label: candidate, node: next }));
+            }
+        }
+    }
+}
