@@ -18,11 +18,11 @@ fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     // The six stages of a case wait for one evaluation; devices and references use all cores themselves.
     arguments.test_threads.get_or_insert(1);
-    let found = rhytid_backends::devices();
+    let found = rhytid_devices::backends::devices();
     let head = Arc::new(OnceLock::new());
     let mut trials: Vec<Trial> = found.devices.iter().flat_map(|info| of_device(info, &head)).collect();
 
-    let (required, names) = (required_backends(), rhytid_backends::names());
+    let (required, names) = (required_backends(), rhytid_devices::backends::names());
     for unknown in unknown_backends(&required, &names) {
         let reason = format!("REQUIRE_BACKENDS asks for {unknown}, which is none of {}", names.join(", "));
         trials.push(Trial::test(format!("[{unknown}] device"), move || Err(Failed::from(reason))));
@@ -47,7 +47,7 @@ struct Tested {
 
 impl Tested {
     fn device(&self) -> Result<&Device, String> {
-        let open = || rhytid_backends::open(&self.info).map_err(|e| e.to_string());
+        let open = || rhytid_devices::backends::open(&self.info).map_err(|e| e.to_string());
         self.device.get_or_init(open).as_ref().map_err(Clone::clone)
     }
 

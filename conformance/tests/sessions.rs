@@ -1,8 +1,8 @@
 //! Sessions come and go without leaving memory behind, and do not disturb each other. (A process of its
 //! own: what is measured is the memory of all of it.)
-use rhytid_backends::BACKENDS;
 use rhytid_conformance::{Case, Suite, cases};
 use rhytid_core::{Device, Stage};
+use rhytid_devices::backends::BACKENDS;
 use rhytid_test_support::{resident, skip};
 use std::sync::{Mutex, PoisonError};
 
@@ -21,11 +21,13 @@ static ALONE: Mutex<()> = Mutex::new(());
 
 /// The first device of each backend.
 fn first_devices() -> Vec<Device> {
-    let found = rhytid_backends::devices();
+    let found = rhytid_devices::backends::devices();
     let mut devices = Vec::new();
     for backend in BACKENDS {
         match found.devices.iter().find(|device| device.backend == backend.name) {
-            Some(info) => devices.push(rhytid_backends::open(info).unwrap_or_else(|e| panic!("{e}"))),
+            Some(info) => {
+                devices.push(rhytid_devices::backends::open(info).unwrap_or_else(|e| panic!("{e}")))
+            }
             None => skip(&format!("{} has no device here", backend.name)),
         }
     }

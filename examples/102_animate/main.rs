@@ -3,8 +3,9 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 102_animate -- face.usd
 //! ```
+use rhytid::devices::{Guard, choose_devices};
 use rhytid::formats::export::{Options, Recipe};
-use rhytid::playback::{Guard, Performance, choose_devices};
+use rhytid::playback::Performance;
 use rhytid::solve::solve;
 use rhytid::{NoProgress, Result};
 use std::path::PathBuf;

@@ -3,7 +3,7 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 103_host_application -- 530000
 //! ```
-use rhytid::backends::cpu::Cpu;
+use rhytid::devices::cpu::Cpu;
 use rhytid::solve::solve;
 use rhytid::{Animator, Backend, NoProgress, Result, Stage, UploadOptions};
 use std::time::Instant;

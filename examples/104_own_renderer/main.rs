@@ -4,7 +4,7 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 104_own_renderer -- face.png
 //! ```
-use rhytid::backends::wgpu::{Wgpu, WgpuSession};
+use rhytid::devices::wgpu::{Wgpu, WgpuSession};
 use rhytid::solve::solve;
 use rhytid::{Animator, NoProgress, Rig, Stage, UploadOptions};
 use std::error::Error;

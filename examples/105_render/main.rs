@@ -7,7 +7,7 @@
 mod host;
 
 use host::Host;
-use rhytid::backends::wgpu::Wgpu;
+use rhytid::devices::wgpu::Wgpu;
 use rhytid::render::{Camera, Look, Offscreen, Picture, Renderer, Target, Vertices, View};
 use rhytid::solve::solve;
 use rhytid::{Animator, NoProgress, Stage, UploadOptions};

@@ -5,8 +5,8 @@ use rhytid::{Error, Result};
 #[cfg(feature = "wgpu")]
 use {
     crate::guard::guard,
-    rhytid::backends::wgpu::Wgpu,
-    rhytid::{Backend, DeviceErrorKind, DeviceInfo, playback::find_device},
+    rhytid::devices::wgpu::Wgpu,
+    rhytid::{Backend, DeviceErrorKind, DeviceInfo, devices::find_device},
 };
 
 /// The device with the id `wanted`, or the first where that is the backend's name.

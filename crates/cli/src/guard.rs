@@ -1,6 +1,6 @@
 //! Drivers are looked at by this program started again, with a command that its help does not show.
 
-use rhytid::playback::Guard;
+use rhytid::devices::Guard;
 use std::process::Command;
 
 /// The command.

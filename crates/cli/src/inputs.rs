@@ -4,10 +4,11 @@ use crate::args::{Setup, TakeReading, UnitChoice};
 use crate::guard::guard;
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
+use rhytid::devices::{choose_devices, find_device};
 use rhytid::formats::edits;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
-use rhytid::playback::{self, CleanUp, EditedTake, Layers, choose_devices, find_device};
+use rhytid::playback::{self, CleanUp, EditedTake, Layers};
 use rhytid::{DeviceInfo, Error, Result, Rig, Take, human};
 use std::path::{Path, PathBuf};
 

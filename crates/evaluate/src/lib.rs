@@ -7,7 +7,7 @@
 //! use rhytid_evaluate::{Regions, evaluate};
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let device = rhytid_playback::choose_devices("cpu:0", rhytid_playback::Guard::NONE, &NoProgress)?.devices;
+//! # let device = rhytid_devices::choose_devices("cpu:0", rhytid_devices::Guard::NONE, &NoProgress)?.devices;
 //! // `face` from rhytid_formats::project::read.
 //! let (_, found, _) = evaluate(&face, |rig| Ok((Regions::by_handles(rig), None)), &device, &NoProgress)?;
 //! let left_out = found.leave_one_out.expect("it has examples");

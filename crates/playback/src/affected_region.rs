@@ -1,10 +1,10 @@
 //! The region of a face that edits affect, which is evaluated by itself, so that edits cost as much as they reach.
 
 use crate::edit_falloff::EditFalloff;
-use crate::evaluator::Evaluator;
 use crate::fade::VertexGain;
 use crate::stages::Context;
 use rhytid_core::{Result, Rig, Stage};
+use rhytid_devices::Evaluator;
 use std::ops::Range;
 
 /// The vertices that edits affect.

@@ -1,7 +1,7 @@
 //! How well a rig gives back what it was made of.
 
-use crate::Evaluator;
 use rhytid_core::{DeviceInfo, Face, Result, Rig, Stage, UploadOptions};
+use rhytid_devices::Evaluator;
 use rhytid_solve::Misplaced;
 
 /// How far a rig is from one of the scans that it was made of, with the scan's handle positions.
@@ -37,7 +37,8 @@ pub fn comes_back(
         }
         states.push((Some(example.name.clone()), positions));
     }
-    let mut evaluator = Evaluator::new(rig, UploadOptions::frames(1), devices, &rhytid_backends::open)?;
+    let mut evaluator =
+        Evaluator::new(rig, UploadOptions::frames(1), devices, &rhytid_devices::backends::open)?;
     let mut found = Vec::new();
     let mut out = [Vec::new()];
     for (example, positions) in states {

@@ -4,7 +4,6 @@ use crate::affected_region::AffectedRegion;
 use crate::channels::{ChannelSources, Given};
 use crate::correction::{Correction, Sculpted};
 use crate::edit_falloff::EditFalloff;
-use crate::evaluator::Evaluator;
 use crate::fade::{Fade, VertexGain};
 use crate::refined::Refined;
 use crate::selection::Selection;
@@ -13,6 +12,7 @@ use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{EditedTake, Layers, batch, layers, pipeline};
 use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, human};
+use rhytid_devices::Evaluator;
 use rhytid_formats::export::{ChannelChoice, Frame, HeadMotion, OutputStage, Recipe};
 use rhytid_kernels::normals::VertexTriangles;
 use std::sync::Arc;
@@ -36,13 +36,14 @@ pub struct Playback<'a> {
 
 impl<'a> Playback<'a> {
     /// Makes `rig` resident on the first of `devices` that has room for it, for takes of `frames` frames; the other devices, as
-    /// [`crate::choose_devices`] gives them, are for when that one fails.
+    /// [`rhytid_devices::choose_devices`] gives them, are for when that one fails.
     ///
     /// # Errors
     /// [`Error::Device`], the last device's, if none has room; [`Error::Input`] if the rig is not consistent.
     pub fn new(rig: &'a Rig, devices: &[DeviceInfo], frames: usize) -> Result<Self> {
         let batch = batch::batch_frames(rig).min(frames.max(1));
-        let evaluator = Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_backends::open)?;
+        let evaluator =
+            Evaluator::new(rig, UploadOptions::frames(batch), devices, &rhytid_devices::backends::open)?;
         Ok(Self::with(rig, evaluator, batch))
     }
 
@@ -282,11 +283,11 @@ impl<'a> Playback<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluator::tests::{Flaky, info};
     use rhytid_core::{Device, NoProgress, channel};
     use rhytid_formats::animation::{self, Format};
     use rhytid_formats::export::{self, Scene, StatedRecipe};
     use rhytid_solve::solve;
+    use rhytid_test_support::flaky::{Flaky, info};
     use std::path::Path;
 
     const FRAMES: usize = 23;

@@ -44,8 +44,9 @@ impl<'a> Refined<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Playback, Selection, choose_devices};
+    use crate::{Playback, Selection};
     use rhytid_core::{NoProgress, Take, channel};
+    use rhytid_devices::{Guard, choose_devices};
     use rhytid_formats::export::{Frame, Recipe};
 
     #[test]
@@ -65,7 +66,7 @@ mod tests {
             head: None,
         };
         let handles = take.handle_positions(&rig.labels).unwrap();
-        let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
+        let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
         let mut playback = Playback::new(&rig, &devices, 3).unwrap();
         let selection = Selection::all(take).unwrap();
         let frames = |playback: &mut Playback<'_>, refine| {

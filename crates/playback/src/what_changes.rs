@@ -1,7 +1,7 @@
 //! What another rig does to a take.
 
-use crate::Evaluator;
 use rhytid_core::{DeviceInfo, Error, Result, Rig, Stage, Take, UploadOptions};
+use rhytid_devices::Evaluator;
 
 /// How far two rigs are from each other in a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +31,12 @@ pub fn what_changes(
     let handles = take.pick(frames).handle_positions(&a.labels)?;
     let mut evaluators = Vec::with_capacity(2);
     for rig in rigs {
-        evaluators.push(Evaluator::new(rig, UploadOptions::frames(1), devices, &rhytid_backends::open)?);
+        evaluators.push(Evaluator::new(
+            rig,
+            UploadOptions::frames(1),
+            devices,
+            &rhytid_devices::backends::open,
+        )?);
     }
     let mut out = [[Vec::new()], [Vec::new()]];
     let mut changes = Vec::with_capacity(frames.len());

@@ -41,7 +41,7 @@ fn an_evaluation_has_its_tables() {
     let mut face = rhytid_demo::face(2_000);
     face.examples[1].name = "<b>grin</b>".into();
     let device =
-        rhytid_playback::choose_devices("cpu:0", rhytid_playback::Guard::NONE, &NoProgress).unwrap().devices;
+        rhytid_devices::choose_devices("cpu:0", rhytid_devices::Guard::NONE, &NoProgress).unwrap().devices;
     let (rig, found, maps) =
         evaluate(&face, |rig| Ok((Regions::by_handles(rig), None)), &device, &NoProgress).unwrap();
     let folder = TempDir::new().unwrap();

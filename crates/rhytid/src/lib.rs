@@ -11,7 +11,8 @@
 //! ```no_run
 //! use rhytid::formats::export::{Options, Recipe};
 //! use rhytid::formats::{Reach, project, take::Missing};
-//! use rhytid::playback::{CleanUp, Guard, Performance, choose_devices, read_take};
+//! use rhytid::devices::{Guard, choose_devices};
+//! use rhytid::playback::{CleanUp, Performance, read_take};
 //! use rhytid::{NoProgress, rig_file};
 //! use std::path::Path;
 //!
@@ -33,10 +34,11 @@
 //! # In a host application
 //!
 //! A game or a tool that draws the face itself holds an [`Animator`]: positions of handles in, any [`Stage`] out. On a GPU
-//! nothing needs to come back: each backend's session gives its buffers away ([`backends`]).
+//! nothing needs to come back: each backend's session gives its buffers away ([`devices`]).
 //!
 //! ```
-//! use rhytid::{NoProgress, Stage, UploadOptions, backends};
+//! use rhytid::devices::backends;
+//! use rhytid::{NoProgress, Stage, UploadOptions};
 //!
 //! # let face = rhytid_demo::face(1_000);
 //! # let rig = rhytid::solve::solve(&face, &NoProgress)?.cast::<f32>();
@@ -62,7 +64,7 @@
 //!
 //! | feature | what it adds |
 //! | --- | --- |
-//! | `cpu`, `vulkan`, `opencl`, `wgpu` | that backend, in [`backends`] |
+//! | `cpu`, `vulkan`, `opencl`, `wgpu` | that backend, in [`devices`] |
 //! | `solve` | scans to a rig, and the doctor: [`solve`](mod@solve) |
 //! | `formats` | meshes, takes, capture files, project files in; USD and glTF out and in: [`formats`] |
 //! | `capture` | from a raw take to a clean one: [`capture`] |
@@ -81,14 +83,14 @@
 #[doc(inline)]
 pub use rhytid_core::*;
 
-#[doc(inline)]
-pub use rhytid_backends as backends;
 #[cfg(feature = "capture")]
 #[doc(inline)]
 pub use rhytid_capture as capture;
 #[cfg(feature = "conformance")]
 #[doc(inline)]
 pub use rhytid_conformance as conformance;
+#[doc(inline)]
+pub use rhytid_devices as devices;
 #[cfg(feature = "evaluate")]
 #[doc(inline)]
 pub use rhytid_evaluate as evaluate;

@@ -1,8 +1,9 @@
 //! Help that the tests of several crates share: how one says that it does nothing here, the data beside the project, a small face, the programs that
-//! `cargo xtask setup` installs, readings of `/proc`, and what was logged.
+//! `cargo xtask setup` installs, readings of `/proc`, what was logged, and a device that fails.
 #![forbid(unsafe_code)]
 
 mod data;
+pub mod flaky;
 mod logged;
 mod memory;
 pub mod sheet;

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use rhytid_core::NoProgress;
-//! use rhytid_playback::{Guard, choose_devices};
+//! use rhytid_devices::{Guard, choose_devices};
 //! use rhytid_transfer::{Settings, transfer};
 //!
 //! # let first = rhytid_demo::face(3_000);

@@ -57,7 +57,7 @@ fn main() -> Result<()> {
 
 /// Another device than those of wgpu.
 fn find(id: &str) -> Result<DeviceInfo> {
-    let found = rhytid_backends::devices().devices.into_iter().find(|device| device.id() == id);
+    let found = rhytid_devices::backends::devices().devices.into_iter().find(|device| device.id() == id);
     found.ok_or_else(|| Error::input(format!("{id}: no such device")))
 }
 

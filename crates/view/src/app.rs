@@ -277,7 +277,7 @@ impl ViewApp {
         rig: &rhytid_core::Rig,
     ) -> Result<Option<crate::frame_source::OtherDevice>> {
         use rhytid_core::UploadOptions;
-        let open = |info| rhytid_backends::open(info)?.upload(rig, UploadOptions::frames(1));
+        let open = |info| rhytid_devices::backends::open(info)?.upload(rig, UploadOptions::frames(1));
         self.device.as_ref().map(open).transpose()
     }
 

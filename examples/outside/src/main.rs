@@ -1,7 +1,8 @@
 //! A newcomer's program: loads a rig, takes any device, plays a take and reads positions.
 use rhytid::formats::export::Recipe;
 use rhytid::formats::take::Missing;
-use rhytid::playback::{CleanUp, Guard, Performance, choose_devices, read_take};
+use rhytid::devices::{Guard, choose_devices};
+use rhytid::playback::{CleanUp, Performance, read_take};
 use rhytid::{NoProgress, Result, rig_file};
 use std::path::Path;
 

@@ -4,12 +4,12 @@ use super::bench;
 use crate::guard::guard;
 use crate::progress::Ui;
 use crate::{args, exit, output};
-use rhytid::backends::Found;
 use rhytid::conformance::{
     DeviceReport, Memory, Outcome, Report, StageTime, Suite, missing_devices, no_device, read_bandwidth,
     required_backends, run_device, unknown_backends,
 };
-use rhytid::playback::{Guard, PATIENCE, Signs, answer, devices, find_device};
+use rhytid::devices::backends::Found;
+use rhytid::devices::{Guard, PATIENCE, Signs, answer, devices, find_device};
 use rhytid::{DeviceInfo, Error, Method, Progress, Result};
 use rhytid_demo::{Size, sized_rig};
 use serde::{Deserialize, Serialize};
@@ -119,7 +119,7 @@ pub(super) fn look(request: &[String]) -> Result<()> {
 /// Runs the suite, and times the stages of a device that passes the full one; `before` is told whether the next case is a large one,
 /// how many are done, and of how many: all of them before the times.
 fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(bool, usize, usize)) -> Conformance {
-    let device = match rhytid::backends::open(info) {
+    let device = match rhytid::devices::backends::open(info) {
         Ok(device) => device,
         Err(error) => {
             let DeviceReport { outcomes, wall_seconds, .. } = DeviceReport::not_opened(info, &error);
@@ -142,7 +142,7 @@ fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(bool, usize, usize)) -
 
 /// The outcomes of the backends, and of the devices that are required, that are not here.
 fn without_device(found: &Found) -> Result<Vec<Outcome>> {
-    let (required, names) = (required_backends(), rhytid::backends::names());
+    let (required, names) = (required_backends(), rhytid::devices::backends::names());
     let unknown = unknown_backends(&required, &names);
     if !unknown.is_empty() {
         return Err(Error::input(format!(

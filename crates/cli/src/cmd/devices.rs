@@ -2,7 +2,7 @@
 
 use crate::guard::guard;
 use crate::{args, output};
-use rhytid::backends::Missing;
+use rhytid::devices::backends::Missing;
 use rhytid::human;
 use rhytid::{DeviceInfo, DeviceKind, Result};
 use serde::Serialize;
@@ -50,7 +50,7 @@ pub(super) fn run(args: &args::Devices) -> Result<()> {
 }
 
 fn listing() -> Listing {
-    let found = rhytid::playback::devices(guard());
+    let found = rhytid::devices::devices(guard());
     let left_out = found.missing();
     let devices = found.devices.into_iter().map(|info| Listed {
         id: info.id(),

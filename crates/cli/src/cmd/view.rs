@@ -2,9 +2,8 @@
 
 use crate::guard::guard;
 use crate::{args, drawing, inputs, interrupt, limits};
-use rhytid::backends::wgpu::Wgpu;
+use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::FileKind;
-use rhytid::playback;
 use rhytid::view::WindowOptions;
 use rhytid::{Backend, Error, Result};
 
@@ -36,7 +35,7 @@ pub(super) fn run(args: &args::View) -> Result<()> {
         None if likely.is_software_driver() => Some(inputs::processor()?),
         named => named.filter(|named| draws.as_ref() != Some(named)),
     };
-    let mut devices = playback::devices(guard()).devices;
+    let mut devices = rhytid::devices::devices(guard()).devices;
     devices.retain(|device| draws.as_ref() != Some(device));
     let files = files().cloned().collect();
     let (sender, close) = std::sync::mpsc::channel();

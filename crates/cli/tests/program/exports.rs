@@ -1,7 +1,7 @@
 //! What `animate`, `export-shapes` and `verify` have to do with each other.
 
 use crate::common::{Fixture, stderr};
-use rhytid::backends::cpu::Cpu;
+use rhytid::devices::cpu::Cpu;
 use rhytid::formats::mesh;
 use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
 use serde_json::Value;

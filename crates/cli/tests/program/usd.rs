@@ -1,7 +1,7 @@
 //! What USD reads from an animated file has the bits of the backend's output.
 
 use crate::common::{Fixture, demo};
-use rhytid::backends::cpu::Cpu;
+use rhytid::devices::cpu::Cpu;
 use rhytid::formats::take;
 use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
 use rhytid_test_support::python;

@@ -1,10 +1,10 @@
 //! Real faces: how far each method is from the truth, and scans that are planned from markers alone.
 use rhytid_core::{DeviceInfo, Example, Face, Handles, Mesh, NoProgress, Settings, Take, UpAxis};
+use rhytid_devices::{Guard, choose_devices};
 use rhytid_evaluate::coverage::{coverage, take_sigma};
 use rhytid_evaluate::{Comparison, Regions, Truth, evaluate};
 use rhytid_formats::sequence::Sequence;
 use rhytid_formats::{mesh, tables, take};
-use rhytid_playback::{Guard, choose_devices};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 use std::path::Path;

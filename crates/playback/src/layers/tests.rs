@@ -1,6 +1,7 @@
 use super::*;
-use crate::{Playback, Selection, choose_devices};
+use crate::{Playback, Selection};
 use rhytid_core::{NoProgress, channel};
+use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::{Frame, OutputStage, Recipe};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use std::fs;
@@ -60,7 +61,7 @@ impl Fixture {
 fn play(rig: &Rig, layers: &Layers, edited: impl Into<EditedTake>, stage: OutputStage) -> Vec<[Vec<f32>; 2]> {
     let edited = &edited.into();
     let selection = Selection::all(edited.clone()).unwrap();
-    let devices = choose_devices("cpu:0", crate::Guard::NONE, &NoProgress).unwrap().devices;
+    let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
     let mut playback = Playback::new(rig, &devices, 60).unwrap();
     playback = playback.with_layers(layers, edited, &NoProgress).unwrap();
     let mut frames = Vec::new();

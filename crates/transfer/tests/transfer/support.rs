@@ -1,8 +1,9 @@
 //! Real faces, their rigs, and what rigs do.
 use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, UpAxis};
+use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::{mesh, tables};
-use rhytid_playback::{Guard, Playback, choose_devices};
+use rhytid_playback::Playback;
 use rhytid_solve::{Smoothing, solve};
 use std::path::Path;
 

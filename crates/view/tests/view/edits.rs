@@ -1,9 +1,10 @@
 //! A take with edits on it, and pulls that are saved as an edit.
 
 use super::*;
+use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::Recipe;
 use rhytid_formats::{Reach, mesh, take};
-use rhytid_playback::{EditedTake, Guard, Layers, Playback, Selection, choose_devices};
+use rhytid_playback::{EditedTake, Layers, Playback, Selection};
 
 const FRAME: usize = 25;
 

@@ -111,7 +111,7 @@ fn rounds(
     limit: Duration,
     mut between: impl FnMut(),
 ) -> Result<Vec<Rounds>> {
-    let backend = rhytid::backends::open(info)?;
+    let backend = rhytid::devices::backends::open(info)?;
     let mut animators = Vec::new();
     for rig in rigs {
         animators.push((backend.upload(rig, options)?, swaying(rig, options.max_frames), Rounds::default()));
@@ -232,7 +232,7 @@ mod tests {
     fn times_add_up() {
         let size = Size { vertices: 20_000, handles: 20, examples: 2 };
         let [rig, chapter] = [Method::default(), Method::Chapter].map(|method| sized_rig(size, method));
-        let cpu = rhytid::backends::find("cpu:0").unwrap();
+        let cpu = rhytid::devices::backends::find("cpu:0").unwrap();
         let options = UploadOptions::frames(2);
         let (whole, stages, beside) = measure(&cpu, &rig, Some(&chapter), options, &Memory::new()).unwrap();
         let sum: f64 = stages.iter().map(|stage| stage.ms).sum();

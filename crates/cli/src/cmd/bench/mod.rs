@@ -10,9 +10,9 @@ use crate::{args, output};
 use growth::{Point, What};
 use measure::{Chapter, Measured, Whole};
 use rhytid::conformance::{COMMIT, Memory, StageTime};
+use rhytid::devices::{devices, find_device};
 use rhytid::formats::refuse_inputs;
 use rhytid::human;
-use rhytid::playback::{devices, find_device};
 use rhytid::{
     AtomicFile, BasisStorage, DeviceInfo, Error, Method, Progress, Result, Rig, UploadOptions, rig_file,
 };

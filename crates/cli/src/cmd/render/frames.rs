@@ -3,9 +3,10 @@
 use super::truth::Truth;
 use crate::progress::Ui;
 use crate::{args, drawing, inputs};
-use rhytid::backends::wgpu::{Wgpu, WgpuSession};
+use rhytid::devices::Watch;
+use rhytid::devices::wgpu::{Wgpu, WgpuSession};
 use rhytid::formats::export::{OutputStage, Recipe};
-use rhytid::playback::{EditedTake, Layers, Playback, Selection, Watch};
+use rhytid::playback::{EditedTake, Layers, Playback, Selection};
 use rhytid::render::Vertices;
 use rhytid::{Animator, Backend, DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions, channel};
 use std::time::{Duration, Instant};

@@ -12,7 +12,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use frames::{Before, Evaluated, Frames, Wanted};
 use pictures::Pictures;
-use rhytid::backends::wgpu::Wgpu;
+use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::render::{Moving, MovingFormat, Picture, Sheet, hide_parts};

@@ -4,7 +4,7 @@ use super::frames::{Before, Evaluated, Shape};
 use super::images;
 use super::skin::SkinLook;
 use crate::args::{self, Show};
-use rhytid::backends::wgpu::Wgpu;
+use rhytid::devices::wgpu::Wgpu;
 use rhytid::geometry::{PrincipalStrains, StrainGauge};
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,

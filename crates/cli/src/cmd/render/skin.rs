@@ -1,7 +1,7 @@
 //! Frames as skin.
 
 use crate::args;
-use rhytid::backends::wgpu::Wgpu;
+use rhytid::devices::wgpu::Wgpu;
 use rhytid::render::{Camera, Lights, Offscreen, Skin, SkinRenderer, Vertices, albedos};
 use rhytid::{Result, Rig};
 use std::time::{Duration, Instant};

@@ -1,7 +1,7 @@
 //! A face that is animated twice: by the program, into files, and by the library.
 
 use super::programs::Frames;
-use rhytid::backends::cpu::Cpu;
+use rhytid::devices::cpu::Cpu;
 use rhytid::formats::export::OutputStage;
 use rhytid::formats::take;
 use rhytid::playback::Playback;

@@ -1,8 +1,8 @@
 //! Which devices there are, seen from behind a [`Guard`].
 
+use crate::backends::{BACKENDS, Entry, Found};
 use crate::guard::{Guard, PATIENCE, Signs};
 use crate::{manifests, trial};
-use rhytid_backends::{BACKENDS, Entry, Found};
 use rhytid_core::{DeviceErrorKind, DeviceInfo, DeviceKind, Error, NoProgress, Result};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -120,7 +120,7 @@ pub fn answer(request: &[String]) -> Result<()> {
             device: of.clone(),
             message: "there is no such device any more".into(),
         };
-        return trial::answer(&rhytid_backends::find(of).ok_or_else(gone)?);
+        return trial::answer(&crate::backends::find(of).ok_or_else(gone)?);
     }
     let entry = BACKENDS.iter().find(|entry| what == "list" && entry.name == of).ok_or_else(unknown)?;
     let listed = match (entry.devices)() {

@@ -28,7 +28,7 @@ pub fn find_device(id: &str, guard: Guard) -> Result<DeviceInfo> {
     warn(&found);
     let present = found.devices;
     let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();
-    let left_out = rhytid_backends::LEFT_OUT.iter().find(|(name, _)| *name == backend);
+    let left_out = crate::backends::LEFT_OUT.iter().find(|(name, _)| *name == backend);
     let hint = left_out.map(|(name, how)| format!("; this program was built without {name}: {how}"));
     Err(Error::Device {
         kind: DeviceErrorKind::NotFound,
@@ -63,7 +63,7 @@ pub fn choose_devices(wanted: &str, guard: Guard, progress: &dyn Progress) -> Re
 }
 
 /// Every device here, looked at anew: what `auto` remembers of devices and drivers that failed is forgotten.
-pub fn devices(guard: Guard) -> rhytid_backends::Found {
+pub fn devices(guard: Guard) -> crate::backends::Found {
     if let Some(path) = cache_file() {
         let mut known = read_cache(&path);
         let before = known.clone();
@@ -76,7 +76,7 @@ pub fn devices(guard: Guard) -> rhytid_backends::Found {
 }
 
 /// A backend whose driver fails is a warning, since the others still work.
-fn warn(found: &rhytid_backends::Found) {
+fn warn(found: &crate::backends::Found) {
     for (backend, error) in &found.failed {
         log::warn!("the backend {backend} is left out: {error}");
     }
@@ -122,7 +122,7 @@ fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
 }
 
 /// The devices that are here; what failed before with the drivers that are installed now is not looked at again.
-fn remembering(known: &mut Cache, guard: Guard) -> rhytid_backends::Found {
+fn remembering(known: &mut Cache, guard: Guard) -> crate::backends::Found {
     let installed = manifests::installed();
     known.broken.retain(|broken| broken.installed == installed);
     let broken: Vec<String> = known.broken.iter().map(|broken| broken.backend.clone()).collect();
@@ -132,7 +132,7 @@ fn remembering(known: &mut Cache, guard: Guard) -> rhytid_backends::Found {
         known.broken.push(Broken { backend: (*backend).to_owned(), installed: installed.clone(), why });
     }
     for Broken { backend, why, .. } in known.broken.iter().filter(|known| broken.contains(&known.backend)) {
-        if let Some(&name) = rhytid_backends::names().iter().find(|name| *name == backend) {
+        if let Some(&name) = crate::backends::names().iter().find(|name| *name == backend) {
             let why = format!("{why} (so it was before; `rhytid devices` looks again)");
             found.failed.push((name, listing::failure(name, why)));
         }

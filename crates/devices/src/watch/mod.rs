@@ -23,7 +23,7 @@ const ROUNDING: f32 = 1e-4;
 /// No face goes farther from its rest pose than this many diagonals, and this many times as far as its handles make its vertices go.
 const FARTHEST: f32 = 4.0;
 
-/// Watches one device: what every frame of a [`crate::Playback`] goes by, and what a program that evaluates by itself can have.
+/// Watches one device: what every frame of a `rhytid_playback::Playback` goes by, and what a program that evaluates by itself can have.
 pub struct Watch<'a> {
     rig: &'a Rig,
     options: UploadOptions,
@@ -55,8 +55,8 @@ impl<'a> Watch<'a> {
         if info.backend == "cpu" {
             return Ok(None);
         }
-        let Some(processor) = rhytid_backends::find("cpu:0") else { return Ok(None) };
-        let processor = rhytid_backends::open(&processor)?;
+        let Some(processor) = crate::backends::find("cpu:0") else { return Ok(None) };
+        let processor = crate::backends::open(&processor)?;
         let (low, high) = rig.rest.iter().fold(([f32::MAX; 3], [f32::MIN; 3]), |(low, high), x| {
             ([0, 1, 2].map(|c| low[c].min(x[c])), [0, 1, 2].map(|c| high[c].max(x[c])))
         });

@@ -2,28 +2,18 @@
 //! in [`BACKENDS`].
 //!
 //! ```
-//! let found = rhytid_backends::devices();
+//! use rhytid_devices::backends;
+//!
+//! let found = backends::devices();
 //! for device in &found.devices {
 //!     println!("{}: {}", device.id(), device.name);
 //! }
 //! // Every backend is accounted for: it has a device, or what it lacks is said.
-//! for name in rhytid_backends::names() {
+//! for name in backends::names() {
 //!     let has_device = found.devices.iter().any(|device| device.backend == name);
 //!     assert!(has_device || found.missing().iter().any(|missing| missing.backend == name));
 //! }
 //! ```
-//! Each backend's own types, for hosts that hand in their device or take its buffers, are in the module of its name.
-#![forbid(unsafe_code)]
-
-#[cfg(feature = "cpu")]
-pub use rhytid_backend_cpu as cpu;
-#[cfg(feature = "opencl")]
-pub use rhytid_backend_opencl as opencl;
-#[cfg(feature = "vulkan")]
-pub use rhytid_backend_vulkan as vulkan;
-#[cfg(feature = "wgpu")]
-pub use rhytid_backend_wgpu as wgpu;
-
 use rhytid_core::{Backend, Device, DeviceErrorKind, DeviceInfo, Error, Result};
 
 /// A backend, whatever its type.

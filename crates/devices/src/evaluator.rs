@@ -7,7 +7,7 @@ use rhytid_core::{
 use std::collections::VecDeque;
 use std::iter;
 
-/// Opens a device: [`rhytid_backends::open`], but for tests.
+/// Opens a device: [`crate::backends::open`], but for tests.
 pub type Open<'a> = &'a (dyn Fn(&DeviceInfo) -> Result<Device> + Sync);
 
 /// A rig on a device, and the devices to fall back on.
@@ -35,7 +35,7 @@ impl<'a> Evaluator<'a> {
     ///
     /// # Errors
     /// As [`Evaluator::new`].
-    pub(crate) fn of_part<'b>(&self, part: &'b Rig) -> Result<Evaluator<'b>>
+    pub fn of_part<'b>(&self, part: &'b Rig) -> Result<Evaluator<'b>>
     where
         'a: 'b,
     {
@@ -144,103 +144,11 @@ fn advised(error: Error) -> Error {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-    use rhytid_backend_cpu::{Cpu, CpuSession};
-    use rhytid_core::{Backend, CheckedRig, HandleFrames, NoProgress};
+    use rhytid_core::NoProgress;
     use rhytid_solve::solve;
-    use std::time::Duration;
-
-    /// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
-    /// in the second stage read of the third batch, `upload` at once; `nothing` computes nothing. From the third batch on `dark:2` has
-    /// no normals, `flipped:2` has them inside out, and `late:2` those of the frame before.
-    pub(crate) struct Flaky(String);
-
-    pub(crate) struct FlakySession {
-        session: CpuSession,
-        fails: String,
-        frames: usize,
-        batches: usize,
-        reads: usize,
-    }
-
-    fn lost(device: &str) -> Error {
-        Error::Device { kind: DeviceErrorKind::Lost, device: device.into(), message: "unplugged".into() }
-    }
-
-    impl Backend for Flaky {
-        const NAME: &'static str = "flaky";
-        type Session = FlakySession;
-
-        fn devices() -> Result<Vec<DeviceInfo>> {
-            Ok(Vec::new())
-        }
-
-        fn open(device: &DeviceInfo) -> Result<Self> {
-            Ok(Self(device.name.clone()))
-        }
-
-        fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<FlakySession> {
-            if self.0 == "upload" {
-                let kind = DeviceErrorKind::OutOfMemory;
-                return Err(Error::Device { kind, device: self.0.clone(), message: "full".into() });
-            }
-            let session = Cpu.upload(rig, options)?;
-            Ok(FlakySession { session, fails: self.0.clone(), frames: 0, batches: 0, reads: 0 })
-        }
-    }
-
-    impl Session for FlakySession {
-        fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
-            if self.fails == format!("evaluate:{}", self.batches) {
-                return Err(lost(&self.fails));
-            }
-            self.frames = frames.frames;
-            self.batches += 1;
-            self.reads = 0;
-            self.session.evaluate(frames)
-        }
-
-        fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
-            self.reads += 1;
-            if self.fails == format!("read:{}", self.batches - 1) && self.reads == 2 {
-                out.clear();
-                return Err(lost(&self.fails));
-            }
-            self.session.read(stage, out)?;
-            if self.fails == "nothing" {
-                out.fill(0.0);
-            }
-            if let (Stage::Normals, Some((fault, from))) = (stage, self.fails.split_once(':'))
-                && self.batches > from.parse().unwrap()
-            {
-                let frame = out.len() / self.frames;
-                match fault {
-                    "dark" => out.fill(0.0),
-                    "flipped" => out.iter_mut().for_each(|x| *x = -*x),
-                    "late" => out.rotate_right(frame),
-                    _ => {}
-                }
-            }
-            Ok(())
-        }
-
-        fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
-            Ok(None)
-        }
-    }
-
-    /// A device of the name, for [`Flaky`].
-    pub(crate) fn info(name: &str) -> DeviceInfo {
-        let mut info = Cpu::devices().unwrap().remove(0);
-        info.name = name.into();
-        info
-    }
-
-    /// The same, not as the processor, so that it is watched.
-    pub(crate) fn watched(name: &str) -> DeviceInfo {
-        DeviceInfo { backend: "flaky", ..info(name) }
-    }
+    use rhytid_test_support::flaky::{Flaky, info, watched};
 
     const STAGES: [Stage; 2] = [Stage::Positions, Stage::Normals];
 

@@ -47,7 +47,7 @@ impl Trial {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Broken {
     pub(crate) backend: String,
-    /// As [`crate::installed::drivers`] has them.
+    /// As [`crate::manifests::drivers`] has them.
     pub(crate) installed: String,
     /// What happened.
     pub(crate) why: String,
@@ -90,7 +90,7 @@ pub(crate) fn answer(info: &DeviceInfo) -> Result<()> {
 
 /// Runs the quick suite on a device, and measures its speed if it passes; `before` is called before each case.
 fn try_device(info: &DeviceInfo, before: impl Fn(), progress: &dyn Progress) -> Result<Trial> {
-    let outcome = match rhytid_backends::open(info) {
+    let outcome = match crate::backends::open(info) {
         Ok(device) => {
             let report = run_device(&device, Suite::Quick, |_, _, _| {
                 before();

@@ -1,7 +1,7 @@
 use super::*;
-use crate::evaluator::tests::{Flaky, watched};
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{BasisStorage, Method, NoProgress};
+use rhytid_test_support::flaky::{Flaky, watched};
 
 fn rig(method: Method) -> Rig {
     let mut face = rhytid_demo::face(2_000);

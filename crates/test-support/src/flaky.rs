@@ -1,0 +1,99 @@
+//! A backend that fails when it is told to.
+use rhytid_backend_cpu::{Cpu, CpuSession};
+use rhytid_core::{
+    Backend, CheckedRig, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Session, Stage,
+    UploadOptions,
+};
+use std::time::Duration;
+
+/// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
+/// in the second stage read of the third batch, `upload` at once; `nothing` computes nothing. From the third batch on `dark:2` has
+/// no normals, `flipped:2` has them inside out, and `late:2` those of the frame before.
+pub struct Flaky(String);
+
+/// Its session.
+pub struct FlakySession {
+    session: CpuSession,
+    fails: String,
+    frames: usize,
+    batches: usize,
+    reads: usize,
+}
+
+fn lost(device: &str) -> Error {
+    Error::Device { kind: DeviceErrorKind::Lost, device: device.into(), message: "unplugged".into() }
+}
+
+impl Backend for Flaky {
+    const NAME: &'static str = "flaky";
+    type Session = FlakySession;
+
+    fn devices() -> Result<Vec<DeviceInfo>> {
+        Ok(Vec::new())
+    }
+
+    fn open(device: &DeviceInfo) -> Result<Self> {
+        Ok(Self(device.name.clone()))
+    }
+
+    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<FlakySession> {
+        if self.0 == "upload" {
+            let kind = DeviceErrorKind::OutOfMemory;
+            return Err(Error::Device { kind, device: self.0.clone(), message: "full".into() });
+        }
+        let session = Cpu.upload(rig, options)?;
+        Ok(FlakySession { session, fails: self.0.clone(), frames: 0, batches: 0, reads: 0 })
+    }
+}
+
+impl Session for FlakySession {
+    fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
+        if self.fails == format!("evaluate:{}", self.batches) {
+            return Err(lost(&self.fails));
+        }
+        self.frames = frames.frames;
+        self.batches += 1;
+        self.reads = 0;
+        self.session.evaluate(frames)
+    }
+
+    fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+        self.reads += 1;
+        if self.fails == format!("read:{}", self.batches - 1) && self.reads == 2 {
+            out.clear();
+            return Err(lost(&self.fails));
+        }
+        self.session.read(stage, out)?;
+        if self.fails == "nothing" {
+            out.fill(0.0);
+        }
+        if let (Stage::Normals, Some((fault, from))) = (stage, self.fails.split_once(':'))
+            && self.batches > from.parse().unwrap()
+        {
+            let frame = out.len() / self.frames;
+            match fault {
+                "dark" => out.fill(0.0),
+                "flipped" => out.iter_mut().for_each(|x| *x = -*x),
+                "late" => out.rotate_right(frame),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
+        Ok(None)
+    }
+}
+
+/// A device of the name, for [`Flaky`].
+pub fn info(name: &str) -> DeviceInfo {
+    let mut info = Cpu::devices().unwrap().remove(0);
+    info.name = name.into();
+    info
+}
+
+/// The same, not as the processor, so that it is watched.
+pub fn watched(name: &str) -> DeviceInfo {
+    DeviceInfo { backend: "flaky", ..info(name) }
+}
