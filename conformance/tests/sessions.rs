@@ -26,7 +26,7 @@ fn first_devices() -> Vec<Device> {
     for backend in BACKENDS {
         match found.devices.iter().find(|device| device.backend == backend.name) {
             Some(info) => {
-                devices.push(rhytid_devices::backends::open(info).unwrap_or_else(|e| panic!("{e}")))
+                devices.push(rhytid_devices::backends::open(info).unwrap_or_else(|e| panic!("{e}")));
             }
             None => skip(&format!("{} has no device here", backend.name)),
         }
