@@ -34,6 +34,9 @@ pub mod human;
 pub mod input_file;
 mod learned;
 mod mesh;
+mod missing;
+mod named_file;
+mod outputs;
 pub mod plan;
 mod progress;
 mod raw_take;
@@ -46,6 +49,7 @@ mod rotations;
 mod steady_file;
 mod take;
 mod temporary;
+pub mod text;
 
 pub use animator::Animator;
 pub use atomic_file::AtomicFile;
@@ -61,6 +65,9 @@ pub use face::{
 pub use horn::{Horn, horn, nearest_turn};
 pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
+pub use missing::Missing;
+pub use named_file::{Reach, folder_of, is_below, named_file};
+pub use outputs::refuse_inputs;
 pub use progress::{NoProgress, Progress};
 pub use raw_take::RawTake;
 pub use rig::Rig;

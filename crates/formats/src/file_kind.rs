@@ -1,6 +1,6 @@
 //! What kind of file a file is, by its name and how it begins: for saying that two were given the wrong way round.
 
-use crate::raw_take;
+use rhytid_takes::raw_take;
 use std::fmt;
 use std::io::Read;
 use std::path::Path;

@@ -52,25 +52,15 @@
 #![forbid(unsafe_code)]
 
 pub mod animation;
-pub mod animation_reader;
-mod companion;
-mod document;
-pub mod edits;
-pub mod export;
 mod file_kind;
-mod gltf;
-pub mod mesh;
-mod named_file;
 mod npy;
-mod outputs;
 mod pc2;
-pub mod project;
-pub mod raw_take;
 pub mod sequence;
-pub mod tables;
-pub mod take;
-pub mod usd;
 
 pub use file_kind::FileKind;
-pub use named_file::{Reach, named_file};
-pub use outputs::refuse_inputs;
+pub use rhytid_core::{Reach, named_file, refuse_inputs};
+pub use rhytid_export as export;
+pub use rhytid_meshes as mesh;
+pub use rhytid_projects::{edits, project};
+pub use rhytid_takes::{raw_take, tables, take};
+pub use rhytid_usd as usd;

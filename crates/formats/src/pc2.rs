@@ -5,8 +5,8 @@
 //! frame, 1 (both f32), the number of samples (i32); then for each sample its points' x, y and z (f32), in mesh units along the mesh's own
 //! axes.
 
-use crate::export::{Exporter, Frame, Scene, Written};
 use rhytid_core::{AtomicFile, Error, Progress, Result};
+use rhytid_export::{Exporter, Frame, Scene, Written};
 use std::io::Write;
 use std::path::Path;
 

@@ -1,10 +1,10 @@
 //! Dense meshes over time, whatever they are kept in: the truth that a rig is measured by, and what examples are cut out of.
 
 use crate::animation;
-use crate::animation_reader::AnimationReader;
-use crate::mesh;
 use crate::npy::{self, Array};
 use rhytid_core::{Error, Mesh, Result};
+use rhytid_export::AnimationReader;
+use rhytid_meshes as mesh;
 use std::path::{Path, PathBuf};
 
 /// Frames of a mesh whose vertices are those of a neutral one.

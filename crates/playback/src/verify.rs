@@ -4,7 +4,7 @@ use crate::{Performance, Playback, channels};
 use rhytid_core::channel::{self, Channel, Tolerance};
 use rhytid_core::{Progress, Result, Rig, RigidMotion};
 use rhytid_formats::animation::Format;
-use rhytid_formats::animation_reader::{AnimationReader, Summary};
+use rhytid_formats::export::{AnimationReader, Summary};
 use rhytid_formats::export::{Frame, HeadMotion};
 use rhytid_kernels::vec3;
 

@@ -5,7 +5,7 @@ use crate::progress::Ui;
 use crate::{args, exit, inputs, output};
 use rhytid::channel::Quantity;
 use rhytid::formats::animation::{self, Format};
-use rhytid::formats::animation_reader::Summary;
+use rhytid::formats::export::Summary;
 use rhytid::human;
 use rhytid::playback::{ChannelDifference, Performance, Verified, verify};
 use rhytid::{ChannelKind, Error, Result, channel, rig_file};

@@ -1,8 +1,8 @@
 //! The check of every frame, whatever the format.
 
-use crate::export::{Exporter, Frame, Scene, Written, first_not_finite};
 use rhytid_core::channel::{self, Channel, Interpolation, Timing};
 use rhytid_core::{Error, Progress, Result};
+use rhytid_export::{Exporter, Frame, Scene, Written, first_not_finite};
 use std::path::{Path, PathBuf};
 
 /// Checks the frames on their way to any exporter, so that none has to.

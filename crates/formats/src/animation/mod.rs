@@ -19,16 +19,16 @@
 
 mod checked;
 
-use crate::animation_reader::AnimationReader;
-use crate::export::{Exporter, Options, Scene, Shapes, Written};
-use crate::gltf::attributes::{self, Attribute};
-use crate::gltf::write::{self as gltf, Kind};
-use crate::named_file::Reach;
 use crate::pc2::PointCache;
-use crate::usd::{read, write as usd};
 use checked::Checked;
+use rhytid_core::Reach;
 use rhytid_core::channel::{self, Channel};
 use rhytid_core::{ChannelKind, Error, Progress, Result};
+use rhytid_export::AnimationReader;
+use rhytid_export::{Exporter, Options, Scene, Shapes, Written};
+use rhytid_gltf::Attribute;
+use rhytid_gltf::write::{self as gltf, Kind};
+use rhytid_usd::{read, write as usd};
 use std::path::Path;
 
 /// The formats that animations are in.
@@ -79,7 +79,7 @@ impl Format {
     pub fn carries(self, kind: ChannelKind) -> bool {
         match self {
             Self::Usdc | Self::Usda | Self::Usdz => true,
-            Self::Glb | Self::Gltf => attributes::carries(kind),
+            Self::Glb | Self::Gltf => rhytid_gltf::carries(kind),
             Self::Pc2 => false,
         }
     }
@@ -204,7 +204,7 @@ pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
 pub fn open_within(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>> {
     match Format::of(path)? {
         Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach),
-        Format::Glb | Format::Gltf => crate::gltf::read::open(path),
+        Format::Glb | Format::Gltf => rhytid_gltf::read::open(path),
         Format::Pc2 => Err(Error::input(format!(
             "{}: is a point cache, which holds points alone, and neither faces nor a unit, a rate or how it was made: open it in the program \
              that it is for, or give a .usd of the same take",

@@ -1,0 +1,36 @@
+//! The choices of what becomes of missing markers.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// What to do where a marker is missing from a frame: where one of its cells is empty, NaN or infinite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Missing {
+    /// An error that names frame and label.
+    #[default]
+    Error,
+    /// Keep the marker where it was last seen (before its first sighting: where it is first seen).
+    Hold,
+    /// Leave it at [`crate::RawTake::MISSING`], for a clean-up; the head is held. So may a marker be that no frame has.
+    // No animation is made so: a file that says it is of a program that knows better.
+    #[serde(skip_deserializing)]
+    Leave,
+}
+
+impl Missing {
+    /// As it stands in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Hold => "hold",
+            Self::Leave => "leave",
+        }
+    }
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,105 @@
+//! Files that other files name: a project's meshes, a `.gltf`'s buffers, the parts of a USD file, a setup's table of markers.
+//! What comes from elsewhere must not read what is nobody's business, and give it back in a rig.
+
+use crate::{Error, Result};
+use std::path::{Component, Path, PathBuf};
+
+/// Where the files may be that a file names.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Reach {
+    /// In the folder of the file that names them, or below: named by relative paths, and links lead nowhere else.
+    #[default]
+    Below,
+    /// Anywhere: for a file whose author is trusted.
+    Anywhere,
+}
+
+/// The path of `file`, which `namer` names as its `what`; that there is such a file is left to whoever reads it.
+///
+/// # Errors
+/// [`Error::Input`] if it is out of reach, or no regular file.
+pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result<PathBuf> {
+    let folder = folder_of(namer);
+    let path = namer.parent().unwrap_or(Path::new("")).join(file);
+    let wrong = |why: String| {
+        Err(Error::input(format!("{}: {what} names {}, {why}", namer.display(), file.display())))
+    };
+    if reach == Reach::Below && !is_below(folder, file) {
+        return wrong(format!(
+            "which is not in {} or below; put it there, or give --allow-elsewhere if you trust whoever wrote this file",
+            folder.display()
+        ));
+    }
+    match path.metadata() {
+        Ok(found) if found.is_dir() => wrong("which is a folder, expected a file".into()),
+        Ok(found) if !found.is_file() => {
+            wrong("which is a device, a pipe or a socket, expected a file".into())
+        }
+        _ => Ok(path),
+    }
+}
+
+/// Whether `file` as seen from `folder` is in it or below it, by its name and by where links lead.
+pub fn is_below(folder: &Path, file: &Path) -> bool {
+    let mut depth = 0_usize;
+    for component in file.components() {
+        match component {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir if depth > 0 => depth -= 1,
+            Component::ParentDir | Component::RootDir | Component::Prefix(_) => return false,
+        }
+    }
+    // What is not there leads nowhere.
+    match (folder.canonicalize(), folder.join(file).canonicalize()) {
+        (Ok(folder), Ok(file)) => file.starts_with(folder),
+        _ => true,
+    }
+}
+
+/// The folder that a file is in.
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_below_is_reached() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("face/scans")).unwrap();
+        for name in ["secret.obj", "face/scans/neutral.obj"] {
+            std::fs::write(at(name), "").unwrap();
+        }
+        let project = at("face/face.toml");
+        let named = |file: &Path, reach| {
+            named_file(&project, file, "[mesh] neutral", reach).map_err(|error| error.to_string())
+        };
+        for file in ["scans/neutral.obj", "./scans/../scans/neutral.obj", "not-there.obj"] {
+            assert_eq!(named(Path::new(file), Reach::Below).unwrap(), at("face").join(file));
+        }
+        let mut elsewhere =
+            vec![PathBuf::from("../secret.obj"), "scans/../../secret.obj".into(), at("secret.obj")];
+        #[cfg(unix)]
+        for (link, to) in [("link.obj", "../secret.obj"), ("folder", "..")] {
+            std::os::unix::fs::symlink(to, at("face").join(link)).unwrap();
+            elsewhere.push(if link == "folder" { "folder/secret.obj".into() } else { link.into() });
+        }
+        for file in &elsewhere {
+            let said = named(file, Reach::Below).unwrap_err();
+            assert!(said.contains("[mesh] neutral names") && said.contains("--allow-elsewhere"), "{said}");
+            named(file, Reach::Anywhere).unwrap();
+        }
+        for reach in [Reach::Below, Reach::Anywhere] {
+            assert!(named(Path::new("scans"), reach).unwrap_err().contains("is a folder"));
+        }
+        #[cfg(unix)]
+        {
+            let said = named(Path::new("/dev/zero"), Reach::Anywhere).unwrap_err();
+            assert!(said.contains("a device, a pipe or a socket"), "{said}");
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Files beside others that name them: a `.gltf`'s numbers, a stitched USD file's manifest. Two files cannot appear at once;
+//! so the companion is named by what is in it, `face.1f0c….bin`, and comes first: whatever happens in between, the file that
+//! names one has the one that it was written with.
+
+use rhytid_core::folder_of;
+use rhytid_core::{AtomicFile, Error, Result};
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Hexadecimal digits of the hash in a name.
+const DIGITS: usize = 16;
+
+/// What goes by which names.
+#[derive(Debug)]
+pub struct Kind {
+    /// Of the companions.
+    pub extension: &'static str,
+    /// Of the files that name them, in lower case.
+    pub namers: &'static [&'static str],
+    /// All that such a file says of companions, be it with more around it; `None` if it cannot be read.
+    pub names: fn(&Path) -> Option<Vec<u8>>,
+}
+
+/// A companion of the file `main`, being written. Dropped before the end, it leaves nothing behind.
+pub struct Companion {
+    kind: &'static Kind,
+    file: AtomicFile,
+    hasher: blake3::Hasher,
+    main: PathBuf,
+}
+
+impl Companion {
+    /// Begins the companion of `main`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if `main` is a link; [`Error::Io`].
+    pub fn create(main: &Path, kind: &'static Kind) -> Result<Self> {
+        if main.is_symlink() {
+            return Err(Error::input(format!(
+                "{}: is a link, and what is written there has a file beside it, which would be beside the link; name the file \
+                 that it leads to",
+                main.display()
+            )));
+        }
+        let file = AtomicFile::create(&main.with_file_name(name(main, kind, &"0".repeat(DIGITS))))?;
+        Ok(Self { kind, file, hasher: blake3::Hasher::new(), main: main.to_owned() })
+    }
+
+    /// Appends to it.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        self.hasher.update(bytes);
+        self.file.write_all(bytes).map_err(self.file.error())
+    }
+
+    /// The path that what was written so far has.
+    pub fn path(&self) -> PathBuf {
+        let hash = self.hasher.finalize().to_hex();
+        self.main.with_file_name(name(&self.main, self.kind, &hash[..DIGITS]))
+    }
+
+    /// Gives the file its name, then finishes the one that names it, and removes the companion of what stood there before.
+    pub fn finish<T>(self, main: impl FnOnce() -> Result<T>) -> Result<T> {
+        let path = self.path();
+        // Two writers of one name come here one after the other; where folders cannot be locked, the one who is later may
+        // leave the other's companion behind.
+        let _lock = File::open(folder_of(&path)).and_then(|folder| folder.lock().map(|()| folder));
+        let was_there = path.exists();
+        self.file.finish_as(&path)?;
+        let done = main().inspect_err(|_| {
+            if !was_there {
+                // That it stays behind as well would be the lesser fault.
+                let _ = std::fs::remove_file(&path);
+            }
+        })?;
+        remove_unnamed(&self.main, self.kind);
+        Ok(done)
+    }
+}
+
+/// Of the companion with this hash.
+fn name(main: &Path, kind: &Kind, hash: &str) -> OsString {
+    let mut name = main.file_stem().unwrap_or_default().to_owned();
+    name.push(format!(".{hash}.{}", kind.extension));
+    name
+}
+
+/// Removes what was written for `main` and is named by no file in its folder any more. If one of them cannot be read, all stay.
+fn remove_unnamed(main: &Path, kind: &Kind) {
+    let Ok(entries) = std::fs::read_dir(folder_of(main)) else { return };
+    let names: Vec<OsString> = entries.flatten().map(|entry| entry.file_name()).collect();
+    let mut candidates: Vec<(&OsString, &[u8])> =
+        names.iter().filter_map(|name| Some((name, hash_of(name, main, kind)?))).collect();
+    for name in &names {
+        let path = main.with_file_name(name);
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if candidates.is_empty() || !kind.namers.iter().any(|namer| extension == *namer) || !path.is_file() {
+            continue;
+        }
+        let Some(text) = (kind.names)(&path) else { return };
+        candidates.retain(|(_, hash)| !text.windows(DIGITS).any(|part| part == *hash));
+    }
+    for (name, _) in candidates {
+        let _ = std::fs::remove_file(main.with_file_name(name));
+    }
+}
+
+/// The hash in `name`, if it is the name of a companion of `main`.
+fn hash_of<'a>(name: &'a OsStr, main: &Path, kind: &Kind) -> Option<&'a [u8]> {
+    let name = name.as_encoded_bytes().strip_prefix(main.file_stem()?.as_encoded_bytes())?;
+    let hash = name.strip_prefix(b".")?.strip_suffix(kind.extension.as_bytes())?.strip_suffix(b".")?;
+    let is_hash = hash.len() == DIGITS && hash.iter().all(|digit| matches!(digit, b'0'..=b'9' | b'a'..=b'f'));
+    is_hash.then_some(hash)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    static KIND: Kind = Kind { extension: "bin", namers: &["gltf"], names: |path| std::fs::read(path).ok() };
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// Writes `main`, which names a companion with the text, and returns the companion's name.
+    fn write(main: &Path, text: &str) -> String {
+        let mut companion = Companion::create(main, &KIND).unwrap();
+        companion.write(text.as_bytes()).unwrap();
+        let name = companion.path().file_name().unwrap().to_str().unwrap().to_owned();
+        companion.finish(|| std::fs::write(main, &name).map_err(Error::io(main))).unwrap();
+        name
+    }
+
+    fn text_of(main: &Path) -> String {
+        std::fs::read_to_string(main.with_file_name(std::fs::read_to_string(main).unwrap())).unwrap()
+    }
+
+    #[test]
+    fn it_goes_when_nobody_names_it_any_more() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let main = at("face.gltf");
+        // Left behind by a process that was killed, and things of others.
+        std::fs::write(at("face.0123456789abcdef.bin"), "").unwrap();
+        for name in [
+            "face.bin",
+            "face.0123456789ABCDEF.bin",
+            "face.0123456789abcdef.txt",
+            "other.0123456789abcdef.bin",
+        ] {
+            std::fs::write(at(name), "").unwrap();
+        }
+        let kept = names(folder.path()).len() - 1;
+        let first = write(&main, "first");
+        assert_eq!(names(folder.path()).len(), kept + 2);
+        assert!(!at("face.0123456789abcdef.bin").exists());
+        let second = write(&main, "second");
+        assert!(!at(&first).exists() && at(&second).exists());
+        // It has another name now, and keeps what it has.
+        std::fs::rename(&main, at("renamed.gltf")).unwrap();
+        write(&main, "third");
+        assert_eq!([text_of(&at("renamed.gltf")), text_of(&main)], ["second", "third"]);
+        std::fs::remove_file(at("renamed.gltf")).unwrap();
+        write(&main, "third");
+        assert_eq!(names(folder.path()).len(), kept + 2);
+    }
+
+    #[test]
+    fn what_stood_there_stays_whole_when_the_main_file_fails() {
+        let folder = tempfile::tempdir().unwrap();
+        let main = folder.path().join("face.gltf");
+        let fails = |text: &str| {
+            let mut companion = Companion::create(&main, &KIND).unwrap();
+            companion.write(text.as_bytes()).unwrap();
+            companion.finish(|| Err::<(), _>(Error::input("no"))).unwrap_err();
+        };
+        fails("first");
+        assert_eq!(names(folder.path()), [""; 0]);
+        write(&main, "first");
+        let before = names(folder.path());
+        for text in ["first", "second"] {
+            fails(text);
+            assert_eq!((names(folder.path()), text_of(&main)), (before.clone(), "first".to_owned()));
+        }
+    }
+}

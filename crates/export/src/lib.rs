@@ -1,0 +1,33 @@
+//! What animation files have in common, whatever their format: what is written ([`Scene`] and its [`Frame`]s, [`Shapes`]), how it was
+//! made ([`Recipe`]), the traits that a format implements ([`Exporter`], [`AnimationReader`]), frames as sums of few shapes
+//! ([`morphs`]), and files beside others ([`companion`]).
+//!
+//! ```
+//! use rhytid_export::{OutputStage, Recipe};
+//!
+//! let recipe = Recipe { detail: 0.5, ..Recipe::default() };
+//! assert_eq!(recipe.stage, OutputStage::Full);
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod companion;
+mod exporter;
+mod frame;
+pub mod morphs;
+mod options;
+mod reader;
+mod recipe;
+mod scene;
+mod shapes;
+
+pub use exporter::{Deviation, Exporter, Written};
+pub use frame::Frame;
+pub use options::Options;
+pub use reader::{AnimationReader, StatedError, Summary};
+pub use recipe::{
+    ChannelChoice, Gains, HeadMotion, OutputStage, Recipe, StatedRecipe, Treatment, WrinkleGroup,
+    WrinkleGroups,
+};
+pub use scene::Scene;
+pub use scene::first_not_finite;
+pub use shapes::{Shape, Shapes};

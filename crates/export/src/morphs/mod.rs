@@ -1,0 +1,136 @@
+//! A vertex animation as a base mesh and few morph targets.
+//!
+//! [`Frames`] takes the frames one at a time and keeps them in a file; [`Frames::compress`] looks for the fewest
+//! targets with which no vertex of any frame is further from its place than a bound, and returns all numbers as
+//! a glTF file holds them:
+//!
+//! `position(frame, v) = translation + scale · (base[v] + Σ_k weights[frame, k] · targets[k].positions[v])`
+//!
+//! where integers stand for their normalised values (`i8 / 127`, `i16 / 32767`).
+//!
+//! Principal components make the mean error small, while the bound is on the worst vertex, which a few percent of
+//! the vertices decide. So the components are only the start: [`fit`] looks for a matrix of low rank within the
+//! bound of every vertex of every frame, by projecting onto both sets in turn (ADMM), with most of the work on the
+//! vertices near the bound ([`active`]). [`search`] finds the least
+//! rank for which that succeeds, [`basis`] turns the result so that rounding does least harm, [`rounding`] makes
+//! the numbers of the file, and [`measure`] says how far these are from what came in.
+
+mod active;
+mod basis;
+mod fit;
+mod fitted;
+mod frames;
+mod linear;
+mod measure;
+mod normals;
+mod rounding;
+mod search;
+mod settings;
+#[cfg(test)]
+mod tests;
+mod values;
+
+pub use frames::Frames;
+pub use settings::Settings;
+pub use values::{Morphs, Target, Values};
+
+use rhytid_core::{Error, Progress, Result};
+
+/// Of the bound, what the truncation to few targets may use where integers need the rest.
+const SHARE_OF_TRUNCATION: f64 = 0.7;
+/// The same where only float32's rounding needs some.
+const SHARE_OF_FLOATS: f64 = 0.98;
+
+/// Times the truncation is repeated with a tighter bound because float32's rounding used up more than was left.
+const TRIES: usize = 4;
+
+impl Frames {
+    /// The fewest targets found that meet `settings.max_error`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no frame or no vertex, if more than `settings.most_targets` are needed, or if the
+    /// bound is finer than float32 allows; [`Error::Io`]; [`Error::Cancelled`].
+    pub fn compress(mut self, settings: &Settings, progress: &dyn Progress) -> Result<Morphs> {
+        let path = self.path().display().to_string();
+        if self.vertices() == 0 || self.frames() == 0 {
+            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+        }
+        if !(settings.max_error.is_finite() && settings.max_error > 0.0) {
+            return Err(Error::input(format!(
+                "{path}: the largest error is {}, expected a positive number",
+                settings.max_error
+            )));
+        }
+        let gram = self.gram(progress)?;
+        let start = linear::principal(&gram.matrix)?;
+        let share = if settings.quantize { SHARE_OF_TRUNCATION } else { SHARE_OF_FLOATS };
+        let mut bound = settings.max_error * share;
+        for _ in 0..TRIES {
+            let Some(found) =
+                search::fewest(&mut self, &gram, &start, bound, settings.most_targets, progress)?
+            else {
+                if settings.most_targets < start.vectors.ncols() - 1 {
+                    return Err(too_many(&path, settings));
+                }
+                break;
+            };
+            let basis = basis::turn(found)?;
+            let morphs = rounding::round(&mut self, &gram, &basis, settings, progress)?;
+            if morphs.worst.error <= settings.max_error {
+                return Ok(morphs);
+            }
+            bound -= 1.2 * (morphs.worst.error - settings.max_error);
+            if bound < 0.25 * share * settings.max_error {
+                break;
+            }
+        }
+        // Nothing but rounding is left with all columns.
+        let q = start.vectors;
+        let basis = basis::turn(fit::Fit::on(&mut self, &gram, q)?)?;
+        let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
+        Err(too_fine(&path, settings, 2.0 * finest))
+    }
+}
+
+impl Frames {
+    /// So many targets (or as few as all frames need), with the least bound found that they meet; [`Morphs::worst`] has it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no frame or no vertex, or `shapes` is 0; [`Error::Io`]; [`Error::Cancelled`].
+    pub fn bake(mut self, shapes: usize, quantize: bool, progress: &dyn Progress) -> Result<Morphs> {
+        let path = self.path().display().to_string();
+        if self.vertices() == 0 || self.frames() == 0 {
+            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+        }
+        if shapes == 0 {
+            return Err(Error::input(format!("{path}: 0 shapes were asked for, expected at least 1")));
+        }
+        let gram = self.gram(progress)?;
+        let start = linear::principal(&gram.matrix)?;
+        let (fit, bound) = search::nearest(&mut self, &gram, &start, shapes, progress)?;
+        let basis = basis::turn(fit)?;
+        // What integers add is a part of what the shapes are off by.
+        let max_error = (bound / SHARE_OF_TRUNCATION).max(f64::MIN_POSITIVE);
+        let settings = Settings { max_error, most_targets: shapes, quantize };
+        rounding::round(&mut self, &gram, &basis, &settings, progress)
+    }
+}
+
+fn too_many(path: &str, settings: &Settings) -> Error {
+    let most = settings.most_targets;
+    Error::input(format!(
+        "{path}: more than {most} morph targets are needed to keep every vertex within {:.3e} mesh units, and \
+         {most} is the most allowed: raise the largest error (--max-error), export fewer frames, write USD, or \
+         lift the limit (--force)",
+        settings.max_error
+    ))
+}
+
+fn too_fine(path: &str, settings: &Settings, expected: f64) -> Error {
+    Error::input(format!(
+        "{path}: an error of at most {:.3e} mesh units is finer than the float32 numbers of a morphed mesh of this \
+         size allow; expected {expected:.3e} or more: raise the largest error (--max-error), or write USD, which is \
+         exact",
+        settings.max_error
+    ))
+}

@@ -1,0 +1,69 @@
+//! The numbers of the file: what a compression comes to.
+
+use super::fitted::Fitted;
+
+/// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to four
+/// bytes in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Component type 5126.
+    F32(Vec<f32>),
+    /// Component type 5122, normalised: n stands for n / 32767. Never −32768.
+    I16(Vec<i16>),
+    /// Component type 5120, normalised: n stands for n / 127. Never −128.
+    I8(Vec<i8>),
+}
+
+impl Values {
+    /// What number `i` stands for.
+    pub fn get(&self, i: usize) -> f64 {
+        match self {
+            Self::F32(values) => f64::from(values[i]),
+            Self::I16(values) => f64::from(values[i]) / 32767.0,
+            Self::I8(values) => f64::from(values[i]) / 127.0,
+        }
+    }
+}
+
+/// One morph target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Offsets of the positions, in units of the node's scale.
+    pub positions: Values,
+    /// Offsets of the normals, where the frames had normals.
+    pub normals: Option<Values>,
+}
+
+/// Where the result is furthest from what came in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Worst {
+    /// In mesh units; an upper bound for a reader that computes in float32.
+    pub error: f64,
+    /// Counted from 0.
+    pub frame: usize,
+    /// Counted from 0.
+    pub vertex: usize,
+}
+
+/// A base mesh, targets and weights; the module above has the equation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Morphs {
+    /// The node's scale, the same along each axis; 1 without quantisation.
+    pub scale: f32,
+    /// The node's translation; 0 without quantisation.
+    pub translation: [f32; 3],
+    /// Positions of the base mesh; `F32` or `I16`.
+    pub base: Values,
+    /// Unit normals of the base mesh, where the frames had normals; `F32` or `I8`.
+    pub base_normals: Option<Values>,
+    /// K of them, those that move most first; none if nothing moves further than the bound.
+    pub targets: Vec<Target>,
+    /// Frames × K, each within 0 and 1.
+    pub weights: Vec<f32>,
+    /// The largest error of a vertex in a frame.
+    pub worst: Worst,
+    /// The other attributes of the frames, in their order.
+    pub extras: Vec<Fitted>,
+    /// The root of the mean squared distance over all vertices and frames, in mesh units.
+    pub rms: f64,
+}

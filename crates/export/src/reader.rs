@@ -1,0 +1,96 @@
+//! An animation read back from a file, whatever its format: what `rhytid verify` compares with a fresh evaluation,
+//! and `rhytid stitch` looks at before it puts parts together. [`rhytid_formats::animation::open`] opens one.
+
+use crate::StatedRecipe;
+use rhytid_core::channel::{self, Channel};
+use rhytid_core::{Faces, Result, UpAxis};
+
+/// What a file says of its animation before its first frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// The mesh's name in the file.
+    pub name: String,
+    /// V, the vertices of the mesh that was exported; copies that a format needs at texture seams do not count.
+    pub vertices: usize,
+    /// The polygons; in a format that has triangles alone, those. They index the V vertices.
+    pub faces: Faces,
+    /// The number of frames, at least 1.
+    pub frames: usize,
+    /// The time code of frame 0. Each further frame's is one more.
+    pub first_time_code: f64,
+    /// Frames per second.
+    pub rate: f64,
+    /// What the file calls frames per second, for people: that of [`Summary::rate`] where we wrote it; `None` where it does not say.
+    pub frames_per_second: Option<f64>,
+    /// Metres in one mesh unit.
+    pub metres_per_unit: f64,
+    /// The mesh's up axis, before any turn that the format asks for.
+    pub up_axis: UpAxis,
+    /// Whether the frames are sums of few shapes, which are near to the frames that were exported.
+    pub fitted: bool,
+    /// What the frames have: positions, and what else there is.
+    pub channels: Vec<Channel>,
+    /// Whether the frames have extents: boxes around their positions, by which viewers know what is in sight. glTF has none.
+    pub extents: bool,
+    /// Whether the frames have the head's pose.
+    pub head: bool,
+    /// The largest deviation from what was exported that the file states (glTF: `worstMillimetres` in its extras), in
+    /// mesh units; `None` where it states none, being exact.
+    pub stated_error: Option<f64>,
+    /// How far other channels are from what was exported, where the file states it (compressed glTF).
+    pub stated_channel_errors: Vec<StatedError>,
+    /// The recipe of the animation; `None` where the file does not say how it was made.
+    pub recipe: Option<StatedRecipe>,
+}
+
+/// How far the numbers of a channel are from those of the animation that was exported, as its file states it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatedError {
+    /// The channel's name.
+    pub channel: String,
+    /// The largest difference at a vertex in a frame, as a length.
+    pub worst: f64,
+    /// The root of the mean of its square.
+    pub rms: f64,
+}
+
+impl Summary {
+    /// Whether its frames have this channel.
+    pub fn has(&self, channel: &Channel) -> bool {
+        self.channels.iter().any(|known| known.name == channel.name)
+    }
+
+    /// What the file states of a channel's error.
+    pub fn stated_channel_error(&self, channel: &Channel) -> Option<&StatedError> {
+        self.stated_channel_errors.iter().find(|stated| stated.channel == channel.name)
+    }
+
+    /// The time code of `frame`, which counts from 0.
+    pub fn time_code(&self, frame: usize) -> f64 {
+        self.first_time_code + frame as f64
+    }
+}
+
+/// An animation that is read frame by frame. Memory does not grow with the number of frames.
+///
+/// Frames count from 0. Whoever calls asks for frames below [`Summary::frames`] only. Every method returns
+/// [`rhytid_core::Error::Input`] where the file turns out to be damaged, and [`rhytid_core::Error::Io`].
+pub trait AnimationReader: Send {
+    /// What is known of all frames.
+    fn summary(&self) -> &Summary;
+
+    /// Replaces `out` by a frame's numbers of a channel: positions in mesh units along the mesh's own axes, without the head's motion; the
+    /// others as [`Channel::quantity`] says. Empties it where the file does not have the channel. One that is constant is the same in each frame.
+    fn channel(&mut self, channel: &Channel, frame: usize, out: &mut Vec<f32>) -> Result<()>;
+
+    /// The 3V positions of a frame, as [`AnimationReader::channel`].
+    fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        self.channel(&channel::POSITIONS, frame, out)
+    }
+
+    /// The extent of a frame, its lowest and its highest corner in mesh units; `None` where [`Summary::extents`] is false.
+    fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>>;
+
+    /// The head pose of a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh units; `None` where [`Summary::head`] is false.
+    fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>>;
+}

@@ -1,0 +1,591 @@
+//! The recipe of an animation: everything that decides its frames.
+
+use rhytid_core::Missing;
+use rhytid_core::{ChannelKind, Error, Result};
+use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::str::FromStr;
+
+/// What decides each frame of an animation of a rig and a take, whoever makes it and on which device. It stands in the exported file (USD:
+/// `customData` of the default prim, glTF: `extras` of the scene, both under the key `rhytid`), so that parts can be compared and the file be
+/// made again.
+///
+/// What is as it is by default is left out of files, but for the fields that they always had.
+#[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
+pub struct Recipe {
+    /// The program's version.
+    pub version: String,
+    /// The rig file's hash, as [`rhytid_core::rig_file::hash`] gives it.
+    pub rig: String,
+    /// Which stage of the evaluation the positions are of.
+    pub stage: OutputStage,
+    /// The first frame of the take that is asked for, counted from 0.
+    pub first_frame: u64,
+    /// The frame behind the last one that is asked for; 0 for all that the take has.
+    pub end_frame: u64,
+    /// The frames per second that were asked for; `None` for the take's own, which files have as 0.
+    #[serde(with = "rate")]
+    pub fps: Option<f64>,
+    /// What was done where a marker was missing: [`Missing::Error`] or [`Missing::Hold`].
+    pub missing: Missing,
+    /// Whether detail fades where the take's confidence is below 1, and where the rig's says that a frame is far outside what its examples show;
+    /// of use to [`OutputStage::Full`] alone.
+    #[serde(default)]
+    pub fade_detail: bool,
+    /// What became of the head's motion.
+    #[serde(default)]
+    pub head: HeadMotion,
+    /// By how much detail is multiplied, from 0 to 2.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub detail: f64,
+    /// By how much it is multiplied by region besides.
+    #[serde(default, with = "text", skip_serializing_if = "Gains::is_empty")]
+    pub detail_of: Gains,
+    /// The text of the edits that were applied to the take ([`rhytid_projects::edits`]).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edit: Option<String>,
+    /// What tells them from others, also those whose text is the same and that name other files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub edit_hash: Option<String>,
+    /// What each frame has beside its positions.
+    #[serde(flatten)]
+    pub channels: ChannelChoice,
+    /// Groups of examples whose wrinkles are one channel; by default each example is by itself.
+    #[serde(default, with = "text", skip_serializing_if = "WrinkleGroups::is_empty")]
+    pub wrinkle_groups: WrinkleGroups,
+    /// Whether each frame is refined on the host, as rigid as possible, which a rig without examples can be.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub refine: bool,
+    /// How the take was brought into the rig's space before anything else.
+    #[serde(default, skip_serializing_if = "Treatment::is_none")]
+    pub treatment: Treatment,
+}
+
+impl Default for Recipe {
+    /// All frames of a take at its own rate: positions and normals of the whole face, in head space or with the head's motion beside them.
+    fn default() -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            rig: String::new(),
+            stage: OutputStage::Full,
+            first_frame: 0,
+            end_frame: 0,
+            fps: None,
+            missing: Missing::Error,
+            fade_detail: false,
+            head: HeadMotion::Keep,
+            detail: 1.0,
+            detail_of: Gains::default(),
+            edit: None,
+            edit_hash: None,
+            channels: ChannelChoice::default(),
+            wrinkle_groups: WrinkleGroups::default(),
+            refine: false,
+            treatment: Treatment::default(),
+        }
+    }
+}
+
+impl Recipe {
+    /// Whether each frame has these channels.
+    pub fn has(&self, kind: ChannelKind) -> bool {
+        self.channels.has(kind)
+    }
+}
+
+/// Which stage of the evaluation is exported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutputStage {
+    /// The whole face with its detail.
+    #[default]
+    Full,
+    /// The smooth surface without detail.
+    LargeScale,
+    /// The thin shell alone, as it is before any example is seen.
+    Shell,
+}
+
+/// What becomes of the head's motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HeadMotion {
+    /// It is a transform in the file, which the mesh moves with as a whole.
+    #[default]
+    Keep,
+    /// It is left out, as if the head never moved.
+    Drop,
+    /// It is in every position, normal and velocity; the file has no transform.
+    Bake,
+}
+
+impl OutputStage {
+    /// As it stands in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::LargeScale => "large-scale",
+            Self::Shell => "shell",
+        }
+    }
+}
+
+impl HeadMotion {
+    /// As it stands in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Keep => "keep",
+            Self::Drop => "drop",
+            Self::Bake => "bake",
+        }
+    }
+}
+
+impl fmt::Display for OutputStage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl fmt::Display for HeadMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The kinds of channels that frames have. By default those of [`ChannelKind::is_default`].
+///
+/// Files state what differs from the default, each kind as a yes or no of its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChannelChoice(BTreeSet<ChannelKind>);
+
+impl Default for ChannelChoice {
+    fn default() -> Self {
+        Self(ChannelKind::ALL.into_iter().filter(|kind| kind.is_default()).collect())
+    }
+}
+
+impl ChannelChoice {
+    /// Positions alone.
+    pub const NONE: Self = Self(BTreeSet::new());
+
+    /// Whether frames have this kind.
+    pub fn has(&self, kind: ChannelKind) -> bool {
+        self.0.contains(&kind)
+    }
+
+    /// Lets frames have it, or not.
+    pub fn set(&mut self, kind: ChannelKind, yes: bool) {
+        if yes {
+            self.0.insert(kind)
+        } else {
+            self.0.remove(&kind)
+        };
+    }
+
+    /// The same with this kind.
+    #[must_use]
+    pub fn with(mut self, kind: ChannelKind) -> Self {
+        self.set(kind, true);
+        self
+    }
+
+    /// The same without it.
+    #[must_use]
+    pub fn without(mut self, kind: ChannelKind) -> Self {
+        self.set(kind, false);
+        self
+    }
+
+    /// The kinds that frames have, in the order of [`ChannelKind::ALL`].
+    pub fn kinds(&self) -> impl Iterator<Item = ChannelKind> + '_ {
+        self.0.iter().copied()
+    }
+}
+
+impl Serialize for ChannelChoice {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let others = ChannelKind::ALL.into_iter().filter(|kind| self.has(*kind) != kind.is_default());
+        serializer.collect_map(others.map(|kind| (kind.name(), self.has(kind))))
+    }
+}
+
+impl<'de> Deserialize<'de> for ChannelChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let fields = BTreeMap::<String, Value>::deserialize(deserializer)?;
+        let mut choice = Self::default();
+        // All fields of a recipe that are none of its others come here.
+        for (name, value) in fields {
+            match (ChannelKind::ALL.into_iter().find(|kind| kind.name() == name), value) {
+                (Some(kind), Value::Bool(yes)) => choice.set(kind, yes),
+                (_, value) => return Err(de::Error::custom(format!("{name} = {value}"))),
+            }
+        }
+        Ok(choice)
+    }
+}
+
+/// Handles or regions, and by how much folds are multiplied there; in files as `brows=0.5;chin=1.2`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Gains(pub Vec<(String, f64)>);
+
+impl Gains {
+    /// Whether nothing is multiplied.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl fmt::Display for Gains {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let gains: Vec<String> = self.0.iter().map(|(region, gain)| format!("{region}={gain}")).collect();
+        f.write_str(&gains.join(";"))
+    }
+}
+
+impl FromStr for Gains {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let gain = |part: &str| {
+            let (region, gain) = part.rsplit_once('=')?;
+            let gain: f64 = gain.parse().ok()?;
+            (!region.is_empty() && gain.is_finite()).then(|| (region.to_owned(), gain))
+        };
+        let expected =
+            || format!("“{text}” is no list of regions and gains, expected such as brows=0.5;chin=1.2");
+        text.split(';').map(gain).collect::<Option<_>>().map(Self).ok_or_else(expected)
+    }
+}
+
+/// Examples whose wrinkles are switched on together; in files as `brows=frown+raise;mouth=smile`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WrinkleGroups(pub Vec<WrinkleGroup>);
+
+/// Examples whose wrinkles are one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrinkleGroup {
+    /// What the channel is called.
+    pub name: String,
+    /// The examples' names, at least one.
+    pub examples: Vec<String>,
+}
+
+impl WrinkleGroups {
+    /// Whether each example is by itself.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl fmt::Display for WrinkleGroup {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.name, self.examples.join("+"))
+    }
+}
+
+impl FromStr for WrinkleGroup {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parts = text.split_once('=').map(|(name, examples)| {
+            let examples: Vec<String> = examples.split('+').map(str::to_owned).collect();
+            Self { name: name.to_owned(), examples }
+        });
+        let is_sound =
+            |group: &Self| !group.name.is_empty() && group.examples.iter().all(|name| !name.is_empty());
+        parts.filter(is_sound).ok_or_else(|| {
+            "expected a name and the examples of the group, such as brows=frown+raise".to_owned()
+        })
+    }
+}
+
+impl fmt::Display for WrinkleGroups {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let groups: Vec<String> = self.0.iter().map(ToString::to_string).collect();
+        f.write_str(&groups.join(";"))
+    }
+}
+
+impl FromStr for WrinkleGroups {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        text.split(';').map(str::parse).collect::<std::result::Result<_, _>>().map(Self)
+    }
+}
+
+/// How a take was treated before it was played, as far as somebody said so: by default it is in the rig's unit, axes and seconds.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, serde::Deserialize)]
+pub struct Treatment {
+    /// Metres in one unit of the take; `None` for the mesh's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metres_per_unit: Option<f64>,
+    /// The take's axes that the mesh's x, y and z are, such as `+x+z-y`; `None` for the mesh's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<String>,
+    /// Frames per second of the take, in place of its times.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// The hash of the file that says how a raw take was cleaned, and of the table of markers that it names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup_hash: Option<String>,
+}
+
+impl Treatment {
+    /// Whether nobody said anything.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// A recipe as a file states it: fields by their names, also those that a later version of this program has written. Empty where a file says
+/// nothing.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StatedRecipe(pub Vec<(String, Value)>);
+
+impl StatedRecipe {
+    /// What files say of shapes, which are of no take.
+    pub fn of_shapes(rig: &str) -> Self {
+        let Self(mut fields) = Self::from(&Recipe { rig: rig.into(), ..Recipe::default() });
+        let of_takes = fields.iter_mut().filter(|(name, _)| ["missing", "head"].contains(&name.as_str()));
+        of_takes.for_each(|(_, value)| *value = Value::String(String::new()));
+        Self(fields)
+    }
+
+    /// The recipe.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a field lacks, has a value that this program does not know, or is unknown itself.
+    pub fn recipe(&self) -> Result<Recipe> {
+        let parse = |fields: Map<String, Value>| serde_json::from_value::<Recipe>(Value::Object(fields));
+        parse(self.0.iter().cloned().collect()).map_err(|error| {
+            // The field by itself, in a recipe that is sound otherwise.
+            let is_wrong = |(name, value): &&(String, Value)| {
+                parse(Self::from(&Recipe::default()).with(name, value.clone()).0.into_iter().collect())
+                    .is_err()
+            };
+            let what = match self.0.iter().find(is_wrong) {
+                Some((name, value)) => format!("{name} = {value}"),
+                None => error.to_string(),
+            };
+            Error::input(format!("was made with {what}, which this program does not know; export it again"))
+        })
+    }
+
+    /// A field.
+    pub fn get(&self, name: &str) -> Option<&Value> {
+        self.0.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+    }
+
+    /// A field's text.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        self.get(name)?.as_str()
+    }
+
+    /// The same with another value of a field.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: Value) -> Self {
+        match self.0.iter_mut().find(|(known, _)| known == name) {
+            Some(field) => field.1 = value,
+            None => self.0.push((name.to_owned(), value)),
+        }
+        self
+    }
+
+    /// The first field in which another one differs: its name and both values as text. `but_for` may differ.
+    pub fn difference(&self, other: &Self, but_for: &[&str]) -> Option<[String; 3]> {
+        let names = self.0.iter().chain(&other.0).map(|(name, _)| name.as_str());
+        let shown = |value: Option<&Value>| match value {
+            None => "none".to_owned(),
+            Some(Value::String(text)) => text.clone(),
+            Some(other) => other.to_string(),
+        };
+        let differs = |name: &&str| !but_for.contains(name) && self.get(name) != other.get(name);
+        let name = names.into_iter().find(differs)?;
+        Some([name.to_owned(), shown(self.get(name)), shown(other.get(name))])
+    }
+}
+
+impl From<&Recipe> for StatedRecipe {
+    fn from(recipe: &Recipe) -> Self {
+        // Through text, since it keeps the order of the fields.
+        let json = serde_json::to_string(recipe);
+        json.and_then(|json| serde_json::from_str(&json)).unwrap_or_default()
+    }
+}
+
+impl Serialize for StatedRecipe {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de> Deserialize<'de> for StatedRecipe {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        /// The entries of an object in the order in which they come.
+        struct InOrder;
+        impl<'de> Visitor<'de> for InOrder {
+            type Value = Vec<(String, Value)>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Self::Value, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                Ok(entries)
+            }
+        }
+        deserializer.deserialize_map(InOrder).map(Self)
+    }
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn is_one<T: PartialEq<f64>>(x: &T) -> bool {
+    *x == 1.0
+}
+
+/// What files have as text.
+mod text {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+    use std::fmt::Display;
+    use std::str::FromStr;
+
+    pub(super) fn serialize<T: Display, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(value)
+    }
+
+    pub(super) fn deserialize<'de, T: FromStr<Err = String>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<T, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
+    }
+}
+
+/// A rate that files have as 0 where it is the take's own.
+mod rate {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+    #[expect(clippy::ref_option, reason = "serde's way to call it")]
+    pub(super) fn serialize<S: Serializer>(fps: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        fps.unwrap_or(0.0).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+        match f64::deserialize(deserializer)? {
+            0.0 => Ok(None),
+            rate if (0.01..=10_000.0).contains(&rate) => Ok(Some(rate)),
+            rate => Err(de::Error::custom(format!(
+                "the rate {rate}, expected a number per second, from 0.01 to 10000"
+            ))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn all() -> Recipe {
+        Recipe {
+            version: "1.2.3".into(),
+            rig: "0123".into(),
+            stage: OutputStage::LargeScale,
+            first_frame: 7,
+            end_frame: 5_000_000_000,
+            fps: Some(30.0 / 1.001),
+            missing: Missing::Hold,
+            fade_detail: true,
+            head: HeadMotion::Drop,
+            detail: 0.5,
+            detail_of: Gains(vec![("brows".into(), 0.5), ("a=b".into(), 2.0)]),
+            edit: Some("[[gain]]\nby = 1.5\n".into()),
+            edit_hash: Some("4567".into()),
+            channels: ChannelKind::ALL
+                .into_iter()
+                .fold(ChannelChoice::NONE, ChannelChoice::with)
+                .without(ChannelKind::Normals),
+            wrinkle_groups: "brows=frown+raise;mouth=smile".parse().unwrap(),
+            refine: true,
+            treatment: Treatment {
+                metres_per_unit: Some(1e-3),
+                axes: Some("+x+z-y".into()),
+                ..Treatment::default()
+            },
+        }
+    }
+
+    fn stated() -> StatedRecipe {
+        StatedRecipe::from(&Recipe::default())
+    }
+
+    #[test]
+    fn what_is_stated_is_the_recipe() {
+        for recipe in [Recipe::default(), all()] {
+            assert_eq!(StatedRecipe::from(&recipe).recipe().unwrap(), recipe);
+        }
+        let expected = json!({
+            "version": env!("CARGO_PKG_VERSION"), "rig": "", "stage": "full", "first_frame": 0, "end_frame": 0, "fps": 0.0, "missing": "error", "fade_detail": false,
+            "head": "keep",
+        });
+        assert_eq!(
+            serde_json::to_value(stated()).unwrap(),
+            expected,
+            "a default that files did not state before"
+        );
+        assert_eq!(stated().0[2].0, "stage", "not in the order of the fields");
+    }
+
+    /// Each field by itself: one that is forgotten where recipes are compared would be found here.
+    #[test]
+    fn a_difference_in_any_field_is_a_difference() {
+        let all = StatedRecipe::from(&all()).0;
+        assert!(all.len() > stated().0.len() + 10, "{all:?}");
+        for (name, value) in all {
+            let other = stated().with(&name, value);
+            assert_eq!(other.difference(&stated(), &[]).map(|[name, ..]| name), Some(name.clone()));
+            assert!(other.difference(&stated(), &[&name]).is_none());
+            other.recipe().unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+    }
+
+    #[test]
+    fn what_a_later_version_wrote_is_kept_and_not_guessed() {
+        for (name, value, says) in [
+            ("stage", json!("pores"), "stage = \"pores\""),
+            ("missing", json!("guess"), "missing = \"guess\""),
+            ("head", json!(3), "head = 3"),
+            ("pores", json!(true), "pores = true"),
+            ("sigma", json!("yes"), "sigma = \"yes\""),
+            ("fps", json!(-3.0), "fps = -3"),
+            ("detail_of", json!("brows"), "detail_of = \"brows\""),
+        ] {
+            let stated = stated().with(name, value.clone());
+            let error = stated.recipe().unwrap_err().to_string();
+            assert!(error.contains(says) && error.contains("export it again"), "{error}");
+            assert_eq!(serde_json::to_value(&stated).unwrap()[name], value);
+        }
+    }
+
+    /// The page on exports has a row for every field that files state.
+    #[test]
+    fn the_page_on_exports_has_every_field() {
+        let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/export.md");
+        let page = std::fs::read_to_string(page).unwrap();
+        let table = page.split_once("The **recipe** is").unwrap().1;
+        for (name, _) in StatedRecipe::from(&all()).0 {
+            assert!(table.contains(&format!("`{name}`")), "docs/export.md has no {name}");
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! An animation before its first frame, as every format is given it.
+
+use super::recipe::StatedRecipe;
+use rhytid_core::channel::{self, Channel};
+use rhytid_core::{Error, Faces, Materials, Result, Rig, RigidMotion, UpAxis, Uvs};
+
+/// What is known of an animation before its first frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Scene<'a> {
+    /// Names the mesh in the file; any text.
+    pub name: &'a str,
+    /// V×3 rest positions in mesh units.
+    pub rest: &'a [[f32; 3]],
+    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area; `None` where the file is to have no
+    /// normals.
+    pub rest_normals: Option<&'a [[f32; 3]]>,
+    /// What every frame comes with beside its positions, in the order in which the file is to have it. Normals are among them where there are
+    /// rest normals.
+    pub channels: &'a [Channel],
+    /// The polygons of the input mesh.
+    pub faces: &'a Faces,
+    /// The polygons cut into triangles, for formats that have triangles alone: each triangle's three corners
+    /// as indices into [`Faces::indices`] (so that texture coordinates per corner are found).
+    pub triangle_corners: &'a [[u32; 3]],
+    /// Texture coordinates of the input mesh.
+    pub uvs: Option<&'a Uvs>,
+    /// The materials that the input mesh names.
+    pub materials: Option<&'a Materials>,
+    /// The head pose in the world in each frame; `None` where it is not known, as if it never moved.
+    pub head: Option<&'a [RigidMotion]>,
+    /// Metres in one mesh unit.
+    pub metres_per_unit: f64,
+    /// The mesh's up axis.
+    pub up_axis: UpAxis,
+    /// Number of frames that will follow, at least 1.
+    pub frames: usize,
+    /// Frames per second.
+    pub rate: f64,
+    /// The time code (frame number) of the first frame.
+    pub first_time_code: f64,
+    /// How the animation was made.
+    pub recipe: &'a StatedRecipe,
+}
+
+impl<'a> Scene<'a> {
+    /// A rig's mesh: one frame at 30 frames per second from time code 0, positions alone, without a head's motion.
+    pub fn of(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], recipe: &'a StatedRecipe) -> Self {
+        Self {
+            name: &rig.name,
+            rest: &rig.rest,
+            rest_normals: None,
+            channels: &[],
+            faces: &rig.faces,
+            triangle_corners,
+            uvs: rig.uvs.as_ref(),
+            materials: rig.materials.as_ref(),
+            head: None,
+            metres_per_unit: rig.metres_per_unit,
+            up_axis: rig.up_axis,
+            frames: 1,
+            rate: 30.0,
+            first_time_code: 0.0,
+            recipe,
+        }
+    }
+
+    /// Whether its frames have this channel.
+    pub fn has(&self, channel: &Channel) -> bool {
+        self.channels.iter().any(|known| known.name == channel.name)
+    }
+
+    /// How many numbers of a channel a frame has.
+    pub fn numbers(&self, channel: &Channel) -> usize {
+        channel.numbers(self.rest.len(), self.faces.len())
+    }
+
+    /// Checks every length, index and number, so that the exporters can rely on them.
+    pub fn check(&self) -> Result<()> {
+        match self.fault() {
+            None => Ok(()),
+            Some(fault) => Err(Error::input(format!("the animation of “{}”: {fault}", self.name))),
+        }
+    }
+
+    /// What is wrong with it, as a phrase without its subject.
+    pub fn fault(&self) -> Option<String> {
+        let vertices = self.rest.len();
+        let corners = self.faces.indices.len();
+        if vertices == 0 || self.faces.is_empty() {
+            return Some(format!("has {vertices} vertices and {} faces, expected some", self.faces.len()));
+        }
+        let rest_normals = self.rest_normals.unwrap_or_default();
+        if self.rest_normals.is_some() && rest_normals.len() != vertices {
+            return Some(format!("has {} rest normals for {vertices} vertices", rest_normals.len()));
+        }
+        if self.rest_normals.is_some() != self.has(&channel::NORMALS) {
+            return Some("has rest normals or normals of its frames, expected both or none".into());
+        }
+        for (i, channel) in self.channels.iter().enumerate() {
+            let is_twice = self.channels[..i].iter().any(|other| other.name == channel.name);
+            if is_twice || channel.name == channel::POSITIONS.name || channel.width == 0 {
+                return Some(format!("has the channel {} twice, or with no numbers", channel.name));
+            }
+        }
+        if let Some(fault) = self.faces.fault(vertices) {
+            return Some(fault);
+        }
+        if let Some(&c) = self.triangle_corners.as_flattened().iter().find(|&&c| c as usize >= corners) {
+            return Some(format!("has a triangle with corner {c}, expected 0 to {}", corners - 1));
+        }
+        if self.triangle_corners.is_empty() {
+            return Some("has no triangles".into());
+        }
+        if let Some(v) = first_not_finite(self.rest.as_flattened()) {
+            return Some(format!("has a rest position that is not finite, at vertex {v}"));
+        }
+        if let Some(v) = first_not_finite(rest_normals.as_flattened()) {
+            return Some(format!("has a rest normal that is not finite, at vertex {v}"));
+        }
+        if !(self.metres_per_unit.is_finite() && self.metres_per_unit > 0.0) {
+            return Some(format!("has a unit of {} metres, expected a number above 0", self.metres_per_unit));
+        }
+        if self.frames == 0 {
+            return Some("has no frames, expected at least 1".into());
+        }
+        if !(1e-6..=1e6).contains(&self.rate) {
+            return Some(format!("has {} frames per second, expected 0.000001 to 1000000", self.rate));
+        }
+        // Time codes are doubles: beyond this, neighbours would be equal.
+        if !(self.first_time_code.abs() <= 1e12 && self.frames as f64 <= 1e12) {
+            return Some(format!(
+                "has {} frames from time code {}, expected at most 10¹²",
+                self.frames, self.first_time_code
+            ));
+        }
+        if let Some(fault) = self.head.and_then(|head| self.fault_of_head(head)) {
+            return Some(fault);
+        }
+        let of_materials = || self.materials.and_then(|materials| materials.fault(self.faces));
+        self.uvs.and_then(|uvs| uvs.fault(vertices, self.faces)).or_else(of_materials)
+    }
+
+    fn fault_of_head(&self, head: &[RigidMotion]) -> Option<String> {
+        if head.len() != self.frames {
+            return Some(format!("has {} head motions for {} frames", head.len(), self.frames));
+        }
+        let bad = head.iter().position(|motion| !motion.is_rigid())?;
+        Some(format!("has a head motion in frame {bad} (from 0) that is not rigid"))
+    }
+}
+
+/// The vertex of the first of `numbers` (V×3) that is NaN or infinite.
+pub fn first_not_finite(numbers: &[f32]) -> Option<usize> {
+    const BLOCK: usize = 1024;
+    // Without an end in its middle, a block is checked many numbers at a time.
+    let is_finite = |block: &[f32]| block.iter().fold(true, |finite, x| finite & x.is_finite());
+    let block = numbers.chunks(BLOCK).position(|block| !is_finite(block))?;
+    let first = block * BLOCK;
+    numbers[first..].iter().position(|x| !x.is_finite()).map(|i| (first + i) / 3)
+}

@@ -1,0 +1,286 @@
+//! The JSON's contents: where everything is, and what it stands for.
+
+use super::super::attributes::{Accessors, Attribute, Stated};
+use super::super::meshopt;
+use super::super::node::local_transform;
+use ::gltf::json::Root;
+use ::gltf::json::animation::{Interpolation, Property};
+use ::gltf::json::mesh::{Mode, Primitive, Semantic};
+use ::gltf::json::validation::Checked::Valid;
+use glam::{DMat4, DVec3};
+use rhytid_core::channel::{self, Channel, Timing};
+use rhytid_core::{Error, Result, UpAxis};
+use rhytid_export::StatedError;
+use rhytid_export::StatedRecipe;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
+
+/// Where the numbers are (as accessors), and what else a file says.
+pub(super) struct Layout {
+    pub name: String,
+    pub indices: usize,
+    pub ids: usize,
+    /// What the mesh has besides positions and normals.
+    pub attributes: Vec<Attribute>,
+    /// Positions, normals and each of the attributes of the base mesh. Those without positions are refused.
+    pub base: Vec<Option<usize>>,
+    /// The same of each target.
+    pub targets: Vec<Vec<Option<usize>>>,
+    /// The mesh's node: from what is stored to metres with Y up.
+    pub node: DMat4,
+    /// From metres with Y up to mesh units along the mesh's axes.
+    pub to_mesh: DMat4,
+    /// The keys' times, if anything is animated.
+    pub times: Option<usize>,
+    pub weights: Option<usize>,
+    /// Rotations and translations of the head.
+    pub head: Option<[usize; 2]>,
+    pub frames: usize,
+    pub rate: f64,
+    pub first_time_code: f64,
+    pub metres_per_unit: f64,
+    pub up_axis: UpAxis,
+    /// In mesh units.
+    pub stated_error: Option<f64>,
+    pub stated_errors: Vec<StatedError>,
+    pub recipe: Option<StatedRecipe>,
+}
+
+/// The scene's extras.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Extras {
+    frames: usize,
+    frames_per_second: f64,
+    first_time_code: f64,
+    metres_per_unit: f64,
+    up_axis: Axis,
+    #[serde(default)]
+    rhytid: Option<StatedRecipe>,
+    #[serde(default)]
+    error: Option<StatedWorst>,
+    #[serde(default)]
+    strain_error: Option<Off>,
+    /// Which channels are in which attributes.
+    #[serde(default)]
+    attributes: BTreeMap<String, Vec<Stated>>,
+    #[serde(default)]
+    attribute_errors: BTreeMap<String, Off>,
+}
+
+/// How far an attribute is from what was exported.
+#[derive(Deserialize, Clone, Copy)]
+struct Off {
+    worst: f64,
+    rms: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct StatedWorst {
+    worst_millimetres: f64,
+}
+
+#[derive(Deserialize)]
+enum Axis {
+    Y,
+    Z,
+}
+
+impl Layout {
+    pub(super) fn of(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
+        let fault = |what: &str| Error::input(format!("{name}: {what}"));
+        let ours = |what: &str| fault(&format!("{what}; expected a file that `rhytid animate` has written"));
+        let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
+        if let Some(unknown) = root.extensions_required.iter().find(|name| !known.contains(&name.as_str())) {
+            return Err(fault(&format!("requires the extension {unknown}, which Rhytid never writes")));
+        }
+        let scene =
+            root.scenes.get(root.scene.map_or(0, |scene| scene.value())).ok_or(ours("has no scene"))?;
+        let extras = scene.extras.as_ref().ok_or(ours("says nothing of its frames"))?;
+        let extras: Extras = serde_json::from_str(extras.get())
+            .map_err(|e| ours(&format!("does not say of its frames what it should ({e})")))?;
+        if extras.frames == 0 {
+            return Err(fault("has 0 frames, expected at least 1"));
+        }
+        for (what, number) in [("rate", extras.frames_per_second), ("unit", extras.metres_per_unit)] {
+            if !(number.is_finite() && number > 0.0) {
+                return Err(fault(&format!("has a {what} of {number}, expected a number above 0")));
+            }
+        }
+        if !extras.first_time_code.is_finite() {
+            return Err(fault("has a first time code that is not finite"));
+        }
+
+        let (head, mesh_node) =
+            nodes(root, scene).ok_or(ours("has other nodes than a head and a mesh on it"))?;
+        let node = root.nodes.get(mesh_node).ok_or(ours("has no node with a mesh"))?;
+        let mesh_index = node.mesh.ok_or(ours("has no mesh"))?.value();
+        let mesh = root.meshes.get(mesh_index).ok_or(ours("has no mesh"))?;
+        let [primitive] = &mesh.primitives[..] else {
+            return Err(ours(&format!("has {} parts of a mesh", mesh.primitives.len())));
+        };
+        let attribute = |semantic| primitive.attributes.get(&Valid(semantic)).map(::gltf::json::Index::value);
+        let extra = |name: &str| attribute(Semantic::Extras(name.trim_start_matches('_').into()));
+        let mut base = vec![attribute(Semantic::Positions), attribute(Semantic::Normals)];
+        let mut attributes: Vec<Attribute> = Vec::new();
+        for (semantic, accessor) in &primitive.attributes {
+            let Valid(Semantic::Extras(name)) = semantic else { continue };
+            let name = format!("_{name}");
+            let Some(found) = Attribute::of_file(&name, extras.attributes.get(&name)) else { continue };
+            // A channel is in one place.
+            let of_others = attributes.iter().flat_map(|other| &other.channels);
+            let others: Vec<&Channel> =
+                [&channel::POSITIONS, &channel::NORMALS].into_iter().chain(of_others).collect();
+            let is_known = |(i, new): (usize, &Channel)| {
+                others.iter().copied().chain(&found.channels[..i]).any(|other| other.name == new.name)
+            };
+            if !found.channels.iter().enumerate().any(is_known) {
+                attributes.push(found);
+                base.push(Some(accessor.value()));
+            }
+        }
+        let (ids, indices) = (extra("_VERTEX_ID"), primitive.indices);
+        let (Some(ids), Some(indices), Some(_), Valid(Mode::Triangles)) =
+            (ids, indices, base[0], primitive.mode)
+        else {
+            return Err(ours("has no triangles of vertices with positions and _VERTEX_ID"));
+        };
+        let targets =
+            self::targets(primitive, targets.get(mesh_index).map_or(&[], Vec::as_slice), &attributes);
+        // What no target has is the same in all frames.
+        for (i, attribute) in attributes.iter_mut().enumerate() {
+            if !targets.is_empty() && targets.iter().all(|target| target[2 + i].is_none()) {
+                attribute.channels.iter_mut().for_each(|channel| channel.timing = Timing::Constant);
+            }
+        }
+        let is_expected = |(i, base): (usize, &Option<usize>)| {
+            base.is_some() && (i < 2 || !attributes[i - 2].is_constant())
+        };
+        let expected: Vec<bool> = base.iter().enumerate().map(is_expected).collect();
+        let same =
+            |target: &Vec<Option<usize>>| target.iter().map(Option::is_some).eq(expected.iter().copied());
+        if let Some(odd) = targets.iter().position(|target| !same(target)) {
+            return Err(ours(&format!("has a target {odd} (from 0) with other attributes than the mesh")));
+        }
+
+        let up_axis = match extras.up_axis {
+            Axis::Y => UpAxis::Y,
+            Axis::Z => UpAxis::Z,
+        };
+        let mut layout = Self {
+            name: mesh.name.clone().unwrap_or_default(),
+            indices: indices.value(),
+            ids,
+            stated_errors: stated_errors(&attributes, extras.strain_error, &extras.attribute_errors),
+            attributes,
+            base,
+            targets,
+            node: local_transform(node),
+            to_mesh: to_mesh(extras.metres_per_unit, up_axis),
+            times: None,
+            weights: None,
+            head: None,
+            frames: extras.frames,
+            rate: extras.frames_per_second,
+            first_time_code: extras.first_time_code,
+            metres_per_unit: extras.metres_per_unit,
+            up_axis,
+            stated_error: extras.error.map(|e| e.worst_millimetres / 1000.0 / extras.metres_per_unit),
+            recipe: extras.rhytid,
+        };
+        layout.find_channels(root, mesh_node, head).ok_or(ours("animates something else than a face"))?;
+        if !(layout.to_mesh * layout.node).is_finite() {
+            return Err(fault("has a node whose numbers are not finite; the file is damaged"));
+        }
+        if layout.weights.is_some() == layout.targets.is_empty() || layout.head.is_some() != head.is_some() {
+            return Err(ours("has targets or a head that nothing moves, or the other way round"));
+        }
+        Ok(layout)
+    }
+
+    /// Finds what is animated, on the nodes `mesh` and `head`; `None` if there is anything else.
+    fn find_channels(&mut self, root: &Root, mesh: usize, head: Option<usize>) -> Option<()> {
+        let [mut rotations, mut translations] = [None, None];
+        for animation in &root.animations {
+            for channel in &animation.channels {
+                let sampler = animation.samplers.get(channel.sampler.value())?;
+                let input = sampler.input.value();
+                if *self.times.get_or_insert(input) != input
+                    || sampler.interpolation != Valid(Interpolation::Linear)
+                {
+                    return None;
+                }
+                let node = channel.target.node.value();
+                let place = match channel.target.path {
+                    Valid(Property::MorphTargetWeights) if node == mesh => &mut self.weights,
+                    Valid(Property::Rotation) if Some(node) == head => &mut rotations,
+                    Valid(Property::Translation) if Some(node) == head => &mut translations,
+                    _ => return None,
+                };
+                if place.replace(sampler.output.value()).is_some() {
+                    return None;
+                }
+            }
+        }
+        self.head = match (rotations, translations) {
+            (Some(rotations), Some(translations)) => Some([rotations, translations]),
+            (None, None) => None,
+            _ => return None,
+        };
+        Some(())
+    }
+}
+
+/// The head's node, if there is one, and the mesh's; `None` if there are others.
+fn nodes(root: &Root, scene: &::gltf::json::Scene) -> Option<(Option<usize>, usize)> {
+    let [top] = &scene.nodes[..] else { return None };
+    let node = root.nodes.get(top.value())?;
+    match (node.children.as_deref(), node.mesh) {
+        (None, Some(_)) => Some((None, top.value())),
+        (Some([child]), None) => {
+            let child_node = root.nodes.get(child.value())?;
+            child_node.children.is_none().then_some((Some(top.value()), child.value()))
+        }
+        _ => None,
+    }
+}
+
+/// Positions, normals and each of the attributes of each target.
+fn targets(primitive: &Primitive, others: &[Accessors], attributes: &[Attribute]) -> Vec<Vec<Option<usize>>> {
+    let value = |index: &Option<::gltf::json::Index<_>>| index.map(|index| index.value());
+    let of_target = |(i, target): (usize, &::gltf::json::mesh::MorphTarget)| {
+        let other = |attribute: &Attribute| others.get(i)?.get(&attribute.name).copied();
+        let known = [value(&target.positions), value(&target.normals)];
+        known.into_iter().chain(attributes.iter().map(other)).collect()
+    };
+    primitive.targets.iter().flatten().enumerate().map(of_target).collect()
+}
+
+/// What is stated of attributes, of each of their channels.
+fn stated_errors(
+    attributes: &[Attribute],
+    of_strain: Option<Off>,
+    of_others: &BTreeMap<String, Off>,
+) -> Vec<StatedError> {
+    let of_channel = |channel: &Channel, Off { worst, rms }: Off| StatedError {
+        channel: channel.name.clone().into_owned(),
+        worst,
+        rms,
+    };
+    let strain = of_strain.map(|off| of_channel(&channel::STRAIN, off));
+    let others =
+        attributes.iter().filter_map(|attribute| Some((attribute, *of_others.get(&attribute.name)?)));
+    let others = others
+        .flat_map(|(attribute, off)| attribute.channels.iter().map(move |channel| of_channel(channel, off)));
+    strain.into_iter().chain(others).collect()
+}
+
+fn to_mesh(metres_per_unit: f64, up_axis: UpAxis) -> DMat4 {
+    let turn = match up_axis {
+        UpAxis::Y => DMat4::IDENTITY,
+        UpAxis::Z => DMat4::from_rotation_x(FRAC_PI_2),
+    };
+    turn * DMat4::from_scale(DVec3::splat(metres_per_unit.recip()))
+}

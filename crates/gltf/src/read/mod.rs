@@ -1,0 +1,214 @@
+//! Animations read back that [`super::write`] has written. Nothing in a file is trusted.
+
+mod arrays;
+mod layout;
+mod motion;
+mod source;
+
+use super::attributes::{Accessors, Attribute};
+use arrays::Arrays;
+use glam::{DMat4, DVec3};
+use layout::Layout;
+use motion::Motion;
+use rhytid_core::channel::{self, Channel};
+use rhytid_core::{Error, Faces, Result};
+use rhytid_export::{AnimationReader, Summary};
+use source::Document;
+use std::path::Path;
+
+/// Targets are kept once they were read, up to so many numbers in all (of 8 bytes).
+const KEPT: usize = 1 << 25;
+
+/// Opens the animation in the `.glb` or `.gltf` file `path`.
+///
+/// # Errors
+/// [`Error::Input`] if the file is damaged or not such an animation; [`Error::Io`].
+pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
+    let (Document { root, targets }, source) = source::open(path)?;
+    animation(Arrays { root, source, name: path.display().to_string() }, &targets)
+}
+
+/// W×3 numbers of a base mesh or a target.
+type Vectors = Vec<[f64; 3]>;
+
+struct Animation {
+    arrays: Arrays,
+    summary: Summary,
+    layout: Layout,
+    motion: Motion,
+    /// For each of the W vertices in the file the original that it is or copies.
+    ids: Vec<usize>,
+    /// Positions, normals and each attribute of the layout, as far as they were read.
+    base: Vec<Option<Vectors>>,
+    /// Of each target the offsets of the same, as far as they are kept.
+    targets: Vec<Vec<Option<Vectors>>>,
+    kept: usize,
+}
+
+fn animation(mut arrays: Arrays, targets: &[Vec<Accessors>]) -> Result<Box<dyn AnimationReader>> {
+    let layout = Layout::of(&arrays.root, targets, &arrays.name)?;
+    let ids = ids(&mut arrays, layout.ids)?;
+    // Copies come after all originals.
+    let vertices = ids.iter().max().map_or(0, |last| last + 1);
+    let fault = |what: &str| Error::input(format!("{}: {what}; the file is damaged", arrays.name));
+    if vertices == 0 || ids.iter().take(vertices).enumerate().any(|(v, &id)| v != id) {
+        return Err(fault("its vertices are not numbered from 0 on, then the copies"));
+    }
+    let corners = arrays.indices(layout.indices)?;
+    let fault = |what: &str| Error::input(format!("{}: {what}; the file is damaged", arrays.name));
+    if corners.is_empty() || !corners.len().is_multiple_of(3) {
+        return Err(fault(&format!("has {} corners of triangles, expected some", corners.len())));
+    }
+    let original = |corner: &u32| ids.get(*corner as usize).map(|&id| id as u32);
+    let indices: Option<Vec<u32>> = corners.iter().map(original).collect();
+    let indices = indices.ok_or_else(|| fault("a triangle has a vertex that does not exist"))?;
+    let motion = Motion::read(&mut arrays, &layout)?;
+    let summary = Summary {
+        name: layout.name.clone(),
+        vertices,
+        faces: Faces { counts: vec![3; indices.len() / 3], indices },
+        frames: layout.frames,
+        first_time_code: layout.first_time_code,
+        rate: layout.rate,
+        frames_per_second: None,
+        metres_per_unit: layout.metres_per_unit,
+        up_axis: layout.up_axis,
+        fitted: !motion.is_one_hot(layout.targets.len()),
+        channels: channels(&layout),
+        extents: false,
+        head: motion.head.is_some(),
+        stated_error: layout.stated_error,
+        stated_channel_errors: layout.stated_errors.clone(),
+        recipe: layout.recipe.clone(),
+    };
+    let unread = vec![None; layout.base.len()];
+    let targets = vec![unread.clone(); layout.targets.len()];
+    Ok(Box::new(Animation { arrays, summary, layout, motion, ids, base: unread, targets, kept: 0 }))
+}
+
+/// What the frames have.
+fn channels(layout: &Layout) -> Vec<Channel> {
+    let of_mesh = [&channel::POSITIONS, &channel::NORMALS].into_iter().zip(&layout.base);
+    let of_mesh = of_mesh.filter(|(_, accessor)| accessor.is_some()).map(|(channel, _)| channel);
+    of_mesh.chain(layout.attributes.iter().flat_map(|attribute| &attribute.channels)).cloned().collect()
+}
+
+fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
+    let numbers = arrays.vectors::<1>(accessor)?;
+    let count = numbers.len();
+    let id = |[x]: [f64; 1]| (x >= 0.0 && x.fract() == 0.0 && x < count as f64).then_some(x as usize);
+    numbers.into_iter().map(id).collect::<Option<_>>().ok_or_else(|| {
+        Error::input(format!(
+            "{}: its _VERTEX_ID has numbers that are no vertex; the file is damaged",
+            arrays.name
+        ))
+    })
+}
+
+impl Animation {
+    /// W positions (`kind` 0), normals (1) or numbers of an attribute (2 and on) of a frame, as stored.
+    fn evaluate(&mut self, frame: usize, kind: usize) -> Result<Vectors> {
+        let missing = || Error::Internal("a file was asked for an attribute that it lacks".into());
+        if self.base[kind].is_none() {
+            let accessor = self.layout.base[kind].ok_or_else(missing)?;
+            self.base[kind] = Some(self.vectors(accessor)?);
+        }
+        let mut sum = self.base[kind].clone().ok_or_else(missing)?;
+        for (target, weight) in self.motion.weights_of(frame).to_vec() {
+            let add = |sum: &mut Vectors, offsets: &Vectors| {
+                for (sum, offset) in sum.iter_mut().flatten().zip(offsets.as_flattened()) {
+                    *sum += weight * offset;
+                }
+            };
+            if let Some(offsets) = &self.targets[target][kind] {
+                add(&mut sum, offsets);
+                continue;
+            }
+            // What is the same in all frames has no offsets.
+            let Some(accessor) = self.layout.targets[target][kind] else { continue };
+            let offsets = self.vectors(accessor)?;
+            add(&mut sum, &offsets);
+            if self.kept + 3 * offsets.len() <= KEPT {
+                self.kept += 3 * offsets.len();
+                self.targets[target][kind] = Some(offsets);
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Vectors of all W vertices.
+    fn vectors(&mut self, accessor: usize) -> Result<Vectors> {
+        let vectors = self.arrays.vectors::<3>(accessor)?;
+        match vectors.len() == self.ids.len() {
+            true => Ok(vectors),
+            false => Err(Error::input(format!(
+                "{}: accessor {accessor} has {} elements for {} vertices; the file is damaged",
+                self.arrays.name,
+                vectors.len(),
+                self.ids.len()
+            ))),
+        }
+    }
+
+    /// Replaces `out` by what the V originals have of the W `vectors`; an error if a copy has something else.
+    fn originals(&self, vectors: &[[f32; 3]], frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        let vertices = self.summary.vertices;
+        if let Some(w) = (vertices..vectors.len()).find(|&w| vectors[w] != vectors[self.ids[w]]) {
+            return Err(Error::input(format!(
+                "{}: in frame {frame} (from 0), vertex {} and its copy {w} are not in the same place; the file is \
+                 damaged",
+                self.arrays.name, self.ids[w]
+            )));
+        }
+        out.clear();
+        out.extend(vectors[..vertices].as_flattened());
+        Ok(())
+    }
+}
+
+impl AnimationReader for Animation {
+    fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
+    fn channel(&mut self, channel: &Channel, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        out.clear();
+        let place = self.layout.to_mesh * self.layout.node;
+        if channel.name == channel::POSITIONS.name {
+            // As a viewer places them in metres with Y up, and back.
+            let vectors = self.evaluate(frame, 0)?;
+            let placed =
+                vectors.iter().map(|&v| place.transform_point3(DVec3::from_array(v)).as_vec3().to_array());
+            return self.originals(&placed.collect::<Vec<_>>(), frame, out);
+        }
+        if channel.name == channel::NORMALS.name && self.layout.base[1].is_some() {
+            let vectors = self.evaluate(frame, 1)?;
+            let unit = |&v: &[f64; 3]| {
+                let turned = place.transform_vector3(DVec3::from_array(v));
+                turned.normalize_or_zero().as_vec3().to_array()
+            };
+            return self.originals(&vectors.iter().map(unit).collect::<Vec<_>>(), frame, out);
+        }
+        let has = |attribute: &Attribute| attribute.channels.iter().any(|known| known.name == channel.name);
+        let Some(place) = self.layout.attributes.iter().position(has) else { return Ok(()) };
+        let narrow = |numbers: &[f64; 3]| numbers.map(|x| x as f32);
+        let vectors: Vec<_> = self.evaluate(frame, 2 + place)?.iter().map(narrow).collect();
+        let mut all = Vec::new();
+        self.originals(&vectors, frame, &mut all)?;
+        *out = self.layout.attributes[place].channel(channel, &all);
+        Ok(())
+    }
+
+    fn extent(&mut self, _frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
+        Ok(None)
+    }
+
+    fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
+        let Some(keys) = &self.motion.head else { return Ok(None) };
+        let motion: DMat4 = keys[frame];
+        // Along glTF's axes in metres; seen from the mesh, between its own axes and units.
+        let to_mesh = self.layout.to_mesh;
+        let columns = (to_mesh * motion * to_mesh.inverse()).to_cols_array_2d();
+        Ok(Some(std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row]))))
+    }
+}

@@ -1,0 +1,114 @@
+//! Few targets, found once all frames are known.
+
+use super::animation::Weights;
+use super::document::{Document, Placement};
+use super::exact::Timing;
+use super::targets::MOST_TARGETS;
+use crate::attributes::Attribute;
+use rhytid_core::channel;
+use rhytid_core::{Progress, Result};
+use rhytid_export::morphs::{Frames, Settings};
+use rhytid_export::{Deviation, Exporter, Frame, Options, Scene, Written};
+
+/// The base and the targets are whatever shows every frame within a bound (see [`rhytid_export::morphs`]).
+pub(super) struct Compressed {
+    document: Document,
+    timing: Timing,
+    frames: Frames,
+    attributes: Vec<Attribute>,
+    /// What is the same in all frames, V × 3 numbers of each.
+    constants: Vec<(Attribute, Vec<f32>)>,
+    count: usize,
+    goal: Goal,
+    most_targets: usize,
+    quantize: bool,
+}
+
+/// What the targets are chosen by.
+#[derive(Clone, Copy)]
+pub(super) enum Goal {
+    /// As few as keep every vertex of every frame within so many mesh units.
+    Within(f64),
+    /// So many, as near to the frames as they come.
+    Shapes(usize),
+}
+
+impl Compressed {
+    pub(super) fn new(
+        document: Document,
+        scene: &Scene<'_>,
+        attributes: Vec<Attribute>,
+        options: &Options,
+        goal: Goal,
+    ) -> Result<Self> {
+        let spool = document.buffers.container.spool()?;
+        let (constants, attributes): (Vec<_>, Vec<_>) =
+            attributes.into_iter().partition(Attribute::is_constant);
+        let frames = Frames::new(
+            spool,
+            document.path(),
+            scene.rest.len(),
+            scene.rest_normals.is_some(),
+            attributes.iter().map(Attribute::counted).collect(),
+        );
+        let constants = constants.into_iter().map(|attribute| (attribute, Vec::new())).collect();
+        Ok(Self {
+            document,
+            timing: Timing::new(scene),
+            frames,
+            attributes,
+            constants,
+            count: scene.frames,
+            goal,
+            most_targets: if options.force { usize::MAX } else { MOST_TARGETS },
+            quantize: options.quantize,
+        })
+    }
+}
+
+impl Exporter for Compressed {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
+        if self.frames.frames() == 0 {
+            self.constants.iter_mut().for_each(|(attribute, numbers)| *numbers = attribute.of_frame(frame));
+        }
+        let others: Vec<Vec<f32>> =
+            self.attributes.iter().map(|attribute| attribute.of_frame(frame)).collect();
+        self.frames.push(frame.positions(), frame.get(&channel::NORMALS), &others)
+    }
+
+    fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
+        let Self { mut document, timing, frames, attributes, constants, count, goal, most_targets, quantize } =
+            *self;
+        let morphs = match goal {
+            Goal::Within(max_error) => {
+                frames.compress(&Settings { max_error, most_targets, quantize }, progress)?
+            }
+            Goal::Shapes(shapes) => frames.bake(shapes, quantize, progress)?,
+        };
+        document.base(&morphs.base, morphs.base_normals.as_ref())?;
+        for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
+            document.base_extra(&attribute.name, fitted.base.clone())?;
+        }
+        for (attribute, numbers) in constants {
+            document.base_extra(&attribute.name, numbers)?;
+        }
+        for (k, target) in morphs.targets.iter().enumerate() {
+            document.target(format!("shape {:02}", k + 1), &target.positions, target.normals.as_ref())?;
+            for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
+                document.target_extra(&attribute.name, fitted.targets[k].clone())?;
+            }
+        }
+        for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
+            document.state_error(attribute, fitted.worst, fitted.rms);
+        }
+        let first = morphs.weights.get(..morphs.targets.len()).map(<[f32]>::to_vec);
+        let weights = (!morphs.targets.is_empty()).then_some(Weights::Each(morphs.weights));
+        let placement = Placement { scale: morphs.scale, translation: morphs.translation };
+        let error = Deviation {
+            worst: morphs.worst.error,
+            at: (morphs.worst.frame, morphs.worst.vertex),
+            rms: morphs.rms,
+        };
+        document.finish(placement, first, Some(timing.animation(count, weights)), Some(error), progress)
+    }
+}

@@ -1,0 +1,352 @@
+//! The JSON: one mesh on one node, and what moves it.
+
+use super::super::attributes::{self, Attribute, Extras};
+use super::super::meshopt;
+use super::animation::{Animation, Nodes, y_up};
+use super::buffers::{Buffers, Element};
+use super::container::{Container, Kind, Limit};
+use super::surface::Surface;
+use ::gltf::json::accessor::{Accessor, ComponentType};
+use ::gltf::json::material::{Material, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use ::gltf::json::mesh::{Mesh, Mode, MorphTarget, Primitive, Semantic};
+use ::gltf::json::scene::UnitQuaternion;
+use ::gltf::json::validation::Checked::Valid;
+use ::gltf::json::{Asset, Index, Node, Root, extras};
+use rhytid_core::channel;
+use rhytid_core::{Error, Progress, Result, UpAxis};
+use rhytid_export::morphs::Values;
+use rhytid_export::{Deviation, Options, Scene, Written};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::f32::consts::FRAC_1_SQRT_2;
+use std::path::Path;
+
+/// The extension that lets positions and normals be integers.
+const QUANTIZATION: &str = "KHR_mesh_quantization";
+
+/// The largest number of vertices whose numbers a 32-bit float tells apart. (glTF allows attributes no 32-bit
+/// integers.)
+const MOST_VERTICES: usize = 1 << 24;
+
+/// What a file says besides its numbers.
+pub(super) struct About {
+    /// Names the nodes, the mesh and the animation.
+    name: String,
+    material: String,
+    metres_per_unit: f64,
+    up_axis: UpAxis,
+    /// The scene's extras so far.
+    extras: Value,
+}
+
+impl About {
+    /// What is known of any scene.
+    pub(super) fn new(scene: &Scene<'_>) -> Self {
+        let material = match scene.materials.map_or(&[][..], |materials| &materials.names) {
+            [only] => only,
+            _ => "skin",
+        };
+        Self {
+            name: scene.name.to_owned(),
+            material: material.to_owned(),
+            metres_per_unit: scene.metres_per_unit,
+            up_axis: scene.up_axis,
+            extras: json!({
+                "metresPerUnit": scene.metres_per_unit,
+                "upAxis": match scene.up_axis { UpAxis::Y => "Y", UpAxis::Z => "Z" },
+                "rhytid": scene.recipe,
+            }),
+        }
+    }
+
+    /// Adds which channels are in which attributes.
+    pub(super) fn with_attributes(mut self, attributes: &[Attribute]) -> Self {
+        if let Some(stated) = Attribute::stated(attributes) {
+            self.extras["attributes"] = stated;
+        }
+        self
+    }
+
+    /// Adds how the frames lie in time, from which readers that know our files count them.
+    pub(super) fn with_time(mut self, scene: &Scene<'_>) -> Self {
+        self.extras["frames"] = scene.frames.into();
+        self.extras["framesPerSecond"] = scene.rate.into();
+        self.extras["firstTimeCode"] = scene.first_time_code.into();
+        self
+    }
+}
+
+/// How stored positions become mesh units: scaled, then moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Placement {
+    pub scale: f32,
+    pub translation: [f32; 3],
+}
+
+impl Placement {
+    /// Positions are stored in mesh units.
+    pub(super) const NONE: Self = Self { scale: 1.0, translation: [0.0; 3] };
+}
+
+/// A file being written: first [`Document::base`], then each [`Document::target`].
+pub(super) struct Document {
+    pub buffers: Buffers,
+    about: About,
+    surface: Surface,
+    /// Whether texture coordinates may be stored as 16-bit integers.
+    quantize: bool,
+    /// Whether any attribute needs the extension.
+    quantized: bool,
+    attributes: BTreeMap<Semantic, Index<Accessor>>,
+    indices: Option<Index<Accessor>>,
+    targets: Vec<MorphTarget>,
+    target_names: Vec<String>,
+    /// What targets have besides, where they have any.
+    target_extras: Vec<Extras>,
+}
+
+impl Document {
+    /// An empty file for the mesh of `scene`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the mesh has more vertices than a glTF file can number; [`Error::Io`].
+    pub(super) fn create(
+        path: &Path,
+        kind: Kind,
+        scene: &Scene<'_>,
+        options: &Options,
+        about: About,
+    ) -> Result<Self> {
+        let surface = Surface::new(scene.rest.len(), scene.faces, scene.triangle_corners, scene.uvs);
+        if scene.rest.len() > MOST_VERTICES {
+            return Err(Error::input(format!(
+                "{}: has {} vertices, and a glTF file can number {MOST_VERTICES}; write .usd instead",
+                path.display(),
+                scene.rest.len()
+            )));
+        }
+        let container = Container::create(path, kind, Limit::of(kind, options))?;
+        Ok(Self {
+            buffers: Buffers::new(container, options.meshopt),
+            about,
+            surface,
+            quantize: options.quantize,
+            quantized: false,
+            attributes: BTreeMap::new(),
+            indices: None,
+            targets: Vec::new(),
+            target_names: Vec::new(),
+            target_extras: Vec::new(),
+        })
+    }
+
+    /// The file's name, for messages.
+    pub(super) fn path(&self) -> &Path {
+        self.buffers.container.path()
+    }
+
+    /// The number of targets so far.
+    pub(super) fn targets(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// Writes the mesh itself, of V positions and normals.
+    pub(super) fn base(&mut self, positions: &Values, normals: Option<&Values>) -> Result<()> {
+        self.indices = Some(self.buffers.triangles(&self.surface)?);
+        let positions = self.vectors(positions, true)?;
+        self.attributes.insert(Semantic::Positions, positions);
+        if let Some(normals) = normals {
+            let normals = self.vectors(normals, false)?;
+            self.attributes.insert(Semantic::Normals, normals);
+        }
+        if let Some(uvs) = &self.surface.uvs {
+            // Others repeat the texture, which 16-bit integers cannot.
+            let within = uvs.as_flattened().iter().all(|x| (0.0..=1.0).contains(x));
+            let uvs = if self.quantize && within {
+                let uvs: Vec<_> = uvs.iter().map(|uv| uv.map(|x| (x * 65535.0).round() as u16)).collect();
+                self.buffers.attribute(&uvs, Element::VEC2.normalized(ComponentType::U16))?
+            } else {
+                self.buffers.attribute(uvs, Element::VEC2)?
+            };
+            self.attributes.insert(Semantic::TexCoords(0), uvs);
+        }
+        let ids: Vec<[f32; 1]> = self.surface.ids().map(|id| [id as f32]).collect();
+        let ids = self.buffers.attribute(&ids, Element::SCALAR)?;
+        self.attributes.insert(Semantic::Extras("VERTEX_ID".into()), ids);
+        Ok(())
+    }
+
+    /// Writes what the weight 1 of a further target adds to V positions and normals.
+    pub(super) fn target(
+        &mut self,
+        name: String,
+        positions: &Values,
+        normals: Option<&Values>,
+    ) -> Result<()> {
+        let positions = Some(self.vectors(positions, true)?);
+        let normals = normals.map(|normals| self.vectors(normals, false)).transpose()?;
+        self.targets.push(MorphTarget { positions, normals, tangents: None });
+        self.target_names.push(name);
+        Ok(())
+    }
+
+    /// Writes a further attribute of the mesh: V×3 numbers.
+    pub(super) fn base_extra(&mut self, name: &str, values: Vec<f32>) -> Result<()> {
+        let index = self.vectors(&Values::F32(values), false)?;
+        self.attributes.insert(Semantic::Extras(name.trim_start_matches('_').into()), index);
+        Ok(())
+    }
+
+    /// Writes what the weight 1 of the last target adds to it.
+    pub(super) fn target_extra(&mut self, name: &str, values: Vec<f32>) -> Result<()> {
+        let index = self.vectors(&Values::F32(values), false)?;
+        self.target_extras.resize(self.targets.len(), Extras::new());
+        self.target_extras
+            .iter_mut()
+            .last()
+            .into_iter()
+            .for_each(|extras| extras.push((name.to_owned(), index.value() as u32)));
+        Ok(())
+    }
+
+    /// States how far the numbers of an attribute are from those that came in.
+    pub(super) fn state_error(&mut self, attribute: &Attribute, worst: f64, rms: f64) {
+        let stated = json!({ "worst": worst, "rms": rms });
+        match attribute.channels.as_slice() {
+            [only] if only.name == channel::STRAIN.name => self.about.extras["strainError"] = stated,
+            _ => self.about.extras["attributeErrors"][&attribute.name] = stated,
+        }
+    }
+
+    fn vectors(&mut self, values: &Values, bounds: bool) -> Result<Index<Accessor>> {
+        self.quantized |= !matches!(values, Values::F32(_));
+        self.buffers.vectors(values, &self.surface, bounds)
+    }
+
+    /// Writes the rest and gives the file its name. `weights` are those of the targets where nothing is animated; all
+    /// 0 if there are none.
+    pub(super) fn finish(
+        mut self,
+        placement: Placement,
+        weights: Option<Vec<f32>>,
+        animation: Option<Animation>,
+        error: Option<Deviation>,
+        progress: &dyn Progress,
+    ) -> Result<Written> {
+        let About { name, material, metres_per_unit, up_axis, mut extras } = self.about;
+        let node = Node {
+            mesh: Some(Index::new(0)),
+            name: Some(name.clone()),
+            ..placed(placement, metres_per_unit, up_axis)
+        };
+        let mut nodes = Nodes { mesh: Index::new(0), root: Index::new(0), nodes: vec![node] };
+        let animation = match animation {
+            Some(animation) => {
+                animation.write(&mut self.buffers, &mut nodes, &name, metres_per_unit, up_axis)?
+            }
+            None => None,
+        };
+        if let Some(Deviation { worst, at: (frame, vertex), rms }) = error {
+            let millimetres = |x: f64| x * metres_per_unit * 1000.0;
+            extras["error"] = json!({
+                "worstMillimetres": millimetres(worst), "rmsMillimetres": millimetres(rms),
+                "frame": frame, "vertex": vertex,
+            });
+        }
+        let mut extensions = Vec::new();
+        if self.quantized {
+            extensions.push(QUANTIZATION.to_owned());
+        }
+        if self.buffers.meshopt {
+            extensions.push(meshopt::EXTENSION.to_owned());
+        }
+        let targets = self.targets.len();
+        let primitive = Primitive {
+            attributes: self
+                .attributes
+                .into_iter()
+                .map(|(semantic, index)| (Valid(semantic), index))
+                .collect(),
+            extensions: None,
+            extras: None,
+            indices: self.indices,
+            material: Some(Index::new(0)),
+            mode: Valid(Mode::Triangles),
+            targets: (targets > 0).then_some(self.targets),
+        };
+        let mesh = Mesh {
+            extensions: None,
+            extras: if targets > 0 { raw(&json!({ "targetNames": self.target_names }))? } else { None },
+            name: Some(name),
+            primitives: vec![primitive],
+            weights: weights.filter(|weights| !weights.is_empty()),
+        };
+        let scene = ::gltf::json::Scene {
+            extensions: None,
+            extras: raw(&extras)?,
+            name: None,
+            nodes: vec![nodes.root],
+        };
+        let root = Root {
+            asset: Asset {
+                version: "2.0".into(),
+                generator: Some(concat!("Rhytid ", env!("CARGO_PKG_VERSION")).into()),
+                ..Asset::default()
+            },
+            scene: Some(Index::new(0)),
+            scenes: vec![scene],
+            nodes: nodes.nodes,
+            meshes: vec![mesh],
+            materials: vec![skin(material)],
+            animations: animation.into_iter().collect(),
+            buffers: self.buffers.buffers(),
+            buffer_views: self.buffers.views,
+            accessors: self.buffers.accessors,
+            extensions_used: extensions.clone(),
+            extensions_required: extensions,
+            ..Root::default()
+        };
+        let internal = |e: serde_json::Error| Error::Internal(format!("a glTF document: {e}"));
+        let json = if self.target_extras.is_empty() {
+            root.to_vec().map_err(internal)?
+        } else {
+            let mut document = serde_json::to_value(&root).map_err(internal)?;
+            attributes::add_to_targets(&mut document, &self.target_extras);
+            serde_json::to_vec(&document).map_err(internal)?
+        };
+        let bytes = self.buffers.container.finish(json, progress)?;
+        Ok(Written { bytes, targets: Some(targets), error })
+    }
+}
+
+/// A node that takes what is stored to metres with Y up.
+fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis) -> Node {
+    let scale = (metres_per_unit * f64::from(placement.scale)) as f32;
+    let translation = placement.translation.map(|x| (metres_per_unit * f64::from(x)) as f32);
+    Node {
+        scale: (scale != 1.0).then_some([scale; 3]),
+        rotation: (up_axis == UpAxis::Z).then_some(UnitQuaternion([-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2])),
+        translation: (translation != [0.0; 3]).then_some(y_up(translation, up_axis)),
+        ..Node::default()
+    }
+}
+
+/// Without a material, viewers take bare metal, seen from the front alone.
+fn skin(name: String) -> Material {
+    Material {
+        name: Some(name),
+        double_sided: true,
+        pbr_metallic_roughness: PbrMetallicRoughness {
+            base_color_factor: PbrBaseColorFactor([0.8, 0.8, 0.8, 1.0]),
+            metallic_factor: StrengthFactor(0.0),
+            roughness_factor: StrengthFactor(0.6),
+            ..PbrMetallicRoughness::default()
+        },
+        ..Material::default()
+    }
+}
+
+fn raw(value: &Value) -> Result<extras::Extras> {
+    let raw = serde_json::value::to_raw_value(value).map_err(|e| Error::Internal(format!("extras: {e}")))?;
+    Ok(Some(raw))
+}

@@ -1,0 +1,176 @@
+//! A target for each frame, written as the frames come.
+
+use super::animation::{Animation, Weights};
+use super::container::{Kind, Limit};
+use super::document::{Document, Placement};
+use super::measure::Measure;
+use super::targets::{
+    MOST_TARGETS, check_finite, differences, floats, frame_name, normal_differences, unit_normals,
+};
+use crate::attributes::Attribute;
+use rhytid_core::channel;
+use rhytid_core::{Error, Progress, Result, RigidMotion};
+use rhytid_export::{Exporter, Frame, Options, Scene, Written};
+use std::path::Path;
+
+/// The weights are a square matrix whose elements are numbered by `u32`.
+const MOST_FRAMES: usize = 65_535;
+
+/// JSON for a target: its accessors, views and name.
+const JSON_PER_TARGET: u64 = 700;
+
+/// The base is the first frame, target k is frame k, and its weight is 1 in that frame and 0 in all others.
+pub(super) struct Exact {
+    document: Document,
+    timing: Timing,
+    /// 3V positions of the first frame, and its normals.
+    base: Vec<f32>,
+    base_normals: Vec<f32>,
+    attributes: Vec<Attribute>,
+    others: OtherTargets,
+    measure: Measure,
+}
+
+/// When each frame is, and its head pose.
+pub(super) struct Timing {
+    rate: f64,
+    first_time_code: f64,
+    head: Option<Vec<RigidMotion>>,
+}
+
+impl Timing {
+    pub(super) fn new(scene: &Scene<'_>) -> Self {
+        let head = scene.head.map(<[RigidMotion]>::to_vec);
+        Self { rate: scene.rate, first_time_code: scene.first_time_code, head }
+    }
+
+    /// The name of the target that is frame `frame`.
+    pub(super) fn name(&self, frame: usize) -> String {
+        frame_name(self.first_time_code, frame)
+    }
+
+    /// The animation of `frames` frames.
+    pub(super) fn animation(self, frames: usize, weights: Option<Weights>) -> Animation {
+        Animation { frames, rate: self.rate, weights, head: self.head }
+    }
+}
+
+/// What the mesh and its targets have besides, of frame after frame: the base has that of the first frame.
+pub(super) struct OtherTargets {
+    attributes: Vec<Attribute>,
+    base: Vec<Vec<f32>>,
+}
+
+impl OtherTargets {
+    pub(super) fn new(attributes: Vec<Attribute>) -> Self {
+        Self { attributes, base: Vec::new() }
+    }
+
+    /// Adds `of_frame`, 3V numbers for each attribute, to the target that was written last, and to the base that of the first.
+    pub(super) fn write(&mut self, document: &mut Document, of_frame: Vec<Vec<f32>>) -> Result<()> {
+        if self.base.is_empty() {
+            for (attribute, numbers) in self.attributes.iter().zip(&of_frame) {
+                document.base_extra(&attribute.name, numbers.clone())?;
+            }
+            self.base.clone_from(&of_frame);
+        }
+        for ((attribute, base), numbers) in self.attributes.iter().zip(&self.base).zip(&of_frame) {
+            if !attribute.is_constant() {
+                document.target_extra(&attribute.name, differences(base, numbers))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Exact {
+    pub(super) fn new(document: Document, scene: &Scene<'_>, attributes: Vec<Attribute>) -> Self {
+        Self {
+            document,
+            timing: Timing::new(scene),
+            base: Vec::new(),
+            base_normals: Vec::new(),
+            attributes: attributes.clone(),
+            others: OtherTargets::new(attributes),
+            measure: Measure::default(),
+        }
+    }
+}
+
+impl Exporter for Exact {
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
+        let k = self.document.targets();
+        let (positions, normals) = (frame.positions(), frame.get(&channel::NORMALS));
+        if k == 0 {
+            self.base = positions.to_vec();
+            self.base_normals = normals.map(unit_normals).unwrap_or_default();
+            let normals = normals.map(|_| floats(self.base_normals.clone()));
+            self.document.base(&floats(self.base.clone()), normals.as_ref())?;
+        }
+        let offsets = differences(&self.base, positions);
+        check_finite(&offsets, k, self.document.path())?;
+        let vectors = |numbers| <[f32]>::as_chunks::<3>(numbers).0;
+        let stored = vectors(&self.base).iter().zip(vectors(&offsets));
+        for (v, (given, (base, offset))) in vectors(positions).iter().zip(stored).enumerate() {
+            let stored = std::array::from_fn(|axis| f64::from(base[axis]) + f64::from(offset[axis]));
+            self.measure.add((k, v), given.map(f64::from), stored);
+        }
+        let normals = normals.map(|normals| floats(normal_differences(&self.base_normals, normals)));
+        self.document.target(self.timing.name(k), &floats(offsets), normals.as_ref())?;
+        let of_frame = self.attributes.iter().map(|attribute| attribute.of_frame(frame)).collect();
+        self.others.write(&mut self.document, of_frame)
+    }
+
+    fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
+        let animation = self.timing.animation(self.document.targets(), Some(Weights::OneHot));
+        let error = Some(self.measure.deviation(0.0));
+        self.document.finish(Placement::NONE, None, Some(animation), error, progress)
+    }
+}
+
+/// An error if the frames of `scene` are more than the file may hold, as far as can be told before they come.
+pub(super) fn check_frames(
+    path: &Path,
+    kind: Kind,
+    scene: &Scene<'_>,
+    attributes: &[Attribute],
+    options: &Options,
+) -> Result<()> {
+    let frames = scene.frames;
+    if frames > MOST_TARGETS && !options.force {
+        return Err(Error::input(format!(
+            "{}: {frames} frames as a morph target each are more than the {MOST_TARGETS} that viewers promise to \
+             show: write .usd, choose fewer frames with --frames, have fewer targets made with --compressed, or insist \
+             with --force",
+            path.display()
+        )));
+    }
+    if frames > MOST_FRAMES {
+        return Err(Error::input(format!(
+            "{}: {frames} frames as a morph target each are more than the {MOST_FRAMES} that a glTF file holds: write \
+             .usd, choose fewer frames with --frames, or have fewer targets made with --compressed",
+            path.display()
+        )));
+    }
+    if options.meshopt {
+        // How small that is will be seen.
+        return Ok(());
+    }
+    let bytes_of = |float: u64, integer: u64| if options.quantize { integer } else { float };
+    let of_normals = if scene.rest_normals.is_some() { bytes_of(12, 4) } else { 0 };
+    let per_vertex = bytes_of(12, 8) + of_normals + 12 * attributes.len() as u64;
+    // Copies of vertices at seams come on top.
+    let per_frame = scene.rest.len() as u64 * per_vertex + JSON_PER_TARGET;
+    let limit = Limit::of(kind, options);
+    // The base mesh, and then the frames.
+    let fit = (limit.bytes / per_frame).saturating_sub(1);
+    match frames as u64 <= fit {
+        true => Ok(()),
+        false => Err(Error::input(format!(
+            "{}: {frames} frames of {} vertices become larger than {} (about {fit} frames fit)",
+            path.display(),
+            scene.rest.len(),
+            limit.sentence
+        ))),
+    }
+}

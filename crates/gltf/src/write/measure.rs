@@ -1,0 +1,42 @@
+//! The distance of what is stored from what was given.
+
+use rhytid_export::Deviation;
+
+/// Collects the distances of all vertices in all frames.
+#[derive(Debug, Default)]
+pub(super) struct Measure {
+    /// The largest squared distance, and its frame and vertex.
+    worst: f64,
+    at: (usize, usize),
+    sum: f64,
+    count: u64,
+    /// The largest coordinate that a reader computes with.
+    largest: f64,
+}
+
+impl Measure {
+    /// Vertex `at.1` of frame `at.0` was to be at `given` and is stored so that it is at `stored`, by exact
+    /// arithmetic.
+    pub(super) fn add(&mut self, at: (usize, usize), given: [f64; 3], stored: [f64; 3]) {
+        let squared: f64 = given.iter().zip(stored).map(|(a, b)| (a - b).powi(2)).sum();
+        if squared > self.worst {
+            (self.worst, self.at) = (squared, at);
+        }
+        self.sum += squared;
+        self.count += 1;
+        self.largest = stored.iter().fold(self.largest, |largest, x| largest.max(x.abs()));
+    }
+
+    /// The outcome. `reach` is the largest number that a reader computes with on its way to a coordinate, beyond the
+    /// coordinates themselves; the worst distance covers what a reader's 32-bit arithmetic adds: at most eight roundings
+    /// of a number of that size along each axis (integers to fractions, their sum, scale and translation, which are
+    /// rounded themselves, and a turn).
+    pub(super) fn deviation(&self, reach: f64) -> Deviation {
+        let rounding = f64::from(f32::EPSILON) / 2.0 * self.largest.max(reach);
+        Deviation {
+            worst: self.worst.sqrt() + 3.0_f64.sqrt() * 8.0 * rounding,
+            at: self.at,
+            rms: (self.sum / self.count.max(1) as f64).sqrt(),
+        }
+    }
+}

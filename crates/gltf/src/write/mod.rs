@@ -1,0 +1,52 @@
+//! Animations and shapes as glTF: a base mesh and morph targets.
+
+mod animation;
+mod buffers;
+mod compressed;
+mod container;
+mod document;
+mod exact;
+mod grid;
+mod measure;
+mod quantized;
+mod shapes;
+mod surface;
+mod targets;
+
+use super::attributes::Attribute;
+use document::{About, Document};
+use rhytid_core::Result;
+use rhytid_export::{Exporter, Options, Scene};
+use std::path::Path;
+
+pub use container::Kind;
+pub use shapes::{check_count, write_shapes};
+
+/// Opens an exporter; `scene` has been checked.
+///
+/// # Errors
+/// [`rhytid_core::Error::Input`] if the file could not hold the scene, or would be larger than `options` allow;
+/// [`rhytid_core::Error::Io`].
+pub fn create(path: &Path, kind: Kind, scene: &Scene<'_>, options: &Options) -> Result<Box<dyn Exporter>> {
+    let goal = match (options.shapes, options.max_error) {
+        (Some(shapes), _) => {
+            check_count(path, shapes, options)?;
+            Some(compressed::Goal::Shapes(shapes))
+        }
+        (None, Some(max_error)) => Some(compressed::Goal::Within(max_error)),
+        (None, None) => None,
+    };
+    let mut attributes = Attribute::of_channels(scene.channels);
+    if goal.is_some() {
+        attributes.retain(Attribute::can_be_fitted);
+    } else {
+        exact::check_frames(path, kind, scene, &attributes, options)?;
+    }
+    let about = About::new(scene).with_time(scene).with_attributes(&attributes);
+    let document = Document::create(path, kind, scene, options, about)?;
+    match goal {
+        Some(goal) => Ok(Box::new(compressed::Compressed::new(document, scene, attributes, options, goal)?)),
+        None if options.quantize => Ok(Box::new(quantized::Quantized::new(document, scene, attributes)?)),
+        None => Ok(Box::new(exact::Exact::new(document, scene, attributes))),
+    }
+}

@@ -1,0 +1,34 @@
+//! Meshes in: OBJ, PLY and glTF, told apart by their file names. See docs/meshes.md.
+//!
+//! Polygons, vertex order, texture coordinates and the names of materials are kept as the file has them. No reader panics on any
+//! bytes, and none allocates more than a small multiple of them.
+
+#![forbid(unsafe_code)]
+
+mod check;
+mod displacement;
+mod gltf;
+mod groups;
+mod like;
+mod map_image;
+mod materials;
+mod normal_map;
+mod numbers;
+mod obj;
+mod ply;
+mod read;
+mod textures;
+mod uvs;
+mod weights;
+mod write_obj;
+
+pub use check::check;
+pub use displacement::DisplacementMap;
+pub use groups::read_groups;
+pub use like::read_like;
+pub use normal_map::{Green, Integrated, NormalMap};
+pub use numbers::{Numbers, decode_numbers, read_numbers, write_numbers};
+pub use read::{Format, decode, read};
+pub use textures::read_textures;
+pub use weights::read_weights;
+pub use write_obj::write_obj;

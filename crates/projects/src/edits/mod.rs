@@ -1,0 +1,201 @@
+//! The edits of a take, EDIT.toml: what an artist changes of it without touching rig or take. See `docs/edits.md`.
+
+mod curve;
+mod parse;
+
+pub use curve::{Curve, Ease};
+pub use parse::parse;
+
+use rhytid_core::{Error, Result, input_file};
+use rhytid_takes::tables::write_checked;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What a file of edits says. Paths are relative to the file.
+///
+/// What is done to a marker in a frame: from rest it is `Π gains · (p − rest) + Σ offsets + Σ added`, whatever the order in the file; then the holds,
+/// one after the other, keep it where it is. The folds are multiplied by all gains of the detail. Corrections come last, each on what those before it
+/// make of its frame.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Edits {
+    /// `[region.NAME]`, by their names.
+    #[serde(rename = "region", skip_serializing_if = "BTreeMap::is_empty")]
+    pub regions: BTreeMap<String, Region>,
+    /// Each `[[gain]]`.
+    #[serde(rename = "gain", skip_serializing_if = "Vec::is_empty")]
+    pub gains: Vec<Gain>,
+    /// Each `[[offset]]`.
+    #[serde(rename = "offset", skip_serializing_if = "Vec::is_empty")]
+    pub offsets: Vec<Offset>,
+    /// Each `[[add]]`.
+    #[serde(rename = "add", skip_serializing_if = "Vec::is_empty")]
+    pub added: Vec<Added>,
+    /// Each `[[hold]]`.
+    #[serde(rename = "hold", skip_serializing_if = "Vec::is_empty")]
+    pub holds: Vec<Hold>,
+    /// Each `[[correction]]`.
+    #[serde(rename = "correction", skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<Correction>,
+    /// Each `[[detail]]`.
+    #[serde(rename = "detail", skip_serializing_if = "Vec::is_empty")]
+    pub details: Vec<Gain>,
+}
+
+/// `[region.NAME]`: a part of the face; one of the three.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct Region {
+    /// Labels of handles, where `*` stands for any letters, or the words that labels say (lips, brows …).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub markers: Vec<String>,
+    /// Names of groups in the mesh `of`, an OBJ.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<String>,
+    /// Where the groups are: a mesh like the rig's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<PathBuf>,
+    /// A PLY or USD file with the rig's vertices, which has been painted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<PathBuf>,
+    /// The property or primvar of its vertices that has the weights, from 0 to 1, or 0 to 255 where it is of whole numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub property: Option<String>,
+}
+
+/// `[[gain]]` and `[[detail]]`: times so much.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gain {
+    /// Where; `None` is the whole face. The name of a region, else a word or label as in [`Region::markers`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// From 0; 1 changes nothing.
+    pub by: Curve,
+    /// The easing of `by`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ease: Ease,
+}
+
+/// `[[offset]]`: markers moved.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Offset {
+    /// As of [`Gain`]; without `millimetres` it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// By so much along the mesh's axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub millimetres: Option<[f64; 3]>,
+    /// Or each of these handles by its own, in millimetres: a pose.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub markers: BTreeMap<String, [f64; 3]>,
+    /// Times this.
+    #[serde(skip_serializing_if = "is_one")]
+    pub amount: Curve,
+    /// The easing of `amount`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ease: Ease,
+}
+
+/// `[[add]]`: another take's displacements from rest on top.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Added {
+    /// The other take's CSV; markers that it lacks stay as they are.
+    pub take: PathBuf,
+    /// The frame of this take at which the other one begins; its frames are at its own times from there on, and its first and last
+    /// ones hold beyond its ends.
+    pub frame: f64,
+    /// As of [`Gain`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// Times this.
+    #[serde(skip_serializing_if = "is_one")]
+    pub amount: Curve,
+    /// The easing of `amount`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ease: Ease,
+}
+
+/// `[[hold]]`: markers that stay where they are, without any noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Hold {
+    /// As of [`Gain`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// The first frame and the one behind the last; written as `"A..B"`.
+    #[serde(serialize_with = "as_range")]
+    pub frames: (usize, usize),
+    /// The frame whose positions are held; the first of `frames` where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<usize>,
+    /// So many frames before and behind it goes over, smoothly.
+    pub ease: usize,
+}
+
+/// `[[correction]]`: a frame that was sculpted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Correction {
+    /// The sculpted mesh, with the rig's vertices and polygons.
+    pub mesh: PathBuf,
+    /// The frame of the take that was sculpted.
+    pub frame: usize,
+    /// As of [`Gain`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region: Option<String>,
+    /// Times this.
+    #[serde(skip_serializing_if = "is_one")]
+    pub amount: Curve,
+    /// The easing of `amount`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ease: Ease,
+    /// How far a frame's strains may be from those of the sculpted frame, a ratio; `None` for half of how far the rest pose's are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reach: Option<f64>,
+}
+
+impl Edits {
+    /// The files that edits name, as they name them, each with the key that does.
+    pub fn named_files(&self) -> impl Iterator<Item = (String, &Path)> {
+        let takes = self.added.iter().map(|added| ("[[add]] take".to_owned(), &*added.take));
+        let sculpted = self.corrections.iter().map(|c| ("[[correction]] mesh".to_owned(), &*c.mesh));
+        let regions = self.regions.iter().flat_map(|(name, region)| {
+            let of = region.of.iter().map(move |file| (format!("[region.{name}] of"), &**file));
+            of.chain(region.weights.iter().map(move |file| (format!("[region.{name}] weights"), &**file)))
+        });
+        takes.chain(regions).chain(sculpted)
+    }
+}
+
+fn is_default(ease: &Ease) -> bool {
+    *ease == Ease::default()
+}
+
+fn is_one(curve: &Curve) -> bool {
+    curve.is_constantly(1.0)
+}
+
+fn as_range<S: serde::Serializer>(frames: &(usize, usize), serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{}..{}", frames.0, frames.1))
+}
+
+/// Reads a file of edits alone, not what it names; and its text.
+///
+/// # Errors
+/// [`Error::Input`] as of [`parse()`]; [`Error::Io`].
+pub fn read(path: &Path) -> Result<(Edits, String)> {
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
+    let name = path.display().to_string();
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let line = rhytid_core::text::line_of(e.as_bytes(), e.utf8_error().valid_up_to());
+        Error::input(format!("{name}, line {line}: not UTF-8 text, expected edits in TOML"))
+    })?;
+    Ok((parse(&text, &name)?, text))
+}
+
+/// Writes a file of edits so that [`parse()`] gives it back.
+///
+/// # Errors
+/// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
+pub fn write(path: &Path, edits: &Edits) -> Result<()> {
+    let text =
+        toml::to_string(edits).map_err(|e| Error::input(format!("{}: not written: {e}", path.display())))?;
+    write_checked(path, text.as_bytes(), |name| Ok(parse(&text, name)? == *edits))
+}

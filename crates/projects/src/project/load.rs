@@ -1,0 +1,194 @@
+//! A [`Project`] and the files it names to a [`Face`].
+use super::sculpted;
+use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
+use rayon::prelude::*;
+use rhytid_core::text::{did_you_mean, quoted};
+use rhytid_core::{Error, Example, Face, Handles, Mesh, Pins, Result, Settings, StrainEdges};
+use rhytid_core::{Reach, named_file};
+use rhytid_meshes as mesh;
+use rhytid_takes::tables;
+use std::path::{Path, PathBuf};
+
+/// Reads everything that `project` names within `reach`. `path` is the project file: paths are relative to its folder, and
+/// it is named in errors.
+///
+/// # Errors
+/// [`Error::Input`]: a file that does not exist or is out of reach, whatever the readers of meshes, handles and strain edges find
+/// wrong, an example that does not match the neutral, a handle past the neutral's last vertex. [`Error::Io`].
+pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
+    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
+    let handles_path = existing(path, &project.handles.vertices, "[handles] vertices", reach)?;
+    let mut face = load_without_handles(project, path, reach)?;
+    face.handles = tables::read_handles(&handles_path)?;
+    check_vertices(&face.handles, &handles_path, face.neutral.positions.len(), &neutral_path)?;
+    for (section, example) in project.examples.iter().zip(&mut face.examples) {
+        if let (Some(take), Some(frame)) = (&section.take, section.frame) {
+            let key = format!("[[example]] {:?}: take", section.name);
+            let take = existing(path, take, &key, reach)?;
+            let unit = face.metres_per_unit;
+            sculpted::place_handles(
+                &mut example.positions,
+                &face.handles,
+                unit,
+                (&take, frame),
+                &section.name,
+            )?;
+        }
+    }
+    if let Edges::File(edges) = &project.strain.edges {
+        let edges_path = existing(path, edges, "[strain] edges", reach)?;
+        face.settings.strain_edges =
+            StrainEdges::Given(tables::read_strain_edges(&edges_path, &face.handles.labels)?);
+    }
+    Ok(face)
+}
+
+/// The same without the handles and strain edges, whose files need not be there yet.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
+    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
+    let neutral = mesh::read(&neutral_path)?;
+
+    let read_example = |example: &ExampleSection| {
+        let key = format!("[[example]] {:?}: mesh", example.name);
+        let example_path = existing(path, &example.mesh, &key, reach)?;
+        let mut positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
+        if let (Some(map), Some(millimetres)) = (&example.displacement, example.millimetres) {
+            let key = format!("[[example]] {:?}: displacement", example.name);
+            let map = existing(path, map, &key, reach)?;
+            let full = millimetres * 1e-3 / project.mesh.units.metres_per_unit();
+            positions = sculpted::displaced(&neutral, &neutral_path, positions, (&map, full))?;
+        }
+        if let Some(map) = &example.normal_map {
+            let map = existing(path, map, &format!("[[example]] {:?}: normal_map", example.name), reach)?;
+            let of_map = (&*map, example.green, example.strength.unwrap_or(1.0));
+            positions = sculpted::with_normal_map(&neutral, &neutral_path, positions, of_map)?;
+        }
+        Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
+    };
+    // Of several errors the first in the file's order is told.
+    let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();
+    let examples = examples.into_iter().collect::<Result<_>>()?;
+
+    let pins = Pins {
+        auto: project.pins.auto,
+        vertices: pinned_vertices(&project.pins, path, &neutral, &neutral_path, reach)?,
+    };
+    let stem = || path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Ok(Face {
+        name: project.mesh.name.clone().unwrap_or_else(stem),
+        neutral,
+        metres_per_unit: project.mesh.units.metres_per_unit(),
+        up_axis: project.mesh.up,
+        handles: Handles::default(),
+        examples,
+        settings: Settings {
+            bending_length: project.large_scale.bending_length,
+            rotations: project.large_scale.rotations,
+            method: match project.method {
+                Method::Learned => rhytid_core::Method::Learned(project.learned.settings()),
+                Method::Chapter => rhytid_core::Method::Chapter,
+            },
+            bind: project.large_scale.bind,
+            align: project.align,
+            pins,
+            strain_edges: StrainEdges::Auto,
+            max_influences: project.fine_scale.max_influences,
+        },
+    })
+}
+
+/// The files that a project is read from, that of the project first; they need not be there.
+pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let edges = match &project.strain.edges {
+        Edges::File(edges) => Some(edges),
+        Edges::Auto => None,
+    };
+    let named = [&project.mesh.neutral, &project.handles.vertices].into_iter();
+    let named = named.chain(project.examples.iter().flat_map(|example| {
+        let maps = example.displacement.iter().chain(&example.normal_map);
+        std::iter::once(&example.mesh).chain(&example.take).chain(maps)
+    }));
+    let named = named.chain(&project.pins.vertices).chain(edges);
+    std::iter::once(path.to_owned()).chain(named.map(|file| folder.join(file))).collect()
+}
+
+/// The vertices that the section names, ascending.
+fn pinned_vertices(
+    pins: &PinsSection,
+    path: &Path,
+    neutral: &Mesh,
+    neutral_path: &Path,
+    reach: Reach,
+) -> Result<Vec<u32>> {
+    let mut pinned = Vec::new();
+    if let Some(file) = &pins.vertices {
+        let file = existing(path, file, "[pins] vertices", reach)?;
+        pinned.extend(tables::read_vertices(&file, neutral.positions.len())?);
+    }
+    let refused =
+        |key: &str, what: &str| Err(Error::input(format!("{}: [pins] {key} {what}", path.display())));
+    if let Some([low, high]) = pins.bounds {
+        let is_in = |x: &[f64; 3]| (0..3).all(|c| (low[c]..=high[c]).contains(&x[c]));
+        let inside = neutral.positions.iter().zip(0..).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
+        let before = pinned.len();
+        pinned.extend(inside);
+        if pinned.len() == before {
+            let [low, high] = neutral.bounds().unwrap_or_default();
+            return refused(
+                "box",
+                &format!(
+                    "has no vertex of the neutral in it, which reaches from {low:?} to {high:?}; is it in mesh units?"
+                ),
+            );
+        }
+    }
+    if !pins.groups.is_empty() {
+        let groups = mesh::read_groups(neutral, neutral_path, neutral_path)?;
+        for name in &pins.groups {
+            let Some((_, vertices)) = groups.iter().find(|(known, _)| known == name) else {
+                return refused(
+                    "groups",
+                    &format!(
+                        "has {}{}, expected names of groups in {}",
+                        quoted(name),
+                        did_you_mean(name, groups.iter().map(|(name, _)| name.as_str())),
+                        neutral_path.display()
+                    ),
+                );
+            };
+            pinned.extend(vertices);
+        }
+    }
+    pinned.sort_unstable();
+    pinned.dedup();
+    Ok(pinned)
+}
+
+/// `file` as seen from the project file, if it is there and within reach.
+fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<PathBuf> {
+    let path = named_file(project, file, key, reach)?;
+    match path.metadata() {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::input(format!(
+            "{}: {key} names {}, which does not exist; paths are relative to the project file",
+            project.display(),
+            path.display()
+        ))),
+        _ => Ok(path),
+    }
+}
+
+fn check_vertices(handles: &Handles, path: &Path, count: usize, neutral: &Path) -> Result<()> {
+    match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex as usize >= count) {
+        None => Ok(()),
+        Some((label, vertex)) => Err(Error::input(format!(
+            "{}: handle {label:?} is at vertex {vertex}, but {} has {count} vertices, expected 0 to {}",
+            path.display(),
+            neutral.display(),
+            count.saturating_sub(1)
+        ))),
+    }
+}

@@ -1,0 +1,50 @@
+//! The project file, FACE.toml: which files make up a face, and the choices of its solve. See
+//! `docs/project-file.md`.
+mod load;
+mod parse;
+mod sculpted;
+mod sections;
+
+pub use load::{files, load, load_without_handles};
+pub use parse::parse;
+pub use sections::{
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, Project, StrainSection, Units,
+};
+
+use rhytid_core::Reach;
+use rhytid_core::{Error, Face, Result, input_file};
+use rhytid_takes::tables::write_checked;
+use std::path::Path;
+
+/// Reads a project file and everything it names within `reach`.
+///
+/// # Errors
+/// [`Error::Input`] as of [`parse()`] and [`load()`]; [`Error::Io`].
+pub fn read(path: &Path, reach: Reach) -> Result<Face> {
+    load(&read_project(path)?, path, reach)
+}
+
+/// Reads a project file alone, not what it names.
+///
+/// # Errors
+/// [`Error::Input`] as of [`parse()`]; [`Error::Io`].
+pub fn read_project(path: &Path) -> Result<Project> {
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
+    let name = path.display().to_string();
+    let text = std::str::from_utf8(&bytes).map_err(|e| {
+        let line = rhytid_core::text::line_of(&bytes, e.valid_up_to());
+        Error::input(format!("{name}, line {line}: not UTF-8 text, expected a project file in TOML"))
+    })?;
+    parse(text, &name)
+}
+
+/// Writes a project file so that [`parse()`] gives it back.
+///
+/// # Errors
+/// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
+pub fn write(path: &Path, project: &Project) -> Result<()> {
+    let text = toml::to_string(project)
+        .map_err(|e| Error::input(format!("{}: not written: {e}", path.display())))?;
+    write_checked(path, text.as_bytes(), |name| Ok(parse(&text, name)? == *project))
+}

@@ -1,0 +1,319 @@
+//! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
+use super::sections::{
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, Project, StrainSection, Units,
+};
+use crate::document::{File, Section, found, tables, vector_of};
+use rhytid_core::text::quoted;
+use rhytid_core::{Bind, FoldStrains, Result, UpAxis};
+use rhytid_meshes::Green;
+use std::collections::HashMap;
+use toml::de::DeValue;
+
+/// Checks the text of a project file; `name` names the file in errors.
+///
+/// # Errors
+/// [`Error::Input`](rhytid_core::Error::Input): no TOML, a missing section or key, an unknown key, a value of the wrong type or out of
+/// its range, two examples of one name.
+pub fn parse(text: &str, name: &str) -> Result<Project> {
+    let document = tables(text, name)?;
+    let file = File { text, name };
+    let root = Section { file, title: String::new(), offset: 0, table: document.get_ref() };
+    root.allow(&[
+        "method",
+        "align",
+        "mesh",
+        "handles",
+        "example",
+        "pins",
+        "large_scale",
+        "strain",
+        "fine_scale",
+        "learned",
+    ])?;
+    Ok(Project {
+        method: method_of(&root)?,
+        align: root.truth("align")?.unwrap_or(true),
+        mesh: mesh(&root.required_section("mesh", "neutral and units")?)?,
+        handles: handles(&root.required_section("handles", "vertices")?)?,
+        examples: examples(&root)?,
+        pins: root.section("pins")?.map_or_else(|| Ok(<_>::default()), |s| pins(&s))?,
+        large_scale: root.section("large_scale")?.map_or_else(|| Ok(<_>::default()), |s| large_scale(&s))?,
+        strain: root.section("strain")?.map_or_else(|| Ok(<_>::default()), |s| strain(&s))?,
+        fine_scale: root.section("fine_scale")?.map_or_else(|| Ok(<_>::default()), |s| fine_scale(&s))?,
+        learned: root.section("learned")?.map_or_else(|| Ok(<_>::default()), |s| learned(&s))?,
+    })
+}
+
+const METHODS: &str = "\"learned\" or \"chapter\"";
+
+/// The method that the file names, at its top or, as it once was, under `[fine_scale]`.
+fn method_of(root: &Section<'_>) -> Result<Method> {
+    let above = method(root)?;
+    let Some(section) = root.section("fine_scale")? else { return Ok(above.unwrap_or_default()) };
+    let below = method(&section)?;
+    match (above, below) {
+        (Some(above), Some(below)) if above != below => {
+            let found = quoted(section.text("method", METHODS)?.unwrap_or_default());
+            Err(section.wrong("method", &found, "the one at the top of the file: name it there alone"))
+        }
+        _ => Ok(above.or(below).unwrap_or_default()),
+    }
+}
+
+fn method(section: &Section<'_>) -> Result<Option<Method>> {
+    match section.text("method", METHODS)? {
+        None => Ok(None),
+        Some("learned") => Ok(Some(Method::Learned)),
+        Some("chapter") => Ok(Some(Method::Chapter)),
+        Some(other) => Err(section.wrong("method", &quoted(other), METHODS)),
+    }
+}
+
+fn learned(section: &Section<'_>) -> Result<LearnedSection> {
+    section.allow(&["share", "ridge", "fold_ridge", "marker_noise", "reach", "fold_strains"])?;
+    let number = |key: &str, expected: &str, is_right: fn(f64) -> bool| match section.get(key) {
+        None => Ok(None),
+        Some(value) => section
+            .number(key)
+            .filter(|number| is_right(*number))
+            .map(Some)
+            .ok_or_else(|| section.wrong(key, &found(value), expected)),
+    };
+    Ok(LearnedSection {
+        share: number("share", "a number from 0 to 1", |s| (0.0..=1.0).contains(&s))?,
+        ridge: number("ridge", "a number above 0", |ridge| ridge > 0.0)?,
+        fold_ridge: number("fold_ridge", "a number above 0", |ridge| ridge > 0.0)?,
+        marker_noise: number("marker_noise", "millimetres, a number from 0", |noise| noise >= 0.0)?,
+        reach: match section.get("reach") {
+            Some(DeValue::Float(number)) if matches!(number.as_str(), "inf" | "+inf") => Some(f64::INFINITY),
+            _ => number("reach", "a number from 1, inf for no bound", |reach| reach >= 1.0)?,
+        },
+        fold_strains: match section.text("fold_strains", "\"vectors\" or \"lengths\"")? {
+            None => None,
+            Some("vectors") => Some(FoldStrains::Vectors),
+            Some("lengths") => Some(FoldStrains::Lengths),
+            Some(other) => {
+                return Err(section.wrong(
+                    "fold_strains",
+                    &format!("{other:?}"),
+                    "\"vectors\" or \"lengths\"",
+                ));
+            }
+        },
+    })
+}
+
+/// Metres in a mesh unit.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+
+fn mesh(section: &Section<'_>) -> Result<MeshSection> {
+    section.allow(&["name", "neutral", "units", "up"])?;
+    let neutral = section.path("neutral", "the file of the neutral mesh")?;
+    let name = section.text("name", "a name")?;
+    if let Some(name) = name.filter(|name| name.trim().is_empty()) {
+        return Err(section.wrong("name", &quoted(name), "a name that is not empty"));
+    }
+    let expected = "\"m\", \"cm\", \"mm\", \"in\" or a number above 0, the metres in one mesh unit";
+    let units = match section.required("units", expected)? {
+        DeValue::String(unit) => match unit.as_ref() {
+            "m" => Units::Metres,
+            "cm" => Units::Centimetres,
+            "mm" => Units::Millimetres,
+            "in" => Units::Inches,
+            _ => return Err(section.wrong("units", &quoted(unit), expected)),
+        },
+        _ => {
+            let metres = section.positive("units", expected)?;
+            if !SIZES.contains(&metres) {
+                let range = "a number of metres from 0.000001 to 1000000, in which heads are neither dust nor planets";
+                return Err(section.wrong("units", &format!("{metres:?}"), range));
+            }
+            Units::MetresPerUnit(metres)
+        }
+    };
+    let up = match section.text("up", "\"y\" or \"z\"")? {
+        None => UpAxis::default(),
+        Some("y" | "Y") => UpAxis::Y,
+        Some("z" | "Z") => UpAxis::Z,
+        Some(other) => return Err(section.wrong("up", &quoted(other), "\"y\" or \"z\"")),
+    };
+    Ok(MeshSection { name: name.map(str::to_owned), neutral, units, up })
+}
+
+fn handles(section: &Section<'_>) -> Result<HandlesSection> {
+    section.allow(&["vertices"])?;
+    let vertices = section.path("vertices", "a CSV file with the header label,vertex")?;
+    Ok(HandlesSection { vertices })
+}
+
+fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
+    let mut examples = Vec::new();
+    let mut seen = HashMap::new();
+    let sections = root.sections("example")?;
+    for section in &sections {
+        section.allow(&[
+            "name",
+            "mesh",
+            "mirror",
+            "take",
+            "frame",
+            "displacement",
+            "millimetres",
+            "normal_map",
+            "green",
+            "strength",
+        ])?;
+        let expected = "a name that no other example has";
+        let name = match section.text("name", expected)? {
+            None => return Err(section.lacks("name", expected)),
+            Some(name) if name.trim().is_empty() => {
+                return Err(section.wrong("name", &quoted(name), "a name that is not empty"));
+            }
+            Some(name) => name,
+        };
+        if let Some(first) = seen.insert(name, section) {
+            let line = first.line("name");
+            return Err(section.wrong("name", &quoted(name), &format!("{expected}, but see line {line}")));
+        }
+        let mesh = section.path("mesh", "the file of the example's mesh")?;
+        let mirror = section.truth("mirror")?.unwrap_or(false);
+        let file = |key: &str, expected: &str| match section.get(key) {
+            None => Ok(None),
+            Some(_) => section.path(key, expected).map(Some),
+        };
+        let take = file("take", "the take's CSV that the mesh is a frame of")?;
+        let displacement = file("displacement", "a displacement map, a PNG")?;
+        let normal_map = file("normal_map", "a tangent-space normal map, a PNG")?;
+        if displacement.is_some() && normal_map.is_some() {
+            return Err(section.error("has displacement and normal_map; leave one of them out"));
+        }
+        for key in ["green", "strength"] {
+            if section.get(key).is_some() && normal_map.is_none() {
+                return Err(
+                    section.error(&format!("has {key} without normal_map; name that too, or leave it out"))
+                );
+            }
+        }
+        let expected = "\"up\" (OpenGL) or \"down\" (DirectX)";
+        let green = match section.text("green", expected)? {
+            None => None,
+            Some("up") => Some(Green::Up),
+            Some("down") => Some(Green::Down),
+            Some(other) => return Err(section.wrong("green", &quoted(other), expected)),
+        };
+        let strength = match section.get("strength") {
+            None => None,
+            Some(_) => {
+                Some(section.positive("strength", "what heights are multiplied by, a number above 0")?)
+            }
+        };
+        for (key, is_there, partner, is_partner_there) in [
+            ("frame", section.get("frame").is_some(), "take", take.is_some()),
+            ("millimetres", section.get("millimetres").is_some(), "displacement", displacement.is_some()),
+        ] {
+            if is_there && !is_partner_there {
+                return Err(
+                    section.error(&format!("has {key} without {partner}; name that too, or leave it out"))
+                );
+            }
+            if is_partner_there && !is_there {
+                return Err(section.lacks(key, &format!("one beside {partner}")));
+            }
+        }
+        let millimetres = match section.get("millimetres") {
+            None => None,
+            Some(_) => {
+                Some(section.positive("millimetres", "how far white moves a vertex, a number above 0")?)
+            }
+        };
+        let frame = section.whole("frame", "a frame of the take, counted from 0")?;
+        let name = name.to_owned();
+        examples.push(ExampleSection {
+            name,
+            mesh,
+            mirror,
+            take,
+            frame,
+            displacement,
+            millimetres,
+            normal_map,
+            green,
+            strength,
+        });
+    }
+    Ok(examples)
+}
+
+fn pins(section: &Section<'_>) -> Result<PinsSection> {
+    section.allow(&["auto", "vertices", "box", "groups"])?;
+    let corners = "two corners, [[x, y, z], [x, y, z]] in mesh units";
+    let bounds = match section.get("box") {
+        None => None,
+        Some(value) => {
+            let bounds = corners_of(value).ok_or_else(|| section.wrong("box", &found(value), corners))?;
+            Some([0, 1].map(|end: usize| {
+                [0, 1, 2].map(|c| {
+                    if end == 0 { bounds[0][c].min(bounds[1][c]) } else { bounds[0][c].max(bounds[1][c]) }
+                })
+            }))
+        }
+    };
+    let names = "a list of names of the neutral's groups";
+    let groups = section.texts("groups", names)?;
+    let vertices = match section.get("vertices") {
+        None => None,
+        Some(_) => Some(section.path("vertices", "a CSV file with the header vertex")?),
+    };
+    Ok(PinsSection { auto: section.truth("auto")?, vertices, bounds, groups })
+}
+
+/// Two corners of a box, if that is what the value is.
+fn corners_of(value: &DeValue<'_>) -> Option<[[f64; 3]; 2]> {
+    let DeValue::Array(items) = value else { return None };
+    let corners: Option<Vec<[f64; 3]>> = items.iter().map(|corner| vector_of(corner.get_ref())).collect();
+    corners?.try_into().ok()
+}
+
+fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {
+    section.allow(&["bending_length", "bind", "rotations"])?;
+    let bending_length = match section.get("bending_length") {
+        None => None,
+        Some(_) => Some(section.positive("bending_length", "a length in mesh units, a number above 0")?),
+    };
+    let binds = "\"auto\", \"rigid\" or \"nearest\"";
+    let bind = match section.text("bind", binds)? {
+        None | Some("auto") => Bind::Auto,
+        Some("rigid") => Bind::Rigid,
+        Some("nearest") => Bind::Nearest,
+        Some(other) => return Err(section.wrong("bind", &quoted(other), binds)),
+    };
+    let rotations = section.truth("rotations")?.unwrap_or_default();
+    Ok(LargeScaleSection { bending_length, bind, rotations })
+}
+
+fn strain(section: &Section<'_>) -> Result<StrainSection> {
+    section.allow(&["edges"])?;
+    let edges = match section.get("edges") {
+        None => Edges::default(),
+        Some(_) => {
+            let path = section.path("edges", "\"auto\" or a CSV file with the header a,b")?;
+            if path.as_os_str() == "auto" { Edges::Auto } else { Edges::File(path) }
+        }
+    };
+    Ok(StrainSection { edges })
+}
+
+fn fine_scale(section: &Section<'_>) -> Result<FineScaleSection> {
+    section.allow(&["method", "max_influences"])?;
+    let mut fine_scale = FineScaleSection::default();
+    if let Some(value) = section.get("max_influences") {
+        fine_scale.max_influences = match value {
+            DeValue::Integer(n) => u32::from_str_radix(n.as_str(), n.radix()).ok().filter(|&n| n >= 1),
+            _ => None,
+        }
+        .map(|n| n as usize)
+        .ok_or_else(|| section.wrong("max_influences", &found(value), "a whole number from 1"))?;
+    }
+    Ok(fine_scale)
+}

@@ -1,0 +1,107 @@
+//! Examples that were sculpted: a frame of a take, whose handles are known; a displacement map put onto a mesh.
+
+use rhytid_core::{Error, Handles, Mesh, Result};
+use rhytid_meshes::{DisplacementMap, Green, NormalMap};
+use rhytid_takes::take::{self, Missing};
+use std::path::Path;
+
+/// A marker that was moved by more, in millimetres, was moved on purpose.
+const MOVED_MM: f64 = 0.05;
+
+/// Puts an example's handles to where a frame of a take has them: markers are met, whatever was sculpted.
+///
+/// # Errors
+/// As [`take::read`]; [`Error::Input`] if the take has no such frame.
+pub(super) fn place_handles(
+    positions: &mut [[f64; 3]],
+    handles: &Handles,
+    metres_per_unit: f64,
+    (path, frame): (&Path, usize),
+    example: &str,
+) -> Result<()> {
+    let take = take::read(path, Some(&handles.labels), Missing::Error)?;
+    if frame >= take.frames() {
+        let frames = take.frames();
+        return Err(Error::input(format!(
+            "{}: has {frames} frames, counted from 0, but [[example]] {example:?} is its frame {frame}",
+            path.display()
+        )));
+    }
+    let at = take.slice(frame..frame + 1);
+    let at = |label: &String| at.labels.iter().position(|l| l == label).map(|column| at.positions[column]);
+    let (mut moved, mut farthest) = (0, (0.0, ""));
+    for (label, &vertex) in handles.labels.iter().zip(&handles.vertices) {
+        let Some(place) = at(label) else { continue };
+        let x = &mut positions[vertex as usize];
+        let millimetres =
+            (0..3).map(|c| (x[c] - place[c]).powi(2)).sum::<f64>().sqrt() * metres_per_unit * 1e3;
+        if millimetres > MOVED_MM {
+            moved += 1;
+            if millimetres > farthest.0 {
+                farthest = (millimetres, label);
+            }
+        }
+        *x = place;
+    }
+    if moved > 0 {
+        log::warn!(
+            "[[example]] {example:?}: {moved} of the handles are elsewhere in the mesh than in frame {frame} of {}, most {} by {:.2} mm; they are put to where the take \
+             has them. If another frame is meant, name that; to move markers, use [[offset]] in a file of edits",
+            path.display(),
+            farthest.1,
+            farthest.0
+        );
+    }
+    Ok(())
+}
+
+/// An example's positions with a displacement map, which moves by `full` mesh units where it is white.
+///
+/// # Errors
+/// As of [`DisplacementMap`].
+pub(super) fn displaced(
+    neutral: &Mesh,
+    neutral_path: &Path,
+    positions: Vec<[f64; 3]>,
+    (map, full): (&Path, f64),
+) -> Result<Vec<[f64; 3]>> {
+    let mut mesh = Mesh { positions, ..neutral.clone() };
+    DisplacementMap::read(map)?
+        .displace(&mut mesh, full)
+        .map_err(|error| error.in_file(neutral_path.display()))?;
+    Ok(mesh.positions)
+}
+
+/// Where by the other green so many times less of a normal map's slopes are no surface's, green points the other way.
+const BETTER: f64 = 0.9;
+
+/// An example's positions with the surface of a normal map, whose heights are multiplied.
+///
+/// # Errors
+/// As of [`NormalMap`].
+pub(super) fn with_normal_map(
+    neutral: &Mesh,
+    neutral_path: &Path,
+    positions: Vec<[f64; 3]>,
+    (path, green, strength): (&Path, Option<Green>, f64),
+) -> Result<Vec<[f64; 3]>> {
+    let (map, green) = (NormalMap::read(path)?, green.unwrap_or_default());
+    let displaced = |green: Green| {
+        let mut mesh = Mesh { positions: positions.clone(), ..neutral.clone() };
+        let found = map.displace(&mut mesh, green, strength);
+        Ok((mesh, found.map_err(|error| error.in_file(neutral_path.display()))?))
+    };
+    let (mesh, found) = displaced(green)?;
+    if displaced(green.other())?.1.left < BETTER * found.left {
+        let other = match green {
+            Green::Up => {
+                "down, as in DirectX, by which its slopes are more nearly those of a surface; say green = \"down\""
+            }
+            Green::Down => {
+                "up, as in OpenGL, by which its slopes are more nearly those of a surface; say green = \"up\""
+            }
+        };
+        log::warn!("{}: its green seems to point {other}", path.display());
+    }
+    Ok(mesh.positions)
+}

@@ -1,0 +1,265 @@
+//! The sections of a project file.
+
+use rhytid_core::{Bind, FoldStrains, LearnedSettings, UpAxis};
+use rhytid_meshes::Green;
+use serde::{Serialize, Serializer};
+use std::path::PathBuf;
+
+/// What a project file says. Paths are relative to the file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Project {
+    /// How a rig is made of the examples: `method`, above all sections.
+    pub method: Method,
+    /// Whether examples that are not in the neutral's place are put there: `align`, above all sections.
+    #[serde(skip_serializing_if = "is_true")]
+    pub align: bool,
+    /// `[mesh]`.
+    pub mesh: MeshSection,
+    /// `[handles]`.
+    pub handles: HandlesSection,
+    /// Each `[[example]]`; names are distinct.
+    #[serde(rename = "example")]
+    pub examples: Vec<ExampleSection>,
+    /// `[pins]`.
+    #[serde(skip_serializing_if = "PinsSection::is_default")]
+    pub pins: PinsSection,
+    /// `[large_scale]`.
+    pub large_scale: LargeScaleSection,
+    /// `[strain]`.
+    pub strain: StrainSection,
+    /// `[fine_scale]`.
+    pub fine_scale: FineScaleSection,
+    /// `[learned]`.
+    pub learned: LearnedSection,
+}
+
+/// `[mesh]`: the neutral scan and what its numbers mean.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MeshSection {
+    /// Names the rig; `None` takes the stem of the project file's name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The neutral scan: OBJ, PLY or glTF.
+    pub neutral: PathBuf,
+    /// The unit of all coordinates.
+    pub units: Units,
+    /// The axis that points up; Y by default.
+    pub up: UpAxis,
+}
+
+/// `[handles]`: the vertices that markers hold.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct HandlesSection {
+    /// CSV with the header `label,vertex`.
+    pub vertices: PathBuf,
+}
+
+/// `[[example]]`: one expression scan.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ExampleSection {
+    /// Distinct and not empty.
+    pub name: String,
+    /// A mesh with the neutral's vertices and faces.
+    pub mesh: PathBuf,
+    /// Whether its mirror image is an example too.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub mirror: bool,
+    /// A take's CSV in the neutral's space, of which the mesh is a frame that was sculpted: its handles are where the take has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub take: Option<PathBuf>,
+    /// Which frame; given with `take` alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<usize>,
+    /// A displacement map over the neutral's texture coordinates, which is put onto the mesh ([`rhytid_meshes::DisplacementMap`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<PathBuf>,
+    /// How far the map moves a vertex where it is white; given with `displacement` alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub millimetres: Option<f64>,
+    /// A tangent-space normal map over the neutral's texture coordinates, whose surface is put onto the mesh ([`rhytid_meshes::NormalMap`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_map: Option<PathBuf>,
+    /// Which way its green points; up where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub green: Option<Green>,
+    /// Its heights times this, 1 where nothing is said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strength: Option<f64>,
+}
+
+/// `[pins]`: what stays where it is, in addition to each other.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct PinsSection {
+    /// Whether what no example moves is pinned; `None`: by the learned method.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub auto: Option<bool>,
+    /// CSV with the header `vertex`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertices: Option<PathBuf>,
+    /// `box`: the lowest and the highest corner of a box, in mesh units.
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<[[f64; 3]; 2]>,
+    /// Names of groups of the neutral, which is an OBJ file then.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<String>,
+}
+
+impl PinsSection {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// `[large_scale]`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct LargeScaleSection {
+    /// ℓ in mesh units, above 0; `None` derives it from the spacing of the handles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bending_length: Option<f64>,
+    /// What becomes of components without a handle.
+    #[serde(serialize_with = "serialize_bind")]
+    pub bind: Bind,
+    /// Whether the handles turn.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub rotations: bool,
+}
+
+/// `[strain]`.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct StrainSection {
+    /// Which pairs of handles carry a strain edge.
+    pub edges: Edges,
+}
+
+/// `[fine_scale]`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FineScaleSection {
+    /// K: influences kept per vertex, at least 1; 16 by default.
+    pub max_influences: usize,
+}
+
+impl Default for FineScaleSection {
+    fn default() -> Self {
+        Self { max_influences: rhytid_core::Settings::default().max_influences }
+    }
+}
+
+/// `[learned]`: what is absent is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct LearnedSection {
+    /// s, 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// λ, above 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ridge: Option<f64>,
+    /// μ, above 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fold_ridge: Option<f64>,
+    /// The standard deviation of a marker's noise per axis in millimetres, 0 or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marker_noise: Option<f64>,
+    /// How many times as far as in any example a vector strain is followed, 1 or more; infinite for no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reach: Option<f64>,
+    /// The axes that folds are added along.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fold_strains: Option<FoldStrains>,
+}
+
+impl LearnedSection {
+    /// What the solve is told.
+    pub fn settings(self) -> LearnedSettings {
+        let default = LearnedSettings::default();
+        LearnedSettings {
+            share: self.share,
+            ridge: self.ridge,
+            fold_ridge: self.fold_ridge.unwrap_or(default.fold_ridge),
+            marker_noise: self.marker_noise.unwrap_or(default.marker_noise),
+            reach: self.reach.unwrap_or(default.reach),
+            fold_strains: self.fold_strains.unwrap_or(default.fold_strains),
+        }
+    }
+}
+
+/// The length of one mesh unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Units {
+    /// `"m"`.
+    Metres,
+    /// `"cm"`.
+    Centimetres,
+    /// `"mm"`.
+    Millimetres,
+    /// `"in"`.
+    Inches,
+    /// A number: so many metres per unit, above 0.
+    MetresPerUnit(f64),
+}
+
+impl Units {
+    /// Metres in one unit.
+    pub fn metres_per_unit(self) -> f64 {
+        match self {
+            Units::Metres => 1.0,
+            Units::Centimetres => 0.01,
+            Units::Millimetres => 0.001,
+            Units::Inches => 0.0254,
+            Units::MetresPerUnit(metres) => metres,
+        }
+    }
+}
+
+impl Serialize for Units {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Units::Metres => serializer.serialize_str("m"),
+            Units::Centimetres => serializer.serialize_str("cm"),
+            Units::Millimetres => serializer.serialize_str("mm"),
+            Units::Inches => serializer.serialize_str("in"),
+            Units::MetresPerUnit(metres) => serializer.serialize_f64(*metres),
+        }
+    }
+}
+
+/// Where the strain edges come from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Edges {
+    /// `"auto"`: [`rhytid_core::StrainEdges::Auto`].
+    #[default]
+    Auto,
+    /// CSV with the header `a,b`: pairs of labels.
+    File(PathBuf),
+}
+
+impl Serialize for Edges {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Edges::Auto => serializer.serialize_str("auto"),
+            Edges::File(path) => path.serialize(serializer),
+        }
+    }
+}
+
+/// How a rig is made of the examples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// `"learned"`: the learned method of `docs/method.md`.
+    #[default]
+    Learned,
+    /// `"chapter"`: its sections 4 to 7.
+    Chapter,
+}
+
+fn serialize_bind<S: Serializer>(bind: &Bind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(match bind {
+        Bind::Auto => "auto",
+        Bind::Rigid => "rigid",
+        Bind::Nearest => "nearest",
+    })
+}
+
+fn is_true(truth: &bool) -> bool {
+    *truth
+}

@@ -1,0 +1,17 @@
+//! Marker takes: as Rhytid has them ([`take`]), as capture systems write them ([`raw_take`]), and the small tables beside them
+//! ([`tables`]).
+//!
+//! ```
+//! use rhytid_core::Missing;
+//! use rhytid_takes::take;
+//!
+//! let csv = b"time,chin.x,chin.y,chin.z\n0,0,0,0\n0.1,0,3,0\n";
+//! let take = take::decode(csv, "take.csv", Missing::Error)?;
+//! assert_eq!((take.labels.len(), take.frames()), (1, 2));
+//! # Ok::<(), rhytid_core::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod raw_take;
+pub mod tables;
+pub mod take;

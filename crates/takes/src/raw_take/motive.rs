@@ -1,0 +1,130 @@
+//! The CSV that OptiTrack's Motive exports, format versions 1.2x: a line of keys and values, then lines that say of each
+//! column its type (a rigid body, a bone, a marker), name, ID, sometimes parent, property and axis, then the frames.
+use super::frames::{self, Header, filled, number, text};
+use super::samples::Columns;
+use crate::tables::rows::Rows;
+use rhytid_core::text::{listed, quoted};
+use rhytid_core::{Error, RawTake, Result};
+use std::collections::HashSet;
+
+/// The most lines between the first one and the axes'.
+const MOST_LINES: usize = 12;
+
+/// Reads a file. An empty cell means that the marker was not seen.
+///
+/// Markers of rigid bodies and bones are where Motive's model of them has them; they stand in for a marker of the same name
+/// only where the file has none.
+///
+/// # Errors
+/// [`Error::Input`].
+pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
+    let mut rows = Rows::without_header(bytes, name, b',');
+    let mut header = Header { unit: (String::new(), "Length Units"), ..Header::default() };
+    if rows.advance()? {
+        read_keys(&rows, &mut header);
+    }
+    let mut lines: Vec<Vec<String>> = Vec::new();
+    loop {
+        if !rows.advance()? || lines.len() > MOST_LINES {
+            return Err(Error::input(format!(
+                "{name}: has no line that begins with Frame, as Motive's CSV has above its frames; the file may be cut \
+                 short"
+            )));
+        }
+        let line: Vec<String> = (0..filled(&rows)).map(|column| text(&rows, column)).collect();
+        let is_axes = line.first().is_some_and(|cell| cell.eq_ignore_ascii_case("Frame"));
+        if !line.is_empty() {
+            lines.push(line);
+        }
+        if is_axes {
+            break;
+        }
+    }
+    let found = markers(&lines).ok_or_else(|| {
+        rows.error("expected lines of types, names and properties between the first line and this one")
+    })?;
+    if found.is_empty() {
+        return Err(Error::input(format!(
+            "{name}: has no columns of type Marker and property Position; switch the markers on in Motive's export"
+        )));
+    }
+    let modelled: Vec<&str> = found.iter().filter(|m| m.is_modelled).map(|m| m.label.as_str()).collect();
+    if !modelled.is_empty() {
+        header.warnings.push(format!(
+            "{} markers are there only as their rigid body or bone has them: {}",
+            modelled.len(),
+            listed(modelled.into_iter())
+        ));
+    }
+    let axes = lines.last().map_or(&[][..], Vec::as_slice);
+    header.columns = Columns {
+        number: Some(0),
+        time: axes.iter().position(|cell| cell.to_ascii_lowercase().starts_with("time")),
+        markers: found.iter().map(|marker| marker.column).collect(),
+        others_follow: true,
+    };
+    header.labels = found.into_iter().map(|marker| marker.label).collect();
+    let more = rows.advance()?;
+    frames::read(more.then_some(rows), bytes, name, header, rate)
+}
+
+fn read_keys(rows: &Rows<'_>, header: &mut Header) {
+    let place = |key: &str| {
+        let cell = (0..rows.width()).step_by(2).find(|&column| text(rows, column).eq_ignore_ascii_case(key));
+        cell.map(|column| column + 1)
+    };
+    let rate = |key| place(key).and_then(|column| number(rows, column));
+    header.rate = rate("Export Frame Rate").or_else(|| rate("Capture Frame Rate"));
+    header.frames = place("Total Exported Frames").and_then(|column| number(rows, column));
+    header.unit.0 = place("Length Units").map(|column| text(rows, column)).unwrap_or_default();
+    let version = place("Format Version").map(|column| text(rows, column)).unwrap_or_default();
+    if !version.starts_with("1.2") {
+        header
+            .warnings
+            .push(format!("the format's version is {}, and 1.2x is what is known", quoted(&version)));
+    }
+}
+
+struct Marker {
+    /// Of its x.
+    column: usize,
+    label: String,
+    is_modelled: bool,
+}
+
+/// The columns of positions of markers; `None` where lines are lacking.
+fn markers(lines: &[Vec<String>]) -> Option<Vec<Marker>> {
+    let (axes, lines) = lines.split_last()?;
+    let (properties, lines) = lines.split_last()?;
+    // Not every version names its lines, but all have the types first and the names behind them.
+    let line = |title: &str, place: usize| {
+        let named =
+            lines.iter().find(|line| line.get(1).is_some_and(|cell| cell.eq_ignore_ascii_case(title)));
+        named.or(lines.get(place))
+    };
+    let (types, names) = (line("Type", 0)?, line("Name", 1)?);
+    let is = |line: &[String], column: usize, wanted: &str| {
+        line.get(column).is_some_and(|cell| cell.eq_ignore_ascii_case(wanted))
+    };
+    let mut found = Vec::new();
+    let mut column = 0;
+    while column < axes.len() {
+        let xyz = ["X", "Y", "Z"].iter().enumerate();
+        let is_position = xyz
+            .into_iter()
+            .all(|(i, axis)| is(axes, column + i, axis) && is(properties, column + i, "Position"));
+        let kind = types.get(column).map_or("", String::as_str).to_ascii_lowercase();
+        if is_position && (kind == "marker" || kind.ends_with(" marker")) {
+            let label = names.get(column).cloned().unwrap_or_default();
+            found.push(Marker { column, label, is_modelled: kind != "marker" });
+        }
+        column += if is_position { 3 } else { 1 };
+    }
+    let measured: HashSet<String> =
+        found.iter().filter(|marker| !marker.is_modelled).map(|marker| marker.label.clone()).collect();
+    let mut modelled = HashSet::new();
+    found.retain(|marker| {
+        !marker.is_modelled || !measured.contains(&marker.label) && modelled.insert(marker.label.clone())
+    });
+    Some(found)
+}

@@ -1,0 +1,114 @@
+//! Positions from the rows of a text file.
+use crate::tables::rows::Rows;
+use rhytid_core::text::quoted;
+use rhytid_core::{RawTake, Result};
+
+/// Which columns of a file make a frame.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Columns {
+    /// The frame's number.
+    pub(super) number: Option<usize>,
+    /// The frame's seconds.
+    pub(super) time: Option<usize>,
+    /// Each marker's x; y and z follow it.
+    pub(super) markers: Vec<usize>,
+    /// Whether columns behind the last marker's are other things, and not a mistake.
+    pub(super) others_follow: bool,
+}
+
+/// Gathers frames of markers.
+pub(super) struct Samples {
+    columns: Columns,
+    /// The cells of a row that are looked at.
+    end: usize,
+    /// Whether a marker at the origin was not seen.
+    origin_is_missing: bool,
+    /// More positions than this are not to be had from the file.
+    most: usize,
+    positions: Vec<[f64; 3]>,
+}
+
+impl Samples {
+    /// For a file of `bytes` bytes.
+    pub(super) fn new(columns: Columns, origin_is_missing: bool, bytes: usize) -> Self {
+        let end = columns.markers.iter().map(|x| x + 3).max().unwrap_or(0);
+        // A marker takes three bytes of a whole row, its separators; rows cut off behind their last value have fewer.
+        Self { columns, end, origin_is_missing, most: bytes / 2, positions: Vec::new() }
+    }
+
+    /// Whether the current row is a frame. One of empty cells is none, unless rows have nothing but markers.
+    pub(super) fn is_frame(&self, rows: &Rows<'_>) -> bool {
+        let whole = self.columns.number.is_none() && self.columns.time.is_none() && rows.width() >= self.end;
+        whole || (0..rows.width()).any(|column| !rows.cell(column).is_empty())
+    }
+
+    /// Takes the current row for a frame. A marker with an empty cell is missing; so is one with a cell that says that it
+    /// is no number, or with cells beyond the row's end.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Input`]: a cell that is neither empty nor a number, one that belongs to no marker, or rows so
+    /// much shorter than the header that the take would have no proportion to the file.
+    pub(super) fn push(&mut self, rows: &Rows<'_>) -> Result<()> {
+        let markers = &self.columns.markers;
+        if self.positions.len() + markers.len() > self.most {
+            return Err(rows.error(&format!(
+                "the rows are far shorter than the header, which has {} markers; the file may be damaged",
+                markers.len()
+            )));
+        }
+        let strange = (self.end..rows.width()).find(|&column| !rows.cell(column).is_empty());
+        if let Some(column) = strange.filter(|_| !self.columns.others_follow) {
+            return Err(rows.error(&format!(
+                "cell {} is {}, expected nothing behind the {} cells of the {} markers; the header may be damaged",
+                column + 1,
+                quoted(&String::from_utf8_lossy(rows.cell(column))),
+                self.end,
+                markers.len()
+            )));
+        }
+        for &column in markers {
+            let mut position = [0.0; 3];
+            let mut is_missing = false;
+            for (axis, value) in position.iter_mut().enumerate() {
+                match number(rows.cell(column + axis)) {
+                    Some(number) if number.is_nan() => is_missing = true,
+                    Some(number) => *value = number,
+                    None => {
+                        return Err(rows.error(&format!(
+                            "cell {} is {}, expected a coordinate with a decimal point, or nothing where a marker \
+                             was not seen",
+                            column + axis + 1,
+                            quoted(&String::from_utf8_lossy(rows.cell(column + axis)))
+                        )));
+                    }
+                }
+            }
+            let is_missing = is_missing || self.origin_is_missing && position == [0.0; 3];
+            self.positions.push(if is_missing { RawTake::MISSING } else { position });
+        }
+        Ok(())
+    }
+
+    /// Forgets the last frame.
+    pub(super) fn pop(&mut self) {
+        self.positions.truncate(self.positions.len().saturating_sub(self.columns.markers.len()));
+    }
+
+    /// Frames × M positions.
+    pub(super) fn into_positions(self) -> Vec<[f64; 3]> {
+        self.positions
+    }
+}
+
+/// A coordinate; NaN for an empty cell and for what is written where there is no number. `None` for anything else.
+fn number(cell: &[u8]) -> Option<f64> {
+    if cell.is_empty() {
+        return Some(f64::NAN);
+    }
+    match std::str::from_utf8(cell).ok()?.parse::<f64>() {
+        Ok(number) if !number.is_finite() => Some(f64::NAN),
+        Ok(number) => (number.abs() <= f64::from(f32::MAX)).then_some(number),
+        // `1.#QNAN` and its like are how Windows' older libraries print what is no number.
+        Err(_) => cell.contains(&b'#').then_some(f64::NAN),
+    }
+}

@@ -1,0 +1,226 @@
+//! Tables: the handles (`label,vertex`), the strain edges (`a,b`) and which marker is which handle's (`handle,marker`) and which
+//! handles of two faces are at the same place (`from,to`), as CSV; and curves.
+mod curves;
+mod landmarks;
+mod markers;
+pub(crate) mod rows;
+
+pub use curves::write_curves;
+pub use landmarks::read_landmarks;
+pub use markers::{MarkerRow, read_markers, write_markers};
+use rhytid_core::text::{did_you_mean, quoted};
+use rhytid_core::{AtomicFile, Error, Handles, Result, input_file};
+use rows::Rows;
+use std::collections::HashMap;
+use std::io::Write;
+use std::path::Path;
+
+/// The column of how far each handle is from its marker.
+const DISTANCE: &str = "distance_mm";
+
+/// Reads the handles from a CSV file with the header `label,vertex` (in either order); `vertex` counts from 0. A column `distance_mm`, which
+/// says how far each was from its marker when it was placed, may be there.
+/// Blanks around cells, blank lines and a byte order mark do not count.
+///
+/// A vertex that occurs twice is left to `rhytid_solve::examine`.
+///
+/// # Errors
+/// [`Error::Input`]: a header other than that, an empty label or one that occurs twice, a vertex that is not a
+/// whole number, no rows at all. [`Error::Io`].
+pub fn read_handles(path: &Path) -> Result<Handles> {
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
+    decode_handles(&bytes, &path.display().to_string())
+}
+
+/// As [`read_handles`], from the bytes of the file `name`.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
+    let mut rows = Rows::open(bytes, name)?;
+    let [label_column, vertex_column] = match rows.header().iter().any(|cell| cell == DISTANCE) {
+        true => rows.columns(["label", "vertex", DISTANCE]).map(|[label, vertex, _]| [label, vertex])?,
+        false => rows.columns(["label", "vertex"])?,
+    };
+    let mut handles = Handles::default();
+    let mut seen = HashMap::new();
+    while rows.next()? {
+        let label = rows.text(label_column)?;
+        if label.is_empty() {
+            return Err(rows.error("the label is empty, expected the name of a marker"));
+        }
+        if let Some(first) = seen.insert(label.to_owned(), rows.offset()) {
+            return Err(rows.error(&format!(
+                "the label {} was given in line {} already; every handle needs a label of its own",
+                quoted(label),
+                rows.line_at(first)
+            )));
+        }
+        let vertex = rows.text(vertex_column)?;
+        let vertex = vertex.parse().map_err(|_| {
+            rows.error(&format!(
+                "the vertex of handle {} is {}, expected a whole number from 0 to {}",
+                quoted(label),
+                quoted(vertex),
+                u32::MAX
+            ))
+        })?;
+        handles.labels.push(label.to_owned());
+        handles.vertices.push(vertex);
+    }
+    if handles.labels.is_empty() {
+        return Err(Error::input(format!(
+            "{name}: has no handles, expected a row label,vertex under the header for each"
+        )));
+    }
+    Ok(handles)
+}
+
+/// Reads which frames of a take are meant from a CSV file with a column `frame`, counted from 0; other columns do not matter.
+///
+/// # Errors
+/// [`Error::Input`]: no such column, a frame that is not a whole number or not below `frames`, no rows. [`Error::Io`].
+pub fn read_frames(path: &Path, frames: usize) -> Result<Vec<usize>> {
+    read_indices(path, "frame", frames, "the last frame of the take")
+}
+
+/// Whole numbers below `count` from the column `name_of`; `last` says what the last of them is.
+fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<Vec<usize>> {
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
+    let name = path.display().to_string();
+    let mut rows = Rows::open(&bytes, &name)?;
+    let Some(column) = rows.header().iter().position(|cell| cell == name_of) else {
+        return Err(rows.error(&format!(
+            "the header is {}, expected a column “{name_of}”",
+            quoted(&rows.header().join(","))
+        )));
+    };
+    let mut found = Vec::new();
+    while rows.next()? {
+        let text = rows.text(column)?;
+        match text.parse() {
+            Ok(index) if index < count => found.push(index),
+            _ => {
+                return Err(rows.error(&format!(
+                    "the {name_of} is {}, expected a whole number from 0 to {}, {last}",
+                    quoted(text),
+                    count.saturating_sub(1)
+                )));
+            }
+        }
+    }
+    if found.is_empty() {
+        return Err(Error::input(format!("{name}: has no {name_of}, expected one in each row")));
+    }
+    Ok(found)
+}
+
+/// Reads vertices from a CSV file with a column `vertex`, counted from 0; other columns do not matter.
+///
+/// # Errors
+/// [`Error::Input`]: no such column, a vertex that is not a whole number or not below `count`, no rows. [`Error::Io`].
+pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<u32>> {
+    Ok(read_indices(path, "vertex", count, "the mesh's last vertex")?.into_iter().map(|v| v as u32).collect())
+}
+
+/// Writes handles so that [`read_handles`] gives them back, with the distance of each from its marker in millimetres where there are as many.
+///
+/// # Errors
+/// [`Error::Input`] if it would not: labels that are empty, that begin or end with a blank or occur twice, or
+/// no handles at all. [`Error::Io`].
+pub fn write_handles(path: &Path, handles: &Handles, distances: Option<&[f64]>) -> Result<()> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    let mut encode = || -> csv::Result<()> {
+        match distances {
+            None => csv.write_record(["label", "vertex"])?,
+            Some(_) => csv.write_record(["label", "vertex", DISTANCE])?,
+        }
+        for (i, (label, vertex)) in handles.labels.iter().zip(&handles.vertices).enumerate() {
+            let vertex = vertex.to_string();
+            match distances.and_then(|distances| distances.get(i)) {
+                None => csv.write_record([label, &vertex])?,
+                Some(distance) => csv.write_record([label, &vertex, &format!("{distance:.2}")])?,
+            }
+        }
+        Ok(())
+    };
+    encode().map_err(|e| Error::Internal(e.to_string()))?;
+    let bytes = csv.into_inner().map_err(|e| Error::Internal(e.to_string()))?;
+    write_checked(path, &bytes, |name| Ok(decode_handles(&bytes, name)? == *handles))
+}
+
+/// Writes `bytes` if `reads_back`, which is given the file's name, finds the same in them again.
+pub fn write_checked(path: &Path, bytes: &[u8], reads_back: impl FnOnce(&str) -> Result<bool>) -> Result<()> {
+    let refused = |reason: &str| Error::input(format!("not written, as it could not be read back: {reason}"));
+    let name = path.display().to_string();
+    match reads_back(&name) {
+        Ok(true) => {}
+        Ok(false) => {
+            return Err(refused(&format!(
+                "{name}: labels begin or end with a blank, or the lists have different lengths"
+            )));
+        }
+        Err(e) => return Err(refused(&e.to_string())),
+    }
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(bytes).map_err(file.error())?;
+    file.finish()
+}
+
+/// Reads strain edges from a CSV file with the header `a,b`: pairs of `labels`, returned as indices into them.
+///
+/// # Errors
+/// [`Error::Input`]: a header other than that, an unknown label, an edge from a handle to itself, one that
+/// occurs twice (in either direction), no rows at all. [`Error::Io`].
+pub fn read_strain_edges(path: &Path, labels: &[String]) -> Result<Vec<[u32; 2]>> {
+    let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
+    decode_strain_edges(&bytes, &path.display().to_string(), labels)
+}
+
+/// As [`read_strain_edges`], from the bytes of the file `name`.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Result<Vec<[u32; 2]>> {
+    let index: HashMap<&str, u32> = labels.iter().map(String::as_str).zip(0..).collect();
+    let mut rows = Rows::open(bytes, name)?;
+    let columns = rows.columns(["a", "b"])?;
+    let mut edges = Vec::new();
+    let mut seen = HashMap::new();
+    while rows.next()? {
+        let mut edge = [0; 2];
+        for (end, column) in edge.iter_mut().zip(columns) {
+            let label = rows.text(column)?;
+            *end = *index.get(label).ok_or_else(|| {
+                rows.error(&format!(
+                    "no handle is called {}{}, expected the label of one",
+                    quoted(label),
+                    did_you_mean(label, labels.iter().map(String::as_str))
+                ))
+            })?;
+        }
+        let [a, b] = edge;
+        if a == b {
+            return Err(rows.error(&format!(
+                "the edge joins {} to itself, expected two different handles",
+                quoted(rows.text(columns[0])?)
+            )));
+        }
+        if let Some(first) = seen.insert((a.min(b), a.max(b)), rows.offset()) {
+            return Err(rows.error(&format!(
+                "the edge from {} to {} was given in line {} already; give each pair once, in either order",
+                quoted(rows.text(columns[0])?),
+                quoted(rows.text(columns[1])?),
+                rows.line_at(first)
+            )));
+        }
+        edges.push(edge);
+    }
+    if edges.is_empty() {
+        return Err(Error::input(format!(
+            "{name}: has no edges, expected a row a,b under the header for each; \
+             edges = \"auto\" in the project file finds them"
+        )));
+    }
+    Ok(edges)
+}

@@ -1,0 +1,144 @@
+//! The rows of a CSV file under its header.
+use rhytid_core::text::{line_of, quoted};
+use rhytid_core::{Error, Result};
+
+/// Walks over the rows of a CSV file. Blank lines are skipped; blanks around cells do not count.
+pub(crate) struct Rows<'a> {
+    bytes: &'a [u8],
+    name: &'a str,
+    reader: csv::Reader<&'a [u8]>,
+    row: csv::ByteRecord,
+    header: Vec<String>,
+}
+
+impl<'a> Rows<'a> {
+    /// Reads the header. `name` names the file in errors.
+    pub(crate) fn open(bytes: &'a [u8], name: &'a str) -> Result<Self> {
+        let reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
+        let row = csv::ByteRecord::new();
+        let mut rows = Self { bytes, name, reader, row, header: Vec::new() };
+        if !rows.advance()? {
+            return Err(Error::input(format!("{name}: the file is empty, expected a header and rows")));
+        }
+        rows.header = (0..rows.row.len()).map(|i| rows.text(i).map(str::to_owned)).collect::<Result<_>>()?;
+        if let [header] = &rows.header[..]
+            && let Some(between) =
+                [(';', "semicolons"), ('\t', "tabs")].iter().find(|(c, _)| header.contains(*c))
+        {
+            return Err(rows.error(&format!(
+                "the columns are separated by {}, expected commas, and points in numbers: export it so, or replace them",
+                between.1
+            )));
+        }
+        Ok(rows)
+    }
+
+    /// Rows of any length under no header, their cells apart by `separator`. Quotes count where that is a comma.
+    pub(crate) fn without_header(bytes: &'a [u8], name: &'a str, separator: u8) -> Self {
+        let reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(separator)
+            .quoting(separator == b',')
+            .from_reader(bytes);
+        Self { bytes, name, reader, row: csv::ByteRecord::new(), header: Vec::new() }
+    }
+
+    /// The cells of the header.
+    pub(crate) fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// The place of each of `wanted` in a header that has these columns and no others.
+    pub(crate) fn columns<const N: usize>(&self, wanted: [&str; N]) -> Result<[usize; N]> {
+        let expected = wanted.join(",");
+        let mut places = [0; N];
+        for (place, column) in places.iter_mut().zip(wanted) {
+            *place = self.header.iter().position(|cell| cell == column).ok_or_else(|| {
+                self.error(&format!(
+                    "the header has no column {}, found {}, expected {expected} (separated by commas)",
+                    quoted(column),
+                    quoted(&self.header.join(","))
+                ))
+            })?;
+        }
+        match (0..self.header.len()).find(|i| !places.contains(i)) {
+            None => Ok(places),
+            Some(other) => Err(self.error(&format!(
+                "column {} of the header is {}, expected {expected} and no other column",
+                other + 1,
+                quoted(&self.header[other])
+            ))),
+        }
+    }
+
+    /// Goes to the next row, which has as many cells as the header; `false` after the last one.
+    pub(crate) fn next(&mut self) -> Result<bool> {
+        if !self.advance()? {
+            return Ok(false);
+        }
+        if self.row.len() != self.header.len() {
+            return Err(self.error(&format!(
+                "the row's number of cells is {}, expected {} as in the header; the file may be cut short",
+                self.row.len(),
+                self.header.len()
+            )));
+        }
+        Ok(true)
+    }
+
+    /// How many cells the current row has.
+    pub(crate) fn width(&self) -> usize {
+        self.row.len()
+    }
+
+    /// Cell `column` of the current row without the blanks around it.
+    pub(crate) fn cell(&self, column: usize) -> &[u8] {
+        self.row.get(column).unwrap_or_default().trim_ascii()
+    }
+
+    /// The same as text.
+    pub(crate) fn text(&self, column: usize) -> Result<&str> {
+        std::str::from_utf8(self.cell(column)).map(str::trim).map_err(|_| {
+            self.error(&format!(
+                "cell {} is {}, expected UTF-8 text; export the table as CSV in UTF-8",
+                column + 1,
+                quoted(&String::from_utf8_lossy(self.cell(column)))
+            ))
+        })
+    }
+
+    /// The byte at which the current row begins, for [`Rows::line_at`].
+    pub(crate) fn offset(&self) -> usize {
+        let offset = self.row.position().map_or(0, |p| p.byte() as usize).min(self.bytes.len());
+        // The reader counts the blank lines before a row as part of it.
+        let blank = self.bytes[offset..].iter().take_while(|b| matches!(b, b'\r' | b'\n')).count();
+        offset + blank
+    }
+
+    /// The 1-based line of a byte.
+    pub(crate) fn line_at(&self, offset: usize) -> usize {
+        line_of(self.bytes, offset)
+    }
+
+    /// An error in the current row.
+    pub(crate) fn error(&self, message: &str) -> Error {
+        Error::input(format!("{}, line {}: {message}", self.name, self.line_at(self.offset())))
+    }
+
+    /// Goes to the next row, however long it is; `false` after the last one.
+    pub(crate) fn advance(&mut self) -> Result<bool> {
+        loop {
+            let more = self
+                .reader
+                .read_byte_record(&mut self.row)
+                .map_err(|e| Error::input(format!("{}: is not a CSV file: {e}", self.name)))?;
+            if !more {
+                return Ok(false);
+            }
+            if self.row.len() > 1 || !self.cell(0).is_empty() {
+                return Ok(true);
+            }
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The optional column of a marker's confidence, `LABEL_confidence`.
+use super::cells::{in_frame, shown};
+use super::columns::Header;
+use crate::tables::rows::Rows;
+use rhytid_core::text::{did_you_mean, quoted};
+use rhytid_core::{Error, Result, Take};
+
+const SUFFIX: &str = "_confidence";
+
+/// The label of a column: `brow_left_confidence` is that of `brow_left`. No column ends with this and an axis too.
+pub(super) fn label(column: &str) -> Option<&str> {
+    column.strip_suffix(SUFFIX).filter(|label| !label.is_empty())
+}
+
+/// The name of a label's column.
+pub(super) fn column(label: &str) -> String {
+    format!("{label}{SUFFIX}")
+}
+
+/// The columns of `kept` labels, as far as there are any.
+///
+/// # Errors
+/// [`Error::Input`] without `wanted`, where a column is of a label without positions.
+pub(super) fn columns(
+    rows: &Rows<'_>,
+    header: &Header<'_>,
+    kept: &[&str],
+    wanted: bool,
+) -> Result<Vec<Option<usize>>> {
+    if let Some(stray) = of_no_marker(rows, header).next().filter(|_| !wanted) {
+        let label = label(stray).unwrap_or_default();
+        return Err(rows.error(&format!(
+            "the header has {}, and no marker {}{}; give it its columns LABEL_x, LABEL_y and LABEL_z, or leave this \
+             one out",
+            quoted(stray),
+            quoted(label),
+            did_you_mean(label, header.labels.iter().copied())
+        )));
+    }
+    Ok(kept.iter().map(|label| header.confidence.get(label).copied()).collect())
+}
+
+/// The columns of labels that have no other columns.
+pub(super) fn of_no_marker<'a>(rows: &'a Rows<'_>, header: &Header<'_>) -> impl Iterator<Item = &'a str> {
+    let stray = header.confidence.iter().filter(|(label, _)| !header.markers.contains_key(*label));
+    stray.map(|(_, &column)| rows.header()[column].as_str())
+}
+
+/// Adds the current row's M confidences to `out`: 1 where a label has no column.
+///
+/// # Errors
+/// [`Error::Input`] if a cell is no number from 0 to 1.
+pub(super) fn read(
+    rows: &Rows<'_>,
+    columns: &[Option<usize>],
+    labels: &[String],
+    frame: usize,
+    out: &mut Vec<f32>,
+) -> Result<()> {
+    for (column, label) in columns.iter().zip(labels) {
+        let Some(column) = *column else {
+            out.push(1.0);
+            continue;
+        };
+        let number = std::str::from_utf8(rows.cell(column)).ok().and_then(|cell| cell.parse::<f32>().ok());
+        let Some(confidence) = number.filter(|x| (0.0..=1.0).contains(x)) else {
+            let message = format!(
+                "{} of marker {} is {}, expected a number from 0 (a guess) to 1 (measured)",
+                quoted(&rows.header()[column]),
+                quoted(label),
+                shown(rows, column)
+            );
+            return Err(in_frame(rows, frame, &message));
+        };
+        out.push(confidence);
+    }
+    Ok(())
+}
+
+/// `None` where all are 1, as [`Take::confidence`] has it.
+pub(super) fn below_one(confidence: Option<Vec<f32>>) -> Option<Vec<f32>> {
+    confidence.filter(|all| all.iter().any(|&x| x < 1.0))
+}
+
+/// The markers that need a column: those whose confidence is below 1 in any frame.
+///
+/// # Errors
+/// [`Error::Input`] if the take has not frames × M confidences from 0 to 1. It begins with `name`.
+pub(super) fn written(take: &Take, name: &str) -> Result<Vec<usize>> {
+    let Some(confidence) = &take.confidence else { return Ok(Vec::new()) };
+    let m = take.labels.len();
+    if confidence.len() != take.positions.len() {
+        return Err(Error::input(format!(
+            "{name}: not written: the take has {} confidences, expected one for each of its {} positions",
+            confidence.len(),
+            take.positions.len()
+        )));
+    }
+    if let Some(i) = confidence.iter().position(|x| !(0.0..=1.0).contains(x)) {
+        return Err(Error::input(format!(
+            "{name}: not written: frame {}: the confidence of marker {} is {}, expected 0 to 1",
+            i / m,
+            quoted(&take.labels[i % m]),
+            confidence[i]
+        )));
+    }
+    Ok((0..m).filter(|&j| confidence.iter().skip(j).step_by(m).any(|&x| x < 1.0)).collect())
+}

@@ -1,0 +1,13 @@
+//! USD: one description of a layer ([`layer`]), written as text or binary ([`mod@write`]) and read back ([`read`]), and
+//! animations in parts put together ([`stitch()`]).
+
+#![forbid(unsafe_code)]
+
+mod build;
+mod channels;
+pub mod layer;
+pub mod read;
+mod stitch;
+pub mod write;
+
+pub use stitch::{Stitched, stitch};

@@ -1,0 +1,283 @@
+//! The animation of one mesh in one layer.
+
+use super::lookup::{attribute, below, default_prim, field, stated_error, stated_recipe};
+use super::opened::{Opened, Samples};
+use super::shapes::Shapes;
+use crate::channels;
+use crate::layer::{Layer, Prim, Value};
+use rhytid_core::channel::{self, Channel, Timing};
+use rhytid_core::{Error, Faces, Result, UpAxis};
+use rhytid_export::{AnimationReader, Summary};
+
+/// An animation that one layer holds.
+pub(crate) struct Animation {
+    /// The file's name.
+    name: String,
+    summary: Summary,
+    samples: Box<dyn Samples>,
+    numbers: Numbers,
+}
+
+/// Under which numbers the samples are.
+struct Numbers {
+    /// What every frame has: its points, or the weights of shapes.
+    frames: usize,
+    /// Where the points are sums of shapes.
+    shapes: Option<Shapes>,
+    /// What the mesh has samples of: of shapes, what they do not make.
+    channels: Vec<(Channel, usize)>,
+    extent: Option<usize>,
+    head: Option<usize>,
+}
+
+impl Animation {
+    /// Finds the animation in a layer; `name` is the file's.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the layer does not have one mesh below its default prim, with points that have a sample at
+    /// each of consecutive time codes.
+    pub(crate) fn new(opened: Opened, name: String) -> Result<Self> {
+        let Opened { layer, mut samples } = opened;
+        let found = find(&layer, samples.as_mut()).map_err(|fault| match fault {
+            Fault::Found(what) => Error::input(format!("{name}: {what}")),
+            Fault::Unread(error) => error,
+        });
+        found.map(|(summary, numbers)| Self { name, summary, samples, numbers })
+    }
+
+    /// The numbers of a channel in a sample.
+    fn sample(&mut self, channel: &Channel, number: usize, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        let frame_of_sample = if channel.timing == Timing::Constant { 0 } else { frame };
+        let (width, numbers) = match self.samples.read(number, frame_of_sample)? {
+            Value::Floats(numbers) => (1, numbers),
+            Value::Float2s(pairs) => (2, pairs.into_flattened()),
+            Value::Float3s(vectors) => (3, vectors.into_flattened()),
+            _ => return Err(self.damaged(&channel.words, frame, "another type, expected floats")),
+        };
+        let expected = channel.numbers(self.summary.vertices, self.summary.faces.len());
+        if width != channel.width || numbers.len() != expected {
+            let (found, expected) = (numbers.len(), expected / channel.width);
+            let what =
+                format!("{found} numbers, {width} for each value, expected {expected} × {}", channel.width);
+            return Err(self.damaged(&channel.words, frame, &what));
+        }
+        *out = numbers;
+        Ok(())
+    }
+
+    fn damaged(&self, what: &str, frame: usize, found: &str) -> Error {
+        let (name, time) = (&self.name, self.summary.time_code(frame));
+        Error::input(format!("{name}: its {what} at time code {time} have {found}; export it again"))
+    }
+}
+
+impl AnimationReader for Animation {
+    fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
+    fn channel(&mut self, channel: &Channel, frame: usize, out: &mut Vec<f32>) -> Result<()> {
+        out.clear();
+        let known = self.numbers.channels.iter().find(|(known, _)| known.name == channel.name);
+        if let Some((known, number)) = known.cloned() {
+            return self.sample(&known, number, frame, out);
+        }
+        let Some(shapes) = &self.numbers.shapes else { return Ok(()) };
+        let is_positions = channel.name == channel::POSITIONS.name;
+        if !is_positions && channel.name != channel::NORMALS.name {
+            return Ok(());
+        }
+        let Some(weights) = shapes.weights(self.samples.read(self.numbers.frames, frame)?) else {
+            return Err(self.damaged("weights", frame, "not one for each shape"));
+        };
+        if is_positions {
+            shapes.positions(&weights, out);
+        } else {
+            shapes.normals(&weights, out);
+        }
+        Ok(())
+    }
+
+    fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
+        let Some(number) = self.numbers.extent else { return Ok(None) };
+        match self.samples.read(number, frame)? {
+            Value::Float3s(corners) if corners.len() == 2 => Ok(Some([corners[0], corners[1]])),
+            _ => Err(self.damaged("extents", frame, "no two corners")),
+        }
+    }
+
+    fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
+        let Some(number) = self.numbers.head else { return Ok(None) };
+        match self.samples.read(number, frame)? {
+            // USD's vectors are rows.
+            Value::Matrix4d(rows) => Ok(Some(std::array::from_fn(|i| std::array::from_fn(|j| rows[j][i])))),
+            _ => Err(self.damaged("head's transforms", frame, "another type, expected matrix4d")),
+        }
+    }
+}
+
+/// Why there is no animation.
+enum Fault {
+    /// What is wrong with the layer.
+    Found(String),
+    /// A sample could not be read.
+    Unread(Error),
+}
+
+impl From<String> for Fault {
+    fn from(what: String) -> Self {
+        Self::Found(what)
+    }
+}
+
+fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), Fault> {
+    let root = default_prim(layer).ok_or_else(|| {
+        "has no default prim, expected that of an exported animation; export it again".to_owned()
+    })?;
+    let meshes = below(root, "Mesh");
+    let [mesh] = meshes[..] else {
+        return Err(Fault::Found(format!(
+            "has {} meshes below its default prim {}, expected the one of an exported animation",
+            meshes.len(),
+            root.name
+        )));
+    };
+    let sampled = |prim: &Prim, name: &str| attribute(prim, name).and_then(|attribute| attribute.samples);
+    let shapes = Shapes::of(root, mesh)?;
+    let channels = channels::of_mesh(mesh);
+    let points = sampled(mesh, "points").or_else(|| shapes.as_ref().map(|shapes| shapes.samples));
+    let frames = points.ok_or_else(|| {
+        format!("its mesh {} has no time samples of points, expected an exported animation", mesh.name)
+    })?;
+    let mut numbers = Numbers {
+        frames,
+        shapes,
+        channels,
+        extent: sampled(mesh, "extent"),
+        head: sampled(root, "xformOp:transform"),
+    };
+    let (first_time_code, frames) = check_times(&mut numbers, samples)?;
+    check_metadata(layer, mesh, first_time_code, frames)?;
+    let vertices = match attribute(mesh, "points").and_then(|points| points.default.as_ref()) {
+        Some(Value::Float3s(rest)) => rest.len(),
+        _ => match samples.read(numbers.frames, 0).map_err(Fault::Unread)? {
+            Value::Float3s(points) => points.len(),
+            _ => 0,
+        },
+    };
+    // What a layer does not say is what USD takes then.
+    let number = |name: &str, fallback: f64| match field(&layer.metadata, name) {
+        Some(Value::Double(x)) => *x,
+        _ => fallback,
+    };
+    let metres_per_unit = number("metersPerUnit", 0.01);
+    let up_axis = match field(&layer.metadata, "upAxis") {
+        Some(Value::Token(axis)) if axis == "Z" => UpAxis::Z,
+        _ => UpAxis::Y,
+    };
+    let summary = Summary {
+        name: mesh.name.clone(),
+        vertices,
+        faces: faces(mesh, vertices)?,
+        frames,
+        first_time_code,
+        rate: number("timeCodesPerSecond", 24.0),
+        frames_per_second: match field(&layer.metadata, "framesPerSecond") {
+            Some(Value::Double(x)) => Some(*x),
+            _ => None,
+        },
+        metres_per_unit,
+        up_axis,
+        fitted: numbers.shapes.is_some(),
+        channels: summarised(&numbers),
+        extents: numbers.extent.is_some(),
+        head: numbers.head.is_some(),
+        recipe: stated_recipe(root),
+        stated_error: stated_error(root).map(|millimetres| millimetres / 1000.0 / metres_per_unit),
+        stated_channel_errors: Vec::new(),
+    };
+    Ok((summary, numbers))
+}
+
+/// What frames have: what has samples, and what shapes make.
+fn summarised(numbers: &Numbers) -> Vec<Channel> {
+    let sampled = numbers.channels.iter().map(|(channel, _)| channel.clone());
+    let Some(shapes) = &numbers.shapes else { return sampled.collect() };
+    let made = [Some(&channel::POSITIONS), Some(&channel::NORMALS).filter(|_| shapes.has_normals())];
+    let made: Vec<Channel> = made.into_iter().flatten().cloned().collect();
+    let sampled: Vec<Channel> = sampled.filter(|channel| !made.contains(channel)).collect();
+    made.into_iter().chain(sampled).collect()
+}
+
+/// What a layer says besides, where it says it, fits its samples: else programs would play another range, or see the faces from
+/// behind.
+fn check_metadata(layer: &Layer, mesh: &Prim, first: f64, frames: usize) -> Result<(), String> {
+    let number = |name: &str| match field(&layer.metadata, name) {
+        Some(Value::Double(x)) => Some(*x),
+        _ => None,
+    };
+    let last = first + (frames - 1) as f64;
+    for (name, expected, what) in
+        [("startTimeCode", first, "its first sample"), ("endTimeCode", last, "its last sample")]
+    {
+        if let Some(found) = number(name).filter(|found| *found != expected) {
+            return Err(format!("has the {name} {found}, expected {expected} as of {what}; export it again"));
+        }
+    }
+    let orientation = attribute(mesh, "orientation").and_then(|attribute| attribute.default.as_ref());
+    match orientation {
+        Some(Value::Token(token)) if token == "leftHanded" => {
+            Err("has left-handed faces, expected those of an exported animation, which are right-handed"
+                .into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The first time code and the number of frames, which all that is sampled has.
+fn check_times(numbers: &mut Numbers, samples: &dyn Samples) -> Result<(f64, usize), String> {
+    let times = samples.times(numbers.frames);
+    let Some(&first) = times.first() else {
+        return Err("its points have no time samples, expected one for each frame; export it again".into());
+    };
+    if times.iter().enumerate().any(|(i, &time)| time != first + i as f64) {
+        return Err(format!(
+            "its points do not have a sample at each time code from {first} on, expected that of an exported animation"
+        ));
+    }
+    let fault = |what: &str| {
+        Err(format!("its points and its {what} have samples at other time codes; export it again"))
+    };
+    for (channel, number) in &mut numbers.channels {
+        match samples.times(*number) {
+            found if found == times => {}
+            [found] if *found == first => channel.timing = Timing::Constant,
+            _ => return fault(&channel.words),
+        }
+    }
+    for (what, number) in [("extents", numbers.extent), ("head", numbers.head)] {
+        if number.is_some_and(|number| samples.times(number) != times) {
+            return fault(what);
+        }
+    }
+    Ok((first, times.len()))
+}
+
+/// The polygons of the mesh.
+fn faces(mesh: &Prim, vertices: usize) -> Result<Faces, String> {
+    let numbers = |name: &str| {
+        let Some(Value::Ints(numbers)) =
+            attribute(mesh, name).and_then(|attribute| attribute.default.as_ref())
+        else {
+            return Err(format!("its mesh {} has no {name}; export it again", mesh.name));
+        };
+        let positive: Result<Vec<u32>, _> = numbers.iter().map(|&x| u32::try_from(x)).collect();
+        positive
+            .map_err(|_| format!("its mesh {} has negative numbers in {name}; export it again", mesh.name))
+    };
+    let faces = Faces { counts: numbers("faceVertexCounts")?, indices: numbers("faceVertexIndices")? };
+    match faces.fault(vertices) {
+        None => Ok(faces),
+        Some(fault) => Err(format!("its mesh {} {fault}; export it again", mesh.name)),
+    }
+}

@@ -1,0 +1,76 @@
+//! Lookups in a layer that was read.
+
+use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
+use rhytid_export::StatedRecipe;
+use serde_json::{Number, Value as Json};
+
+/// The field called `name`.
+pub(crate) fn field<'a>(fields: &'a Fields, name: &str) -> Option<&'a Value> {
+    fields.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+}
+
+/// The dictionary called `name`.
+pub(crate) fn dictionary<'a>(fields: &'a Fields, name: &str) -> Option<&'a Fields> {
+    match field(fields, name)? {
+        Value::Dictionary(entries) => Some(entries),
+        _ => None,
+    }
+}
+
+/// The prim that stands for the whole layer.
+pub(crate) fn default_prim(layer: &Layer) -> Option<&Prim> {
+    let Some(Value::Token(name)) = field(&layer.metadata, "defaultPrim") else { return None };
+    layer.prims.iter().find(|prim| prim.name == *name)
+}
+
+/// The attribute of `prim` called `name`.
+pub(crate) fn attribute<'a>(prim: &'a Prim, name: &str) -> Option<&'a Attribute> {
+    prim.properties.iter().find_map(|property| match property {
+        Property::Attribute(attribute) if attribute.name == name => Some(attribute),
+        _ => None,
+    })
+}
+
+/// All prims of the type `type_name` below `prim`.
+pub(super) fn below<'a>(prim: &'a Prim, type_name: &str) -> Vec<&'a Prim> {
+    let mut found = Vec::new();
+    for child in &prim.children {
+        found.extend((child.type_name == type_name).then_some(child));
+        found.extend(below(child, type_name));
+    }
+    found
+}
+
+/// The largest error that the animation below the default prim `root` states, in millimetres, if it does.
+pub(super) fn stated_error(root: &Prim) -> Option<f64> {
+    match field(dictionary(dictionary(&root.metadata, "customData")?, "rhytidError")?, "worstMillimetres")? {
+        Value::Double(millimetres) => Some(*millimetres),
+        _ => None,
+    }
+}
+
+/// The recipe of the animation below the default prim `root`, if it states one.
+pub(super) fn stated_recipe(root: &Prim) -> Option<StatedRecipe> {
+    let fields = dictionary(dictionary(&root.metadata, "customData")?, "rhytid")?;
+    let stated = StatedRecipe(json(fields));
+    (stated.text("version").is_some() && stated.text("rig").is_some()).then_some(stated)
+}
+
+fn json(fields: &Fields) -> Vec<(String, Json)> {
+    let entry = |(name, value): &(String, Value)| {
+        let value = match value {
+            Value::Bool(yes) => Json::Bool(*yes),
+            Value::String(text) => Json::String(text.clone()),
+            Value::Int(whole) => Json::from(*whole),
+            // Whole numbers of frames that no int holds; beyond this, doubles have no odd numbers.
+            Value::Double(x) if x.fract() == 0.0 && (f64::from(i32::MAX)..=9e15).contains(x) => {
+                Json::from(*x as u64)
+            }
+            Value::Double(x) => Json::Number(Number::from_f64(*x)?),
+            Value::Dictionary(fields) => Json::Object(json(fields).into_iter().collect()),
+            _ => return None,
+        };
+        Some((name.clone(), value))
+    };
+    fields.iter().filter_map(entry).collect()
+}

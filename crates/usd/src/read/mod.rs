@@ -1,0 +1,80 @@
+//! USD layers in: crate files, text, and the first layer of a package. A layer is read whole except for its time
+//! samples, which are read one at a time.
+//!
+//! What is understood is what Rhytid writes, and the same again after USD's own tools wrote it. Of other layers,
+//! metadata and values of types that [`Value`](super::layer::Value) does not have are left out, and so are variants and
+//! classes. Nothing in a file is trusted: every count is checked against the bytes that are there.
+
+mod animation;
+mod budget;
+mod clips;
+mod crate_file;
+mod lookup;
+mod open;
+mod opened;
+mod package;
+mod parts;
+mod primvar;
+mod shapes;
+mod source;
+mod text;
+
+use animation::Animation;
+use clips::{Clips, undeclared};
+use lookup::stated_recipe;
+use rhytid_core::{Error, Result};
+use rhytid_core::{Reach, named_file};
+use rhytid_export::AnimationReader;
+use std::path::{Path, PathBuf};
+
+pub(super) use clips::{clips, declarations};
+pub(super) use lookup::default_prim;
+pub use open::{decode, open};
+pub use opened::{Opened, Samples};
+pub(super) use parts::Parts;
+pub use primvar::read_primvar;
+
+/// The animation that one file's `bytes` hold; `name` is for messages.
+///
+/// # Errors
+/// As [`open()`], and [`Error::Input`] if there is anything but one animated mesh.
+pub fn decode_animation(bytes: Vec<u8>, name: &str) -> Result<Box<dyn AnimationReader>> {
+    Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned())?))
+}
+
+/// Opens the animation in the file `path`, whether it is in there or in parts within `reach` that the file plays.
+///
+/// # Errors
+/// [`Error::Input`] if a file is damaged or holds anything but one animated mesh; [`Error::Io`].
+pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>> {
+    let name = path.display().to_string();
+    let opened = open(path)?;
+    let Some(Clips { assets, manifest }) = clips(&opened.layer) else {
+        return Ok(Box::new(Animation::new(opened, name)?));
+    };
+    let named = |asset: &str, what| named_file(path, Path::new(asset), what, reach);
+    let paths: Vec<PathBuf> = assets.iter().map(|asset| named(asset, "assetPaths")).collect::<Result<_>>()?;
+    let parts = Parts::open(&paths)?;
+    // The parts may have been written anew since, and so may the manifest, for a file that was renamed.
+    let root = default_prim(&opened.layer);
+    if parts.summary().recipe != root.and_then(stated_recipe) {
+        return Err(Error::input(format!(
+            "{name}: its parts are others than when they were stitched; stitch them again"
+        )));
+    }
+    let manifest = named(manifest, "manifestAssetPath")?;
+    if !manifest.exists() {
+        return Err(Error::input(format!(
+            "{name}: its manifest {} is not there, without which USD plays the first part only; stitch the parts again",
+            manifest.display()
+        )));
+    }
+    let first = open(&parts.parts()[0].path)?.layer;
+    if let Some(undeclared) = undeclared(&first, &open(&manifest)?.layer) {
+        return Err(Error::input(format!(
+            "{}: does not declare {undeclared}, which has samples in the parts of {name}; stitch them again",
+            manifest.display()
+        )));
+    }
+    Ok(Box::new(parts))
+}

@@ -1,0 +1,25 @@
+//! USD layers out: as text, binary or in a package ([`LayerWriter`]), and animations and shapes as such layers.
+//!
+//! Writers share nothing with the readers but the layer, so that neither hides the other's faults.
+
+mod baked;
+mod crate_file;
+mod face;
+mod layer_writer;
+mod materials;
+mod names;
+mod numbers;
+mod package;
+mod sample;
+mod shapes;
+mod surface;
+mod text;
+mod text_value;
+
+pub use baked::Baked;
+pub(super) use crate_file::CrateWriter;
+pub use face::Face;
+pub use layer_writer::{Encoding, LayerWriter};
+pub use sample::Sample;
+pub use shapes::write_shapes;
+pub(super) use surface::custom_data;

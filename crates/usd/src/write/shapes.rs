@@ -1,0 +1,88 @@
+//! Shapes with sliders as USD: a mesh with blend shapes, and an animation with their weights, all 0, on a skeleton of
+//! one joint that does not move the mesh.
+use super::layer_writer::{Encoding, LayerWriter};
+use super::names::identifiers;
+use super::numbers::integer;
+use super::surface::Surface;
+use crate::build::{attribute, prim, token};
+use crate::layer::{Attribute, Layer, Prim, Value};
+use rhytid_core::Result;
+use rhytid_export::{Shape, Shapes};
+use std::path::Path;
+
+/// Writes shapes to a file, and returns its size in bytes.
+///
+/// # Errors
+/// As [`LayerWriter::create`].
+pub fn write_shapes(path: &Path, encoding: Encoding, shapes: &Shapes<'_>) -> Result<u64> {
+    LayerWriter::create(path, encoding, &layer(shapes)?)?.finish()
+}
+
+fn layer(shapes: &Shapes<'_>) -> Result<Layer> {
+    let mut surface = Surface::new(&shapes.rest_scene(), "SkelRoot")?;
+    let skeleton = bind(&mut surface, shapes.shapes, None)?;
+    Ok(surface.into_layer(vec![skeleton]))
+}
+
+/// Gives the mesh its shapes, and returns the skeleton that has their weights: all 0, or samples under the number `samples`.
+pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usize>) -> Result<Prim> {
+    let names = identifiers(shapes.iter().map(|shape| shape.name.as_str()));
+    let root = format!("/{}", surface.root.name);
+    let skeleton = format!("{root}/skeleton");
+    let mesh = &mut surface.mesh;
+    let mesh_path = format!("{root}/{}", mesh.name);
+    mesh.apply("SkelBindingAPI");
+    mesh.set_uniform("token[]", "skel:blendShapes", Value::Tokens(names.clone()));
+    let targets = names.iter().map(|name| format!("{mesh_path}/{name}")).collect();
+    mesh.relate("skel:blendShapeTargets", targets);
+    mesh.relate("skel:skeleton", vec![skeleton.clone()]);
+    for (name, shape) in names.iter().zip(shapes) {
+        mesh.children.push(blend_shape(name, shape)?);
+    }
+    Ok(skeleton_prim(names, &skeleton, samples))
+}
+
+/// With the vertices that it moves alone, if a quarter or more stand still.
+fn blend_shape(name: &str, shape: &Shape) -> Result<Prim> {
+    let normals = shape.normal_offsets.as_deref();
+    let moves =
+        |&v: &usize| shape.offsets[v] != [0.0; 3] || normals.is_some_and(|normals| normals[v] != [0.0; 3]);
+    let vertices = shape.offsets.len();
+    let moving: Vec<usize> = (0..vertices).filter(moves).collect();
+    let sparse = moving.len() <= vertices / 4 * 3;
+    let pick = |offsets: &[[f32; 3]]| {
+        Value::Float3s(if sparse { moving.iter().map(|&v| offsets[v]).collect() } else { offsets.to_vec() })
+    };
+    let mut blend_shape = prim("BlendShape", name);
+    let data = vec![("name".into(), Value::String(shape.name.clone()))];
+    blend_shape.metadata.push(("customData".into(), Value::Dictionary(data)));
+    blend_shape.set_uniform("vector3f[]", "offsets", pick(&shape.offsets));
+    if let Some(normals) = normals {
+        blend_shape.set_uniform("vector3f[]", "normalOffsets", pick(normals));
+    }
+    if sparse {
+        let indices = moving.iter().map(|&v| integer(v)).collect::<Result<_>>()?;
+        blend_shape.set_uniform("int[]", "pointIndices", Value::Ints(indices));
+    }
+    Ok(blend_shape)
+}
+
+/// The skeleton at the path `path`, with the weights below it.
+fn skeleton_prim(names: Vec<String>, path: &str, samples: Option<usize>) -> Prim {
+    const IDENTITY: [[f64; 4]; 4] =
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+    let mut skeleton = prim("Skeleton", "skeleton");
+    skeleton.apply("SkelBindingAPI");
+    skeleton.set_uniform("token[]", "joints", Value::Tokens(vec!["root".into()]));
+    skeleton.set_uniform("matrix4d[]", "bindTransforms", Value::Matrix4ds(vec![IDENTITY]));
+    skeleton.set_uniform("matrix4d[]", "restTransforms", Value::Matrix4ds(vec![IDENTITY]));
+    // It is nothing to look at.
+    skeleton.set_uniform("token", "purpose", token("guide"));
+    skeleton.relate("skel:animationSource", vec![format!("{path}/weights")]);
+    let mut weights = prim("SkelAnimation", "weights");
+    let zeros = samples.is_none().then(|| Value::Floats(vec![0.0; names.len()]));
+    weights.set_uniform("token[]", "blendShapes", Value::Tokens(names));
+    weights.push(Attribute { samples, ..attribute("float[]", "blendShapeWeights", zeros) });
+    skeleton.children.push(weights);
+    skeleton
+}
