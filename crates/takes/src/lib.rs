@@ -6,7 +6,7 @@
 //! use rhytid_takes::take;
 //!
 //! let csv = b"time,chin.x,chin.y,chin.z\n0,0,0,0\n0.1,0,3,0\n";
-//! let take = take::decode(csv, "take.csv", Missing::Error)?;
+//! let take = take::decode(csv, "take.csv", None, Missing::Error)?;
 //! assert_eq!((take.labels.len(), take.frames()), (1, 2));
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```
