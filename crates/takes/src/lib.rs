@@ -5,7 +5,7 @@
 //! use rhytid_core::Missing;
 //! use rhytid_takes::take;
 //!
-//! let csv = b"time,chin.x,chin.y,chin.z\n0,0,0,0\n0.1,0,3,0\n";
+//! let csv = b"time,chin_x,chin_y,chin_z\n0,0,0,0\n0.1,0,3,0\n";
 //! let take = take::decode(csv, "take.csv", None, Missing::Error)?;
 //! assert_eq!((take.labels.len(), take.frames()), (1, 2));
 //! # Ok::<(), rhytid_core::Error>(())
