@@ -4,8 +4,9 @@
 //! cargo run --release -p rhytid-examples --example 101_solve -- face.safetensors
 //! ```
 //! With your own scans, `rhytid::formats::project::read("FACE.toml")` gives the `Face`.
+use rhytid::core::rig_file;
 use rhytid::solve::{examine, solve};
-use rhytid::{Progress, Result, rig_file};
+use rhytid::{Progress, Result};
 use std::path::PathBuf;
 
 struct Lines;

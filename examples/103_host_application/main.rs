@@ -3,9 +3,10 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 103_host_application -- 530000
 //! ```
+use rhytid::core::Backend;
 use rhytid::devices::cpu::Cpu;
 use rhytid::solve::solve;
-use rhytid::{Animator, Backend, NoProgress, Result, Stage, UploadOptions};
+use rhytid::{Animator, NoProgress, Result, Stage, UploadOptions};
 use std::time::Instant;
 
 fn main() -> Result<()> {

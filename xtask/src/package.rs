@@ -13,10 +13,13 @@ const PRIVATE: [&str; 5] = ["rhytid-examples", "rhytid-peers", "rhytid-test-supp
 /// How a crate of the repository's names the library, and how everyone else does.
 const LIBRARY: (&str, &str) = ("rhytid = { path = \"../../crates/rhytid\" }", "rhytid = \"*\"");
 
+/// A newcomer's programs, and how many lines their `main` may have.
+const NEWCOMERS: [(&str, usize); 2] = [("animate", 12), ("game", 15)];
+
 /// Packs as `cargo publish --workspace` would. Cargo's own check builds each package from nothing, for as long as
 /// everything else together; so the packages are unpacked side by side instead, as a workspace where each stands
 /// for its namesake on crates.io, and built at once. With them stands `examples/outside`, a newcomer's crate that knows
-/// the library by its name alone; it plays a take that the packed program makes.
+/// the library by its name alone: it makes a file of a take, and plays a game.
 pub(crate) fn package() -> Result {
     let target = root().join("target");
     let packages = target.join("package");
@@ -82,8 +85,16 @@ fn development_profile() -> Result<String> {
 fn newcomer(folder: &Path) -> Result {
     let (ours, theirs) = (root().join("examples/outside"), folder.join("outside"));
     let io = |e: std::io::Error| format!("{}: {e}", ours.display());
-    fs::create_dir_all(theirs.join("src")).map_err(io)?;
-    copy(&ours.join("src/main.rs"), &theirs.join("src/main.rs"))?;
+    fs::create_dir_all(theirs.join("src/bin")).map_err(io)?;
+    for (program, most_lines) in NEWCOMERS {
+        let source = format!("src/bin/{program}.rs");
+        copy(&ours.join(&source), &theirs.join(&source))?;
+        let text = fs::read_to_string(ours.join(&source)).map_err(io)?;
+        let lines = lines_of_main(&text).ok_or_else(|| format!("{source} has no main"))?;
+        if lines > most_lines {
+            return Err(format!("{source}: main has {lines} lines, expected at most {most_lines}"));
+        }
+    }
     let manifest = fs::read_to_string(ours.join("Cargo.toml")).map_err(io)?;
     if !manifest.contains("[workspace]\n") || !manifest.contains(LIBRARY.0) {
         return Err(format!("{}: Cargo.toml has no [workspace] or not “{}”", ours.display(), LIBRARY.0));
@@ -92,7 +103,14 @@ fn newcomer(folder: &Path) -> Result {
     fs::write(theirs.join("Cargo.toml"), manifest).map_err(io)
 }
 
-/// Has the newcomer's program among `programs` play a take on a face, both made by the packed program.
+/// How many lines the body of `main` has.
+fn lines_of_main(source: &str) -> Option<usize> {
+    let (_, body) = source.split_once("fn main()")?;
+    let (body, _) = body.split_once("\n}")?;
+    Some(body.lines().count() - 1)
+}
+
+/// Has the newcomer's programs among `programs` make a file and play a game with scans and a take that the packed program makes.
 fn play(programs: &Path) -> Result {
     let demo = programs.join("demo");
     let io = |e: std::io::Error| format!("{}: {e}", demo.display());
@@ -100,16 +118,41 @@ fn play(programs: &Path) -> Result {
     let mut make = command(programs.join("rhytid"), &["--quiet", "demo", "--vertices", "2000"]);
     make.arg(&demo);
     run(make)?;
-    let mut play = Command::new(programs.join("outside"));
-    play.current_dir(&demo);
-    let said = output(play).ok_or("examples/outside failed")?;
-    eprintln!("{said}");
-    let take = fs::read_to_string(demo.join("performance.csv")).map_err(io)?;
-    let frames = take.lines().count() - 1;
-    if said.starts_with(&format!("{frames} frames of ")) && !said.contains("by 0.000") {
+    let said = |program: &str| {
+        let mut newcomer = Command::new(programs.join(program));
+        newcomer.current_dir(&demo);
+        output(newcomer).ok_or_else(|| format!("examples/outside: {program} failed"))
+    };
+    remove_file(&demo.join("face.usd"))?;
+    let made = said("animate")?;
+    let bytes = fs::metadata(demo.join("face.usd")).map_err(io)?.len();
+    if made != format!("face.usd has {bytes} bytes") {
+        return Err(format!("examples/outside: animate wrote {bytes} bytes, and said “{made}”"));
+    }
+    // The packed program compares what the newcomer's wrote with frames of its own.
+    let mut verify = command(
+        programs.join("rhytid"),
+        &["--quiet", "verify", "face.usd", "face.safetensors", "performance.csv"],
+    );
+    verify.current_dir(&demo);
+    run(verify)?;
+    let played = said("game")?;
+    let mut places: Vec<&str> =
+        played.lines().filter_map(|line| line.split_once(": ")).map(|(_, at)| at).collect();
+    let frames = places.len();
+    places.dedup();
+    if frames == 60 && places.len() > 1 {
         return Ok(());
     }
-    Err(format!("examples/outside: expected {frames} frames that move, found “{said}”"))
+    Err(format!("examples/outside: expected 60 frames that move, found “{played}”"))
+}
+
+/// Removes a file, if it is there.
+fn remove_file(file: &Path) -> Result {
+    match fs::remove_file(file) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(format!("{}: {e}", file.display())),
+        _ => Ok(()),
+    }
 }
 
 /// Removes a folder, if it is there.

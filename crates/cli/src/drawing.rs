@@ -5,8 +5,9 @@ use rhytid::{Error, Result};
 #[cfg(feature = "wgpu")]
 use {
     crate::guard::guard,
+    rhytid::core::{Backend, DeviceErrorKind, DeviceInfo},
+    rhytid::devices::find_device,
     rhytid::devices::wgpu::Wgpu,
-    rhytid::{Backend, DeviceErrorKind, DeviceInfo, devices::find_device},
 };
 
 /// The device with the id `wanted`, or the first where that is the backend's name.

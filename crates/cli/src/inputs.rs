@@ -4,12 +4,13 @@ use crate::args::{Setup, TakeReading, UnitChoice};
 use crate::guard::guard;
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
+use rhytid::core::{DeviceInfo, human};
 use rhytid::devices::{choose_devices, find_device};
 use rhytid::formats::edits;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, EditedTake, Layers};
-use rhytid::{DeviceInfo, Error, Result, Rig, Take, human};
+use rhytid::{Error, Result, Rig, Take};
 use std::path::{Path, PathBuf};
 
 /// Fewer steps between frames do not say what times are.

@@ -1,6 +1,7 @@
 //! Standard output.
 
-use rhytid::{AtomicFile, Error, Result};
+use rhytid::core::AtomicFile;
+use rhytid::{Error, Result};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{self, ErrorKind, Write};

@@ -76,6 +76,11 @@ impl<T: Real> Rig<T> {
         self.example_names.len() + 1
     }
 
+    /// H positions of the handles at rest, in mesh units, in the order of [`Rig::labels`].
+    pub fn handles_at_rest(&self) -> Vec<[T; 3]> {
+        self.handles.iter().map(|&v| self.rest[v as usize]).collect()
+    }
+
     /// f, frames × F strains (section 3) of frames × H handle positions in the order of [`Rig::labels`].
     pub fn strains(&self, handle_positions: &[[T; 3]]) -> Vec<T> {
         let frames = handle_positions.len().checked_div(self.handles.len()).unwrap_or(0);

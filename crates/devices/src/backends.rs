@@ -14,7 +14,7 @@
 //!     assert!(has_device || found.missing().iter().any(|missing| missing.backend == name));
 //! }
 //! ```
-use rhytid_core::{Backend, Device, DeviceErrorKind, DeviceInfo, Error, Result};
+use rhytid_core::{Backend, Device, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result};
 
 /// A backend, whatever its type.
 #[derive(Debug, Clone, Copy)]
@@ -121,6 +121,58 @@ pub fn names() -> Vec<&'static str> {
 pub fn find(id: &str) -> Option<DeviceInfo> {
     let backend = BACKENDS.iter().find(|backend| id.split(':').next() == Some(backend.name))?;
     (backend.devices)().ok()?.into_iter().find(|device| device.id() == id)
+}
+
+/// The device with this id, or the first of a backend that is named alone.
+///
+/// # Errors
+/// [`Error::Device`] lists those present: a device asked for and absent is never replaced by another.
+pub fn named(id: &str) -> Result<DeviceInfo> {
+    let mut present = devices().devices;
+    let found = present.iter().position(|device| device.id() == id || device.backend == id);
+    found.map(|i| present.swap_remove(i)).ok_or_else(|| absent(id, &present))
+}
+
+/// The device that a program takes which asks for none: the first GPU with memory of its own, else any other GPU, else the
+/// processor. Nothing is tried on it; `choose_devices` does that.
+///
+/// # Errors
+/// [`Error::Device`] says what each backend lacks, where no device is here.
+pub fn first() -> Result<DeviceInfo> {
+    let found = devices();
+    let rank = |device: &DeviceInfo| match device.kind {
+        DeviceKind::DiscreteGpu => 0,
+        DeviceKind::IntegratedGpu => 1,
+        DeviceKind::VirtualGpu => 2,
+        // A driver for processors is slower than the backend that is made for them.
+        DeviceKind::Cpu if device.backend == "cpu" => 3,
+        _ => 4,
+    };
+    // Of equals the first in the order of the list.
+    let best = found.devices.iter().min_by_key(|device| rank(device)).cloned();
+    best.ok_or_else(|| {
+        let lacks = |missing: Missing| format!("{}: {}", missing.backend, missing.why);
+        let lacks: Vec<String> = found.missing().into_iter().map(lacks).collect();
+        let message = format!("no device is here: {}", lacks.join("; "));
+        Error::Device { kind: DeviceErrorKind::NotFound, device: "auto".into(), message }
+    })
+}
+
+/// What is said where the device that was asked for is not among those present.
+pub(crate) fn absent(id: &str, present: &[DeviceInfo]) -> Error {
+    let backend = id.split(':').next().unwrap_or_default();
+    let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();
+    let left_out = LEFT_OUT.iter().find(|(name, _)| *name == backend);
+    let hint = left_out.map(|(name, how)| format!("; this program was built without {name}: {how}"));
+    Error::Device {
+        kind: DeviceErrorKind::NotFound,
+        device: id.to_owned(),
+        message: format!(
+            "no such device here; expected auto or one of: {}{}",
+            list.join(", "),
+            hint.unwrap_or_default()
+        ),
+    }
 }
 
 /// Looks for the devices of every backend.

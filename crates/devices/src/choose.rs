@@ -3,6 +3,7 @@
 //! A processor behind a GPU's API is not even tried where the processor itself passes: the two do the same work on the same
 //! cores about as fast, so that chance would choose between them, and with them between two roundings.
 
+use crate::backends;
 use crate::guard::Guard;
 use crate::trial::{Broken, Cache, Trial, cache_file, read_cache, try_guarded, write_cache};
 use crate::{listing, manifests};
@@ -26,19 +27,7 @@ pub fn find_device(id: &str, guard: Guard) -> Result<DeviceInfo> {
     }
     let found = listing::devices_but(guard, &[]);
     warn(&found);
-    let present = found.devices;
-    let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();
-    let left_out = crate::backends::LEFT_OUT.iter().find(|(name, _)| *name == backend);
-    let hint = left_out.map(|(name, how)| format!("; this program was built without {name}: {how}"));
-    Err(Error::Device {
-        kind: DeviceErrorKind::NotFound,
-        device: id.to_owned(),
-        message: format!(
-            "no such device here; expected auto or one of: {}{}",
-            list.join(", "),
-            hint.unwrap_or_default()
-        ),
-    })
+    Err(backends::absent(id, &found.devices))
 }
 
 /// Devices to evaluate on, the one to take first; those behind it are for when it fails.
@@ -63,7 +52,7 @@ pub fn choose_devices(wanted: &str, guard: Guard, progress: &dyn Progress) -> Re
 }
 
 /// Every device here, looked at anew: what `auto` remembers of devices and drivers that failed is forgotten.
-pub fn devices(guard: Guard) -> crate::backends::Found {
+pub fn devices(guard: Guard) -> backends::Found {
     if let Some(path) = cache_file() {
         let mut known = read_cache(&path);
         let before = known.clone();
@@ -76,7 +65,7 @@ pub fn devices(guard: Guard) -> crate::backends::Found {
 }
 
 /// A backend whose driver fails is a warning, since the others still work.
-fn warn(found: &crate::backends::Found) {
+fn warn(found: &backends::Found) {
     for (backend, error) in &found.failed {
         log::warn!("the backend {backend} is left out: {error}");
     }
@@ -122,7 +111,7 @@ fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
 }
 
 /// The devices that are here; what failed before with the drivers that are installed now is not looked at again.
-fn remembering(known: &mut Cache, guard: Guard) -> crate::backends::Found {
+fn remembering(known: &mut Cache, guard: Guard) -> backends::Found {
     let installed = manifests::installed();
     known.broken.retain(|broken| broken.installed == installed);
     let broken: Vec<String> = known.broken.iter().map(|broken| broken.backend.clone()).collect();
@@ -132,7 +121,7 @@ fn remembering(known: &mut Cache, guard: Guard) -> crate::backends::Found {
         known.broken.push(Broken { backend: (*backend).to_owned(), installed: installed.clone(), why });
     }
     for Broken { backend, why, .. } in known.broken.iter().filter(|known| broken.contains(&known.backend)) {
-        if let Some(&name) = crate::backends::names().iter().find(|name| *name == backend) {
+        if let Some(&name) = backends::names().iter().find(|name| *name == backend) {
             let why = format!("{why} (so it was before; `rhytid devices` looks again)");
             found.failed.push((name, listing::failure(name, why)));
         }

@@ -1,60 +1,95 @@
 //! Rhytid: from face scans and marker tracks to detailed facial animation, on any vendor's GPU or on none.
 //!
-//! A face is solved once, offline, into a [`Rig`]. The rig is uploaded once to a device, and from then on only marker positions
-//! cross to it; what comes back, or stays there as vertex buffers, is every vertex of the face with its wrinkles.
+//! A face is solved once, offline, into a [`Rig`]. The rig is uploaded once to a device. From then on only marker positions cross to
+//! it. What comes back, or stays there as vertex buffers, is every vertex of the face with its wrinkles.
 //!
 //! # A take into a file
 //!
-//! Scans and a project file become a rig ([`solve`]), the rig and a take an animation ([`playback`]). A device that fails on the
-//! way is replaced by the next one.
-//!
 //! ```no_run
-//! use rhytid::formats::export::{Options, Recipe};
-//! use rhytid::formats::{Reach, project, take::Missing};
-//! use rhytid::devices::{Guard, choose_devices};
-//! use rhytid::playback::{CleanUp, Performance, read_take};
-//! use rhytid::{NoProgress, rig_file};
-//! use std::path::Path;
-//!
 //! # fn main() -> rhytid::Result<()> {
-//! // Once per face. Without a solver, rig_file::read gives a rig that was written before.
-//! let rig = rhytid::solve::solve(&project::read(Path::new("face.toml"), Reach::Below)?, &NoProgress)?.cast();
-//! rig_file::write(Path::new("face.safetensors"), &rig)?;
+//! use rhytid::{AnimateOptions, NoProgress, TakeOptions};
 //!
-//! // Once per take, be it clean or as a capture system wrote it.
-//! let take = read_take(Path::new("take.csv"), &rig, Missing::Error, &CleanUp::default(), &NoProgress)?;
-//! let performance = Performance::new(Recipe::default(), rig, take, None)?;
-//! let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;
-//! let mut playback = performance.playback(&devices, &NoProgress)?;
-//! playback.export(&performance, Path::new("face.usd"), &Options::default(), &NoProgress)?;
+//! // Once per face.
+//! let face = rhytid::open_face("face.toml")?;
+//! let rig = rhytid::solve(&face, &NoProgress)?;
+//! rhytid::write_rig("face.safetensors", &rig)?;
+//!
+//! // Once per take: a clean one, or as a capture system wrote it.
+//! let take = rhytid::open_take("take.csv", &rig, &TakeOptions::default())?;
+//! rhytid::animate(rig, take, "face.usd", &AnimateOptions::default())?;
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! # In a host application
+//! What is not as it is by default stands in the options:
 //!
-//! A game or a tool that draws the face itself holds an [`Animator`]: positions of handles in, any [`Stage`] out. On a GPU
-//! nothing needs to come back: each backend's session gives its buffers away ([`devices`]).
+//! ```no_run
+//! # fn main() -> rhytid::Result<()> {
+//! # let rig = rhytid::open_rig("face.safetensors")?;
+//! # let take = rhytid::open_take("take.csv", &rig, &rhytid::TakeOptions::default())?;
+//! use rhytid::{AnimateOptions, Recipe};
+//!
+//! let recipe = Recipe { fps: Some(24.0), detail: 0.8, ..Recipe::default() };
+//! let options = AnimateOptions { recipe, device: "vulkan:0", ..AnimateOptions::default() };
+//! rhytid::animate(rig, take, "face.glb", &options)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # A game
+//!
+//! A program that draws the face itself holds an [`Animator`]: positions of handles in, any [`Stage`] out.
 //!
 //! ```
-//! use rhytid::devices::backends;
-//! use rhytid::{NoProgress, Stage, UploadOptions};
+//! use rhytid::{AnimatorOptions, Stage};
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let rig = rhytid::solve::solve(&face, &NoProgress)?.cast::<f32>();
-//! // `rig` from rhytid::rig_file::read.
-//! let device = backends::devices().devices.into_iter().find(|device| device.backend == "cpu").expect("a processor");
-//! let mut animator = backends::open(&device)?.upload(&rig, UploadOptions::frames(1))?;
-//! // The handles in the order of rig.labels, in mesh units: where they are at rest, but for the first.
-//! let mut handles: Vec<f32> = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]).collect();
-//! handles[1] += 0.5;
-//! animator.evaluate(&handles)?;
+//! # let rig = rhytid::solve(&face, &rhytid::NoProgress)?;
+//! // let rig = rhytid::open_rig("face.safetensors")?;
+//! let options = AnimatorOptions { device: Some("cpu:0"), ..AnimatorOptions::default() };
+//! let mut animator = rhytid::animator(&rig, &options)?;
+//! let mut handles = rig.handles_at_rest();
 //! let mut positions = Vec::new();
-//! animator.read(Stage::Positions, &mut positions)?;
-//! // Every marker is met exactly.
-//! let first = rig.handles[0] as usize;
-//! assert!((positions[3 * first + 1] - handles[1]).abs() < 1e-5);
+//! for frame in 0..3 {
+//!     // The first handle rises.
+//!     handles[0][1] += 0.1;
+//!     animator.evaluate(handles.as_flattened())?;
+//!     animator.read(Stage::Positions, &mut positions)?;
+//! }
+//! assert_eq!(positions.len(), 3 * rig.vertices());
 //! # Ok::<(), rhytid::Error>(())
+//! ```
+//!
+//! On a GPU nothing needs to come back: each backend's session gives its buffers away ([`devices`]).
+//!
+//! # What is where
+//!
+//! The root has what most programs need. All else is in a module for each task:
+//!
+//! | module | what is there |
+//! | --- | --- |
+//! | [`core`] | the data and the traits that everything stands on: meshes, settings, channels, backends, sessions |
+//! | [`devices`] | the backends; which device to take; what happens when one fails |
+//! | [`mod@solve`], [`geometry`] | scans to a rig, the doctor; the algorithms on meshes |
+//! | [`formats`] | every file that is read or written |
+//! | [`capture`], [`live`] | raw takes cleaned; markers over the network |
+//! | [`playback`] | frames one by one, edits, channels, comparison of a file with a fresh evaluation |
+//! | [`evaluate`](mod@evaluate), [`report`], [`transfer`] | how good a rig is; pages of what was found; one face's wrinkles on another |
+//! | [`render`], [`view`] | pictures and films; the window |
+//! | [`conformance`] | devices against a float64 reference |
+//!
+//! # Errors
+//!
+//! Every function says in one sentence what is wrong and what to do. A program asks for the kind instead of reading it:
+//!
+//! ```
+//! use rhytid::Error;
+//!
+//! match rhytid::open_rig("not-there.safetensors") {
+//!     Err(Error::Io { path, .. }) => println!("choose another file than {}", path.display()),
+//!     Err(error) => println!("{error}"),
+//!     Ok(rig) => println!("{} vertices", rig.vertices()),
+//! }
 //! ```
 //!
 //! # Features
@@ -80,8 +115,41 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+#[cfg(feature = "playback")]
+mod animate;
+mod animator;
+mod open;
+
+#[cfg(feature = "playback")]
+pub use animate::{AnimateOptions, animate};
+pub use animator::{AnimatorOptions, animator};
+#[cfg(feature = "formats")]
+pub use open::open_face;
+#[cfg(feature = "playback")]
+pub use open::{TakeOptions, open_take};
+pub use open::{open_rig, write_rig};
+
+pub use rhytid_core::{
+    Animator, BasisStorage, DeviceErrorKind, Error, Face, Missing, NoProgress, Progress, Result, Rig,
+    Session, Stage, Take, UploadOptions,
+};
+#[cfg(feature = "formats")]
+pub use rhytid_formats::export::Recipe;
+
+/// Solves a face: the rig that animates it.
+///
+/// Takes seconds (530,000 vertices on two cores: under fifteen); reports to `progress` and stops when that says so.
+/// [`solve::solve`](solve::solve()) has what was found on the way, and the rig before it is rounded to float32.
+///
+/// # Errors
+/// [`Error::Input`] with the first error that [`solve::examine`] finds; [`Error::Cancelled`].
+#[cfg(feature = "solve")]
+pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig> {
+    Ok(rhytid_solve::solve(face, progress)?.cast())
+}
+
 #[doc(inline)]
-pub use rhytid_core::*;
+pub use rhytid_core as core;
 
 #[cfg(feature = "capture")]
 #[doc(inline)]

@@ -1,7 +1,7 @@
 //! An option for each kind of channels that frames can have, made from the list of them: a new kind needs no line here.
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
-use rhytid::ChannelKind;
+use rhytid::core::ChannelKind;
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::ChannelChoice;
 

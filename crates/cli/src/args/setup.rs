@@ -5,9 +5,10 @@ use super::values::{
     parse_seconds, rate, seconds,
 };
 use rhytid::capture::{Axes, Edit, Settings, Step};
+use rhytid::core::{input_file, rig_file};
 use rhytid::formats::{Reach, named_file, tables};
 use rhytid::playback::{CleanUp, FrameRange};
-use rhytid::{Error, Result, input_file, rig_file};
+use rhytid::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};

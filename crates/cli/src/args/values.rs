@@ -1,10 +1,11 @@
 //! The values of flags, where they are more than a number or a path.
 
 use clap::ValueEnum;
+use rhytid::BasisStorage;
+use rhytid::core::Method;
 use rhytid::formats::Reach;
 use rhytid::formats::export::{HeadMotion, OutputStage};
 use rhytid::playback::FrameRange;
-use rhytid::{BasisStorage, Method};
 use serde::Deserialize;
 use std::str::FromStr;
 

@@ -8,9 +8,10 @@ use rhytid::conformance::{
     DeviceReport, Memory, Outcome, Report, StageTime, Suite, missing_devices, no_device, read_bandwidth,
     required_backends, run_device, unknown_backends,
 };
+use rhytid::core::{DeviceInfo, Method};
 use rhytid::devices::backends::Found;
 use rhytid::devices::{Guard, PATIENCE, Signs, answer, devices, find_device};
-use rhytid::{DeviceInfo, Error, Method, Progress, Result};
+use rhytid::{Error, Progress, Result};
 use rhytid_demo::{Size, sized_rig};
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;

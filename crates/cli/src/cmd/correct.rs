@@ -2,10 +2,11 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::core::{AtomicFile, Mesh, rig_file};
 use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{mesh, refuse_inputs};
 use rhytid::playback::Performance;
-use rhytid::{AtomicFile, Error, Mesh, Result, rig_file};
+use rhytid::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// Writes a frame as a mesh, to be sculpted.

@@ -5,12 +5,13 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::coverage as by_strain;
 use rhytid::capture::coverage::{Difference, Edge, Expression};
+use rhytid::core::{Mesh, human, rig_file};
 use rhytid::evaluate::Regions;
 use rhytid::evaluate::coverage::{self, Coverage, Scan, TakeSigma};
 use rhytid::formats::sequence::Sequence;
 use rhytid::formats::{export::OutputStage, mesh, tables};
 use rhytid::playback::Playback;
-use rhytid::{Error, Mesh, NoProgress, Result, Rig, Take, human, rig_file};
+use rhytid::{Error, NoProgress, Result, Rig, Take};
 use std::path::Path;
 
 /// Regions that are named for a scan.

@@ -4,14 +4,15 @@ use super::{animate, solve};
 use crate::args::{HeadChoice, StageChoice};
 use crate::progress::{Ui, timed};
 use crate::{args, output};
+use rhytid::core::human;
+use rhytid::core::{Mesh, StrainEdges};
 use rhytid::formats::project::{
     self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection,
     MeshSection, Method, PinsSection, Project, StrainSection, Units,
 };
 use rhytid::formats::{Reach, mesh, tables, take};
-use rhytid::human;
 use rhytid::playback::FrameRange;
-use rhytid::{Error, Face, Mesh, Progress, Result, StrainEdges, Take};
+use rhytid::{Error, Face, Progress, Result, Take};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 

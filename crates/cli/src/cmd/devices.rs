@@ -2,9 +2,10 @@
 
 use crate::guard::guard;
 use crate::{args, output};
+use rhytid::Result;
+use rhytid::core::human;
+use rhytid::core::{DeviceInfo, DeviceKind};
 use rhytid::devices::backends::Missing;
-use rhytid::human;
-use rhytid::{DeviceInfo, DeviceKind, Result};
 use serde::Serialize;
 
 #[derive(Serialize)]

@@ -3,7 +3,7 @@
 use crate::progress::Ui;
 use crate::{args, exit, inputs, output};
 use rhytid::Result;
-use rhytid::human;
+use rhytid::core::human;
 use rhytid::solve::{Finding, Report, Severity};
 use serde::Serialize;
 use std::process::ExitCode;

@@ -4,10 +4,11 @@ use crate::args::TakeReading;
 use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::core::human;
 use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Regions, Truth};
 use rhytid::formats::sequence::Sequence;
 use rhytid::formats::{mesh, project, tables};
-use rhytid::{Face, Result, Rig, human};
+use rhytid::{Face, Result, Rig};
 
 /// Regions that are named on a line.
 const NAMED: usize = 4;

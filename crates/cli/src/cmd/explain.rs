@@ -2,7 +2,8 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::{Explanation, Result, Rig, rig_file};
+use rhytid::core::{Explanation, rig_file};
+use rhytid::{Result, Rig};
 use serde::Serialize;
 
 /// Rows of each table.

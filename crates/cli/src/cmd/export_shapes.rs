@@ -2,12 +2,13 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::Result;
+use rhytid::core::human;
+use rhytid::core::{AtomicFile, rig_file};
 use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::{self, Shapes, StatedRecipe};
 use rhytid::formats::{FileKind, refuse_inputs};
-use rhytid::human;
 use rhytid::playback::{Playback, handle_shapes};
-use rhytid::{AtomicFile, Result, rig_file};
 
 /// Writes the shapes and says what was done.
 ///

@@ -5,11 +5,12 @@ use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
+use rhytid::core::human;
+use rhytid::core::{AtomicFile, Handles};
 use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
-use rhytid::human;
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
-use rhytid::{AtomicFile, Error, Face, Handles, Result};
+use rhytid::{Error, Face, Result};
 use std::path::{Path, PathBuf};
 
 /// A marker that was laid farther from its vertex, in millimetres, is red in the picture.

@@ -4,9 +4,10 @@ use crate::args::{Animate, FramesChoice};
 use crate::progress::Ui;
 use crate::{interrupt, output};
 use rhytid::capture::{Target, misfit};
+use rhytid::core::human;
 use rhytid::formats::take;
 use rhytid::live::{Counts, Receiver, Recording, record};
-use rhytid::{Error, Result, Rig, Take, human};
+use rhytid::{Error, Result, Rig, Take};
 use std::time::Duration;
 
 /// How long a frame is waited for.

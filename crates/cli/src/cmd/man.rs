@@ -3,8 +3,9 @@
 use crate::progress::Ui;
 use crate::{args, output};
 use clap::{Command, CommandFactory};
-use rhytid::human;
-use rhytid::{AtomicFile, Error, Result};
+use rhytid::core::AtomicFile;
+use rhytid::core::human;
+use rhytid::{Error, Result};
 use std::path::Path;
 
 /// Writes `rhytid.1` and one page per command.

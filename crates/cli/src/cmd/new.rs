@@ -3,11 +3,12 @@
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, place_handles};
+use rhytid::core::human;
+use rhytid::core::{Example, Handles, Mesh, RawTake, Settings, UpAxis};
 use rhytid::formats::project::{self, Units};
 use rhytid::formats::{FileKind, Reach, mesh, named_file, raw_take, tables};
-use rhytid::human;
 use rhytid::solve::{Severity, Skin, examine};
-use rhytid::{Error, Example, Face, Handles, Mesh, RawTake, Result, Settings, UpAxis};
+use rhytid::{Error, Face, Result};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 

@@ -4,11 +4,12 @@ use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{Cleaned, Kind, Match, Report};
+use rhytid::core::human;
+use rhytid::core::{AtomicFile, rig_file};
 use rhytid::formats::tables::{self, MarkerRow};
 use rhytid::formats::{FileKind, refuse_inputs, take};
-use rhytid::human;
 use rhytid::playback::read_raw_take;
-use rhytid::{AtomicFile, Error, Result, rig_file};
+use rhytid::{Error, Result};
 use std::path::Path;
 
 /// Cleans a raw take, writes it as CSV, and says what was found.

@@ -2,10 +2,11 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::core::{human, rig_file};
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, raw_take};
 use rhytid::live::Sender;
-use rhytid::{Error, Progress, Result, human, rig_file};
+use rhytid::{Error, Progress, Result};
 use std::time::Instant;
 
 /// Sends a take, and says what was sent.

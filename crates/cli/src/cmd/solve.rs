@@ -3,12 +3,13 @@
 use super::doctor;
 use crate::progress::{Ui, timed};
 use crate::{args, inputs, memory, output};
+use rhytid::core::human;
+use rhytid::core::{AtomicFile, rig_file};
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
-use rhytid::human;
 use rhytid::playback::{ComesBack, comes_back, what_changes};
 use rhytid::solve::{Account, Candidate, FreePart, Report, Severity};
-use rhytid::{AtomicFile, Error, Face, Progress, Result, Rig, rig_file};
+use rhytid::{Error, Face, Progress, Result, Rig};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 

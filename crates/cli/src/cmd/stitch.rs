@@ -3,8 +3,8 @@
 use crate::progress::{Ui, timed};
 use crate::{args, output};
 use rhytid::Result;
+use rhytid::core::human;
 use rhytid::formats::usd;
-use rhytid::human;
 
 /// Writes the file that plays the parts one after the other, and says what they came to.
 ///

@@ -4,9 +4,10 @@ use super::solve;
 use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::core::{Example, Mesh, human, rig_file};
 use rhytid::formats::{FileKind, mesh, project, refuse_inputs, tables};
 use rhytid::transfer::{Account, Missing, Settings, Transferred, transfer};
-use rhytid::{Error, Example, Face, Mesh, Result, human, rig_file};
+use rhytid::{Error, Face, Result};
 use std::path::{Path, PathBuf};
 
 /// Makes examples for the second face, solves it, and says what was found.

@@ -3,12 +3,13 @@
 use crate::args::TakeReading;
 use crate::progress::Ui;
 use crate::{args, exit, inputs, output};
-use rhytid::channel::Quantity;
+use rhytid::core::channel::Quantity;
+use rhytid::core::human;
+use rhytid::core::{ChannelKind, channel, rig_file};
 use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::Summary;
-use rhytid::human;
 use rhytid::playback::{ChannelDifference, Performance, Verified, verify};
-use rhytid::{ChannelKind, Error, Result, channel, rig_file};
+use rhytid::{Error, Result};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::process::ExitCode;

@@ -2,10 +2,11 @@
 
 use crate::guard::guard;
 use crate::{args, drawing, inputs, interrupt, limits};
+use rhytid::core::Backend;
 use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::FileKind;
 use rhytid::view::WindowOptions;
-use rhytid::{Backend, Error, Result};
+use rhytid::{Error, Result};
 
 /// Shows a window until it is closed.
 ///

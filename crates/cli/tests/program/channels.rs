@@ -2,10 +2,11 @@
 //! one that is added to the list of kinds is tested, too.
 
 use crate::common::{Fixture, stderr};
-use rhytid::channel::{self, Channel};
+use rhytid::core::channel::{self, Channel};
+use rhytid::core::{ChannelKind, rig_file};
 use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::{Frame, Options, Scene};
-use rhytid::{ChannelKind, NoProgress, Rig, rig_file};
+use rhytid::{NoProgress, Rig};
 use std::path::{Path, PathBuf};
 
 const FRAMES: usize = 6;

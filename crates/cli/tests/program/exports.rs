@@ -1,9 +1,10 @@
 //! What `animate`, `export-shapes` and `verify` have to do with each other.
 
 use crate::common::{Fixture, stderr};
+use rhytid::core::{Backend, rig_file};
 use rhytid::devices::cpu::Cpu;
 use rhytid::formats::mesh;
-use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
+use rhytid::{Animator, Stage, UploadOptions};
 use serde_json::Value;
 
 fn solved() -> Fixture {

@@ -2,8 +2,9 @@
 
 use crate::common::{self, Fixture, stderr};
 use rhytid::conformance::evaluate;
+use rhytid::core::rig_file;
 use rhytid::formats::{animation, take};
-use rhytid::{Rig, Take, rig_file};
+use rhytid::{Rig, Take};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_test_support::python;
 use std::process::Command;
@@ -43,7 +44,7 @@ fn frames(f: &Fixture, file: &str) -> Vec<[Vec<f32>; 2]> {
     let frame = |i| {
         let [mut positions, mut normals] = [Vec::new(), Vec::new()];
         reader.positions(i, &mut positions).unwrap();
-        reader.channel(&rhytid::channel::NORMALS, i, &mut normals).unwrap();
+        reader.channel(&rhytid::core::channel::NORMALS, i, &mut normals).unwrap();
         [positions, normals]
     };
     (0..FRAMES.len()).map(frame).collect()

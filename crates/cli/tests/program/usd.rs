@@ -1,9 +1,10 @@
 //! What USD reads from an animated file has the bits of the backend's output.
 
 use crate::common::{Fixture, demo};
+use rhytid::core::{Backend, rig_file};
 use rhytid::devices::cpu::Cpu;
 use rhytid::formats::take;
-use rhytid::{Animator, Backend, Stage, UploadOptions, rig_file};
+use rhytid::{Animator, Stage, UploadOptions};
 use rhytid_test_support::python;
 use std::process::Command;
 

@@ -2,7 +2,8 @@
 
 use super::measure;
 use crate::progress::Ui;
-use rhytid::{DeviceInfo, Error, Method, Progress, Result, UploadOptions};
+use rhytid::core::{DeviceInfo, Method};
+use rhytid::{Error, Progress, Result, UploadOptions};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 

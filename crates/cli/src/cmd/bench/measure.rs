@@ -1,7 +1,8 @@
 //! The time that a device takes for a rig, and the least that it has to move for it.
 
 use rhytid::conformance::{Memory, stage_name};
-use rhytid::{Animator, BasisStorage, DeviceInfo, Result, Rig, Session, Stage, UploadOptions};
+use rhytid::core::DeviceInfo;
+use rhytid::{Animator, BasisStorage, Result, Rig, Session, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -208,7 +209,7 @@ fn median(values: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rhytid::Method;
+    use rhytid::core::Method;
     use rhytid_demo::{Size, sized_rig};
 
     #[test]

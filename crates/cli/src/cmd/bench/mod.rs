@@ -10,12 +10,11 @@ use crate::{args, output};
 use growth::{Point, What};
 use measure::{Chapter, Measured, Whole};
 use rhytid::conformance::{COMMIT, Memory, StageTime};
+use rhytid::core::human;
+use rhytid::core::{AtomicFile, DeviceInfo, Method, rig_file};
 use rhytid::devices::{devices, find_device};
 use rhytid::formats::refuse_inputs;
-use rhytid::human;
-use rhytid::{
-    AtomicFile, BasisStorage, DeviceInfo, Error, Method, Progress, Result, Rig, UploadOptions, rig_file,
-};
+use rhytid::{BasisStorage, Error, Progress, Result, Rig, UploadOptions};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 use std::io::Write;

@@ -5,7 +5,7 @@ use super::{BenchReport, DeviceTimes};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use rhytid::human;
+use rhytid::core::human;
 use rhytid::{Error, Result};
 
 /// The backend rounds to whole units, so there are two in a pixel.

@@ -1,10 +1,11 @@
 //! `rhytid info` of an animation.
 
 use super::shape::{row, up};
+use rhytid::Result;
+use rhytid::core::human;
+use rhytid::core::{ChannelKind, UpAxis};
 use rhytid::formats::export::StatedRecipe;
 use rhytid::formats::{Reach, animation};
-use rhytid::human;
-use rhytid::{ChannelKind, Result, UpAxis};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;

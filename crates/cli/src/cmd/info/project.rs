@@ -1,8 +1,9 @@
 //! `rhytid info` of a project file.
 
 use super::shape::{Shape, list, row, up};
-use rhytid::human;
-use rhytid::{Bind, Face, Method, StrainEdges, UpAxis};
+use rhytid::Face;
+use rhytid::core::human;
+use rhytid::core::{Bind, Method, StrainEdges, UpAxis};
 use serde::Serialize;
 
 #[derive(Serialize)]

@@ -1,9 +1,10 @@
 //! `rhytid info` of a raw take: what is in the file, before any clean-up.
 
 use super::shape::{Bounds, list, row};
+use rhytid::Result;
+use rhytid::core::human;
+use rhytid::core::{Mesh, RawTake};
 use rhytid::formats::raw_take;
-use rhytid::human;
-use rhytid::{Mesh, RawTake, Result};
 use serde::Serialize;
 use std::path::Path;
 

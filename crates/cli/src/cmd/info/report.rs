@@ -1,8 +1,9 @@
 //! `rhytid info` of the JSON that Rhytid writes: which report it is, and what stands in it at the top.
 
 use super::shape::row;
-use rhytid::human;
-use rhytid::{Error, Result, input_file};
+use rhytid::core::human;
+use rhytid::core::input_file;
+use rhytid::{Error, Result};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::path::Path;

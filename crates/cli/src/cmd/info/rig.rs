@@ -1,8 +1,9 @@
 //! `rhytid info` of a rig file.
 
 use super::shape::{Shape, list, row, up};
-use rhytid::human;
-use rhytid::{BasisStorage, Mesh, Rig, UpAxis};
+use rhytid::core::human;
+use rhytid::core::{Mesh, UpAxis};
+use rhytid::{BasisStorage, Rig};
 use serde::Serialize;
 
 #[derive(Serialize)]

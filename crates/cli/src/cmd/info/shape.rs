@@ -1,7 +1,7 @@
 //! The common part of meshes, rigs and projects, and rows of text.
 
-use rhytid::human;
-use rhytid::{Mesh, UpAxis, Uvs};
+use rhytid::core::human;
+use rhytid::core::{Mesh, UpAxis, Uvs};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

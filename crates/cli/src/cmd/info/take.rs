@@ -1,10 +1,11 @@
 //! `rhytid info` of a take.
 
 use super::shape::{Bounds, list, row};
+use rhytid::core::Mesh;
+use rhytid::core::human;
 use rhytid::formats::take;
-use rhytid::human;
 use rhytid::playback::uneven_step;
-use rhytid::{Mesh, Result, Take};
+use rhytid::{Result, Take};
 use serde::Serialize;
 use std::path::Path;
 

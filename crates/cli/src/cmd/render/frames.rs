@@ -3,12 +3,13 @@
 use super::truth::Truth;
 use crate::progress::Ui;
 use crate::{args, drawing, inputs};
+use rhytid::core::{Backend, DeviceInfo, channel};
 use rhytid::devices::Watch;
 use rhytid::devices::wgpu::{Wgpu, WgpuSession};
 use rhytid::formats::export::{OutputStage, Recipe};
 use rhytid::playback::{EditedTake, Layers, Playback, Selection};
 use rhytid::render::Vertices;
-use rhytid::{Animator, Backend, DeviceInfo, Error, Progress, Result, Rig, Stage, UploadOptions, channel};
+use rhytid::{Animator, Error, Progress, Result, Rig, Stage, UploadOptions};
 use std::time::{Duration, Instant};
 
 /// Frames of which other stages are kept until the result is there.

@@ -1,9 +1,10 @@
 //! The images that a renderer is given: a matcap, textures.
 
 use crate::args::{self, Show};
+use rhytid::core::input_file;
 use rhytid::formats::mesh::read_textures;
 use rhytid::render::{Picture, Renderer, Surface};
-use rhytid::{Error, Result, Rig, input_file};
+use rhytid::{Error, Result, Rig};
 use std::path::Path;
 
 /// Gives `renderer` what is to be shown on `rig`.

@@ -3,9 +3,10 @@
 use super::frames::Shape;
 use crate::args;
 use rayon::prelude::*;
+use rhytid::core::Mesh;
 use rhytid::formats::sequence::Sequence;
 use rhytid::formats::tables;
-use rhytid::{Error, Mesh, Result, Rig, Take, evaluate};
+use rhytid::{Error, Result, Rig, Take, evaluate};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use std::ops::Range;
 use std::path::Path;

@@ -1,12 +1,13 @@
 //! A face that is animated twice: by the program, into files, and by the library.
 
 use super::programs::Frames;
+use rhytid::core::{Backend, RigidMotion, UpAxis, rig_file};
 use rhytid::devices::cpu::Cpu;
 use rhytid::formats::export::OutputStage;
 use rhytid::formats::take;
 use rhytid::playback::Playback;
 use rhytid::solve::solve;
-use rhytid::{Backend, Face, NoProgress, Rig, RigidMotion, Take, UpAxis, rig_file};
+use rhytid::{Face, NoProgress, Rig, Take};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::PathBuf;

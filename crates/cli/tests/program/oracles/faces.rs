@@ -2,8 +2,9 @@
 
 use super::animation::Animation;
 use crate::common;
+use rhytid::Face;
+use rhytid::core::{Example, RigidMotion, Settings, UpAxis, Uvs};
 use rhytid::formats::{mesh, tables, take};
-use rhytid::{Example, Face, RigidMotion, Settings, UpAxis, Uvs};
 use rhytid_test_support::shared;
 use std::path::Path;
 use std::sync::OnceLock;

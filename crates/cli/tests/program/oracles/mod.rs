@@ -12,7 +12,7 @@ mod wrinkles;
 
 use animation::{Animation, distance};
 use programs::{Frames, Read, Shown};
-use rhytid::{RigidMotion, UpAxis};
+use rhytid::core::{RigidMotion, UpAxis};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

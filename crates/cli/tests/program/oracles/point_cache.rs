@@ -1,7 +1,7 @@
 //! Point caches in Blender, on the neutral as anybody has it: as OBJ.
 
 use super::{faces, programs};
-use rhytid::Mesh;
+use rhytid::core::Mesh;
 use rhytid::formats::mesh;
 
 #[test]

@@ -1,0 +1,55 @@
+//! A take played into a file.
+use rhytid_core::{NoProgress, Progress, Result, Rig, Take};
+use rhytid_devices::{Guard, choose_devices};
+use rhytid_export::{Options, Recipe, Written};
+use rhytid_playback::{Layers, Performance};
+use std::path::Path;
+
+/// How a take is animated.
+#[derive(Clone)]
+pub struct AnimateOptions<'a> {
+    /// What decides the frames: which of them, at which rate, with which channels.
+    pub recipe: Recipe,
+    /// Edits of the take, read for the rig.
+    pub edits: Option<Layers>,
+    /// A device such as `vulkan:0`; `auto` for the fastest that computes what the reference does.
+    pub device: &'a str,
+    /// Whether devices are tried in a child process, so that a driver that crashes takes nothing with it.
+    pub guard: Guard,
+    /// How the file is written: compressed, in few shapes, quantised.
+    pub file: Options,
+    /// Who is told how far it is, and can stop it.
+    pub progress: &'a dyn Progress,
+}
+
+impl Default for AnimateOptions<'_> {
+    fn default() -> Self {
+        Self {
+            recipe: Recipe::default(),
+            edits: None,
+            device: "auto",
+            guard: Guard::NONE,
+            file: Options::default(),
+            progress: &NoProgress,
+        }
+    }
+}
+
+/// Plays a take on a rig into the file `path`: USD (`.usd`, `.usda`, `.usdc`, `.usdz`), glTF (`.glb`, `.gltf`) or a point cache
+/// (`.pc2`). A device that fails on the way is replaced by the next one; no frame is lost. Nothing is left half-written.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input) if the take lacks a handle of the rig, the recipe asks for what the format cannot carry or
+/// the path has another extension; [`Error::Device`](crate::Error::Device) if no device is left; [`Error::Io`](crate::Error::Io).
+pub fn animate(
+    rig: Rig,
+    take: Take,
+    path: impl AsRef<Path>,
+    options: &AnimateOptions<'_>,
+) -> Result<Written> {
+    let progress = options.progress;
+    let performance = Performance::new(options.recipe.clone(), rig, take, options.edits.clone())?;
+    let devices = choose_devices(options.device, options.guard, progress)?.devices;
+    let mut playback = performance.playback(&devices, progress)?;
+    playback.export(&performance, path.as_ref(), &options.file, progress)
+}

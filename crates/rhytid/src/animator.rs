@@ -1,0 +1,33 @@
+//! An animator for a program that draws the face itself.
+use rhytid_core::{Animator, Result, Rig, Session, UploadOptions};
+use rhytid_devices::backends;
+
+/// Where an [`Animator`] computes, and for how many frames at once.
+#[derive(Debug, Clone, Copy)]
+pub struct AnimatorOptions<'a> {
+    /// A device such as `wgpu:0`; `None` for the first GPU, or the processor where there is none ([`backends::first`]).
+    pub device: Option<&'a str>,
+    /// The largest batch, and how the basis is kept.
+    pub upload: UploadOptions,
+}
+
+impl Default for AnimatorOptions<'_> {
+    fn default() -> Self {
+        Self { device: None, upload: UploadOptions::frames(1) }
+    }
+}
+
+/// Uploads a rig to a device. From then on only handle positions cross to it.
+///
+/// A host that has a device of its own hands that to a backend instead: see [`devices`](crate::devices).
+///
+/// # Errors
+/// [`Error::Device`](crate::Error::Device) if there is no such device or the rig does not fit on it;
+/// [`Error::Input`](crate::Error::Input) if the options do not fit the rig.
+pub fn animator(rig: &Rig, options: &AnimatorOptions<'_>) -> Result<Animator<Box<dyn Session>>> {
+    let device = match options.device {
+        Some(id) => backends::named(id)?,
+        None => backends::first()?,
+    };
+    backends::open(&device)?.upload(rig, options.upload)
+}
