@@ -99,7 +99,7 @@ pub fn clean(
     let RawTake { tracks: mut file, metres_per_unit: stated, in_head_space, mut warnings } = raw;
     let matched = match_labels(&target.labels, &file.labels, &settings.markers)?;
     if file.frames() == 0 {
-        return Err(Error::input("the take has no frames"));
+        return Err(Error::empty("the take has no frames"));
     }
     let mut events = filled_before(&file, &matched.columns);
     let mut tracks = Tracks::of(&mut file);
@@ -214,14 +214,14 @@ fn without_head(
     let face: Vec<usize> = matched.columns.iter().copied().flatten().collect();
     let extent = typical_extent(tracks, &face);
     if extent == 0.0 {
-        return Err(Error::input("no handle's marker was ever seen: the take has no positions to go by"));
+        return Err(Error::empty("no handle's marker was ever seen: the take has no positions to go by"));
     }
     let rigid = rigid_markers(tracks, &matched.others, labels, settings, extent)?;
     if in_head_space || settings.skip.contains(&Step::Head) {
         return Ok((None, rigid));
     }
     let mut head = head::stabilise(tracks, &rigid, &face, extent).ok_or_else(|| {
-        Error::input("no frame shows three markers from which the head's motion could be told")
+        Error::no_fit("no frame shows three markers from which the head's motion could be told")
     })?;
     if !settings.skip.contains(&Step::HeadLowPass) {
         let centre = head::centre(tracks, &face, &head.motions);

@@ -37,7 +37,7 @@ pub(crate) fn apply(
         let frames = frames.start..frames.end.min(take);
         if frames.is_empty() {
             let wrong = format!("{what} from frame {}, but the take has frames 0..{take}", frames.start);
-            return Err(Error::input(wrong));
+            return Err(Error::out_of_range(wrong));
         }
         Ok(frames)
     };

@@ -69,7 +69,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     };
     let frame = settings.frame.unwrap_or_else(|| typical_frame(take));
     if frame >= take.frames() {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "the frame {frame} is not in the take, expected 0 to {}",
             take.frames().saturating_sub(1)
         )));
@@ -79,7 +79,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let mut known = vec![None; count];
     for (label, vertex) in &settings.known {
         if *vertex as usize >= face.neutral.positions.len() {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the marker “{label}” is said to be at vertex {vertex}, expected 0 to {}",
                 face.neutral.positions.len().saturating_sub(1)
             )));

@@ -64,13 +64,13 @@ pub(crate) fn rigid_markers(
 ) -> Result<Vec<usize>> {
     let Some(named) = &settings.rigid else { return Ok(find_rigid(tracks, others, extent)) };
     if named.len() == 1 || named.len() == 2 {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "{} rigid markers are given, expected at least 3, or none to go by the whole face",
             named.len()
         )));
     }
     let column = |label: &String| {
-        let unknown = || Error::input(format!("the rigid marker “{label}” is not in the file"));
+        let unknown = || Error::out_of_range(format!("the rigid marker “{label}” is not in the file"));
         labels.iter().position(|l| l == label).ok_or_else(unknown)
     };
     named.iter().map(column).collect()

@@ -57,7 +57,7 @@ impl Place {
         } else {
             let tolerance = TOLERANCE * extent(target.rest.iter().copied());
             let (fitted, _) = fit_robustly(&pose, &target.rest, true, tolerance).ok_or_else(|| {
-                Error::input(
+                Error::no_fit(
                     "the neutral frames show fewer than three markers, or markers on one line; say which frames are neutral",
                 )
             })?;
@@ -97,12 +97,12 @@ fn neutral_frames(
     let frames = tracks.frames();
     match &settings.neutral {
         Some(range) if range.start < range.end && range.end <= frames => Ok(range.clone()),
-        Some(range) => Err(Error::input(format!(
+        Some(range) => Err(Error::out_of_range(format!(
             "the neutral frames are {}..{}, expected a range within 0..{frames}",
             range.start, range.end
         ))),
         None => neutral::find(tracks, columns, &target.rest).ok_or_else(|| {
-            Error::input(
+            Error::no_fit(
                 "no half second shows enough markers to find the neutral face in; say which frames are neutral",
             )
         }),

@@ -46,13 +46,13 @@ pub(crate) fn find(
     for (name, &frame) in poses {
         let Some((_, shown)) = examples.iter().find(|(example, _)| example == name) else {
             let names: Vec<&str> = examples.iter().map(|(name, _)| &name[..]).collect();
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "a pose is named “{name}”, which is no example of the rig; it has {}",
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") }
             )));
         };
         if frame >= frames {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the pose “{name}” is in frame {frame}, but the take has frames 0..{frames}"
             )));
         }

@@ -40,7 +40,8 @@ pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
 /// As `write`.
 pub(crate) fn with_pictures(what: &str, write: impl Fn(Option<&Painter>) -> Result<()>) -> Result<bool> {
     let failed = match painter().and_then(|painter| write(Some(&painter))) {
-        Err(Error::Device { message, .. } | Error::Input(message)) => message,
+        Err(Error::Device { message, .. }) => message,
+        Err(Error::Input(error)) => error.sentence().to_owned(),
         done => return done.map(|()| true),
     };
     log::warn!("{what} left out: {failed}");

@@ -60,7 +60,7 @@ fn code(error: &Error) -> u8 {
     match error {
         Error::Input(_) | Error::Io { .. } | Error::Cancelled => USER,
         Error::Device { kind: DeviceErrorKind::NotFound, .. } => USER,
-        Error::Device { .. } | Error::Internal(_) => OURS,
+        _ => OURS,
     }
 }
 

@@ -52,7 +52,7 @@ pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceIn
 /// [`Error::Input`].
 pub(crate) fn expect(path: &Path, expected: &[FileKind], usage: &str) -> Result<()> {
     match FileKind::of(path) {
-        Some(found) if !expected.contains(&found) => Err(Error::input(format!(
+        Some(found) if !expected.contains(&found) => Err(Error::unsupported_format(format!(
             "{}: is {found}, expected {}; the command is {usage}",
             path.display(),
             expected.first().map_or_else(String::new, ToString::to_string)
@@ -193,7 +193,7 @@ pub(crate) fn edit_files(edit: Option<&Path>) -> Result<Vec<PathBuf>> {
 pub(crate) fn frame(take: &Take, frame: usize, path: &Path) -> Result<Take> {
     if frame >= take.frames() {
         let frames = human::counted(take.frames(), "frame");
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "--frame {frame}: {} has {frames}, counted from 0",
             path.display()
         )));

@@ -20,7 +20,7 @@ pub const LARGEST_RIG: u64 = 1 << 36;
 /// [`Error::Input`] if `path` is a folder or a device, there is more than `limit` bytes (of a file nothing is read then), or
 /// the file becomes shorter or longer while it is read; [`Error::Io`].
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
-    let wrong = |what: String| Err(Error::input(format!("{}: {what}", path.display())));
+    let wrong = |what: String| Err(Error::bad_path(format!("{}: {what}", path.display())));
     // Before it is opened, which for some devices does something.
     let found = std::fs::metadata(path).map_err(Error::io(path))?;
     if found.is_dir() {

@@ -37,6 +37,7 @@ mod mesh;
 pub mod plan;
 mod progress;
 mod raw_take;
+mod remedy;
 mod rig;
 mod rig_check;
 pub mod rig_file;
@@ -54,7 +55,7 @@ pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
 pub use channel::{Channel, ChannelKind};
-pub use error::{DeviceErrorKind, Error, Result};
+pub use error::{DeviceErrorKind, Error, InputError, InputErrorKind, Result};
 pub use explain::{EdgeShare, ExampleShare, Explanation};
 pub use face::{
     Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
@@ -63,6 +64,7 @@ pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use progress::{NoProgress, Progress};
 pub use raw_take::RawTake;
+pub use remedy::{Remedy, Warning};
 pub use rig::Rig;
 pub use rig_check::CheckedRig;
 pub use rigid::RigidMotion;

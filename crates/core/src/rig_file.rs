@@ -207,7 +207,7 @@ fn f32s(numbers: &[f32]) -> (Dtype, Vec<u8>) {
 /// # Errors
 /// [`Error::Input`], as [`read`].
 pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
-    let fail = |what: String| Error::Input(format!("{name}: {what}"));
+    let fail = |what: String| Error::rig_damaged(format!("{name}: {what}"));
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| {
         fail(format!("is no whole safetensors file ({e}); it may be cut short: solve or copy it again"))
     })?;
@@ -340,7 +340,7 @@ impl Arrays<'_> {
 
     /// `shape` has `None` where any extent will do.
     fn bytes(&self, array: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<&[u8]> {
-        let fail = |what: String| Error::Input(format!("{}: {what}; solve the rig again", self.name));
+        let fail = |what: String| Error::rig_damaged(format!("{}: {what}; solve the rig again", self.name));
         let view = self.tensors.tensor(array).map_err(|_| fail(format!("has no array `{array}`")))?;
         let fits = view.shape().len() == shape.len()
             && view.shape().iter().zip(shape).all(|(found, expected)| expected.is_none_or(|e| e == *found));

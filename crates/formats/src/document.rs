@@ -42,7 +42,7 @@ impl File<'_> {
     }
 
     pub(crate) fn error(&self, offset: usize, message: &str) -> Error {
-        Error::input(format!("{}, line {}: {message}", self.name, self.line(offset)))
+        Error::malformed(format!("{}, line {}: {message}", self.name, self.line(offset)))
     }
 }
 
@@ -158,7 +158,7 @@ impl<'a> Section<'a> {
 
     pub(crate) fn required_section(&self, key: &str, keys: &str) -> Result<Section<'a>> {
         self.section(key)?.ok_or_else(|| {
-            Error::input(format!("{}: has no section [{key}], expected one with {keys}", self.file.name))
+            Error::malformed(format!("{}: has no section [{key}], expected one with {keys}", self.file.name))
         })
     }
 

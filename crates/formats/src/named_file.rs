@@ -22,7 +22,7 @@ pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result
     let folder = folder_of(namer);
     let path = namer.parent().unwrap_or(Path::new("")).join(file);
     let wrong = |why: String| {
-        Err(Error::input(format!("{}: {what} names {}, {why}", namer.display(), file.display())))
+        Err(Error::bad_path(format!("{}: {what} names {}, {why}", namer.display(), file.display())))
     };
     if reach == Reach::Below && !is_below(folder, file) {
         return wrong(format!(

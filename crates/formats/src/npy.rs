@@ -18,7 +18,7 @@ pub(crate) struct Array {
 /// [`Error::Input`] if it is none, or is cut off; [`Error::Io`].
 pub(crate) fn read(path: &Path) -> Result<Array> {
     let bytes = input_file::read(path, input_file::LARGEST_RIG)?;
-    parse(&bytes).map_err(|what| Error::input(format!("{}: {what}", path.display())))
+    parse(&bytes).map_err(|what| Error::malformed(format!("{}: {what}", path.display())))
 }
 
 fn parse(bytes: &[u8]) -> std::result::Result<Array, String> {

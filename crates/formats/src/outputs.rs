@@ -16,14 +16,14 @@ pub fn refuse_inputs<'a>(
 ) -> Result<()> {
     for (i, output) in outputs.iter().enumerate() {
         if let Some(input) = inputs.clone().into_iter().find(|input| are_one(output, input)) {
-            return Err(Error::input(format!(
+            return Err(Error::conflict(format!(
                 "{}: is {}, which this command reads, and would be overwritten; choose another name",
                 output.display(),
                 input.display()
             )));
         }
         if let Some(other) = outputs[..i].iter().find(|other| is_one(output, other)) {
-            return Err(Error::input(format!(
+            return Err(Error::conflict(format!(
                 "{}: is given for two outputs, the other being {}; choose two names",
                 output.display(),
                 other.display()

@@ -56,7 +56,7 @@ impl Performance {
     /// what a channel says.
     pub fn check(recipe: &Recipe, rig: &Rig) -> Result<()> {
         if recipe.refine && !rig.example_names.is_empty() {
-            return Err(Error::input(format!(
+            return Err(Error::conflict(format!(
                 "refinement is for rigs without examples, found {}, which show better what becomes of the face; leave it out",
                 human::counted(rig.example_names.len(), "example")
             )));

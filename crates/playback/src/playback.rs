@@ -75,7 +75,7 @@ impl<'a> Playback<'a> {
         for sculpt in layers.sculpted() {
             let frame = sculpt.correction.frame;
             if frame >= take.frames() {
-                return Err(Error::input(format!(
+                return Err(Error::out_of_range(format!(
                     "{}: [[correction]] of frame {frame}: the take has {}, counted from 0",
                     layers.path().display(),
                     human::counted(take.frames(), "frame")
@@ -177,7 +177,7 @@ impl<'a> Playback<'a> {
         mut each: impl FnMut(FrameBuffers<'_>) -> Result<()>,
     ) -> Result<()> {
         if context.stage == OutputStage::Shell && self.rig.learned.is_some() {
-            return Err(Error::input(
+            return Err(Error::conflict(
                 "the rig has a linear band in its large scale; play what Rig::shell gives",
             ));
         }
@@ -217,7 +217,7 @@ impl<'a> Playback<'a> {
     ) -> Result<()> {
         let rig = self.rig;
         if recipe.refine && !self.corrections.is_empty() {
-            return Err(Error::input(
+            return Err(Error::conflict(
                 "what was sculpted would be refined away: leave --refine or the [[correction]] out",
             ));
         }

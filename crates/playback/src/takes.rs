@@ -34,7 +34,7 @@ pub fn read_take(
     }
     let take = read_raw_take(path, rig, clean_up, progress)?.0.take;
     if take.positions.iter().flatten().any(|x| x.is_nan()) {
-        return Err(Error::input(format!(
+        return Err(Error::missing_samples(format!(
             "{}: has gaps, and its setup leaves them: take “gaps” out of its skip",
             path.display()
         )));

@@ -23,7 +23,7 @@ impl Picture {
             _ => Err("is neither".to_owned()),
         };
         read.map_err(|why| {
-            Error::input(format!("{why}, expected a sound PNG or JPEG; export the image again"))
+            Error::malformed(format!("{why}, expected a sound PNG or JPEG; export the image again"))
         })
     }
 

@@ -34,7 +34,7 @@ impl Landmarks {
         let mut found = Self { labels: Vec::new(), pairs: Vec::new() };
         for (a, b) in pairs {
             let lacks = |name: &str, label: &str| {
-                Error::input(format!(
+                Error::no_fit(format!(
                     "{name} has no handle called “{label}”; landmarks are pairs of handles, one of each face"
                 ))
             };
@@ -45,7 +45,7 @@ impl Landmarks {
         }
         match found.pairs.len() {
             n if n >= LEAST => Ok(found),
-            n => Err(Error::input(format!(
+            n => Err(Error::no_fit(format!(
                 "{} and {} share {n} landmarks, expected at least {LEAST}: give handles that are at the same place the same label, or say which belong together in a table of landmarks",
                 from.name, to.name
             ))),
@@ -67,7 +67,7 @@ impl Landmarks {
             points.iter().zip(&b).map(|(p, q)| motion.apply(*p).distance_squared(*q)).sum()
         };
         let line =
-            || Error::input("the landmarks lie on a line or at one place; choose some across the face");
+            || Error::no_fit("the landmarks lie on a line or at one place; choose some across the face");
         let motion = fit(&a, &b, &weights, true).filter(|motion| motion.scale > 0.0).ok_or_else(line)?;
         // Half as far: a quarter of the squares.
         let is_mirrored = fit(&mirrored, &b, &weights, true)

@@ -110,7 +110,7 @@ impl Setup {
         let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
         let wrong = |offset: usize, what: &str| {
             let line = 1 + bytes[..offset].iter().filter(|&&byte| byte == b'\n').count();
-            Error::input(format!("{}, line {line}: {what}", path.display()))
+            Error::malformed(format!("{}, line {line}: {what}", path.display()))
         };
         let text = std::str::from_utf8(&bytes)
             .map_err(|error| wrong(error.valid_up_to(), "is not UTF-8, expected a TOML file"))?;
@@ -175,12 +175,12 @@ impl Setup {
             if let Some((first, _)) =
                 self.map[..i].iter().find(|(other, known)| known == label && other != handle)
             {
-                return Err(Error::input(format!(
+                return Err(Error::conflict(format!(
                     "--map: the label “{label}” is given to two handles, “{first}” and “{handle}”; give it to one"
                 )));
             }
             if markers.insert(handle.clone(), label.clone()).is_some() {
-                return Err(Error::input(format!(
+                return Err(Error::conflict(format!(
                     "--map: the handle “{handle}” is given two markers; give one"
                 )));
             }

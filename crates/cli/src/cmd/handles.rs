@@ -114,7 +114,7 @@ fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHan
 fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
     let vertices = face.neutral.positions.len();
     if let Some(at) = args.at.iter().find(|at| at.vertex as usize >= vertices) {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "--at {}={}: the mesh has {vertices} vertices, expected 0 to {}",
             at.label,
             at.vertex,

@@ -189,7 +189,7 @@ fn unit(neutral: &Mesh, args: &args::New) -> Result<(Units, &'static str)> {
     }
     UNITS.into_iter().find(|(units, _)| SIZES.contains(&(across * units.metres_per_unit()))).ok_or_else(
         || {
-            Error::input(format!(
+            Error::out_of_range(format!(
                 "{}: is {} units across, the size of a head in no unit; say which with --unit, or scale it",
                 args.neutral.display(),
                 human::number(across)

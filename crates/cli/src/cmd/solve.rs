@@ -269,7 +269,7 @@ fn scan_rows(scans: &[ComesBack], metres_per_unit: f64) -> Vec<[String; 2]> {
 /// Whether the rig file can be written: known before the long work rather than after it.
 pub(super) fn check_output(output: &Path) -> Result<()> {
     if output.extension().is_none_or(|ending| ending != "safetensors") {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "{}: expected a name that ends in .safetensors, the format of rig files",
             output.display()
         )));
@@ -290,5 +290,5 @@ fn show(report: &Report, ui: &Ui) -> Result<()> {
     for finding in others {
         ui.line(&doctor::line(finding));
     }
-    Err(Error::input(last.message.clone()))
+    Err(last.error())
 }

@@ -185,7 +185,7 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
     let name = path.display().to_string();
     let text = String::from_utf8(bytes).map_err(|e| {
         let line = crate::tables::text::line_of(e.as_bytes(), e.utf8_error().valid_up_to());
-        Error::input(format!("{name}, line {line}: not UTF-8 text, expected edits in TOML"))
+        Error::malformed(format!("{name}, line {line}: not UTF-8 text, expected edits in TOML"))
     })?;
     Ok((parse(&text, &name)?, text))
 }
@@ -195,7 +195,7 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
 /// # Errors
 /// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
 pub fn write(path: &Path, edits: &Edits) -> Result<()> {
-    let text =
-        toml::to_string(edits).map_err(|e| Error::input(format!("{}: not written: {e}", path.display())))?;
+    let text = toml::to_string(edits)
+        .map_err(|e| Error::malformed(format!("{}: not written: {e}", path.display())))?;
     write_checked(path, text.as_bytes(), |name| Ok(parse(&text, name)? == *edits))
 }

@@ -16,7 +16,7 @@ const AT_ONCE: usize = 64;
 /// # Errors
 /// As [`super::read_like`]; [`Error::Input`] if the file is no OBJ or has no group.
 pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<(String, Vec<u32>)>> {
-    let fault = |what: &str| Error::input(format!("{}: {what}", path.display()));
+    let fault = |what: &str| Error::malformed(format!("{}: {what}", path.display()));
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
         return Err(fault("groups are read from .obj; export the mesh with its groups in this format"));
     }

@@ -299,11 +299,11 @@ impl Reader<'_> {
         let name = self.name;
         match count {
             _ if index <= count as u64 => Ok(()),
-            0 => Err(Error::input(format!(
+            0 => Err(Error::malformed(format!(
                 "{name}, line {line}: {what} index {index}, but the file has no {thing} at all; it may be cut \
                  short"
             ))),
-            _ => Err(Error::input(format!(
+            _ => Err(Error::malformed(format!(
                 "{name}, line {line}: {what} index {index} is past the last {thing} ({count}), expected 1 to \
                  {count}; the file may be cut short"
             ))),
@@ -319,7 +319,7 @@ impl Reader<'_> {
     }
 
     fn error(&self, what: String) -> Error {
-        Error::input(format!("{}, line {}: {what}", self.name, self.line))
+        Error::malformed(format!("{}, line {}: {what}", self.name, self.line))
     }
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Input`] if the file is neither, has another number of vertices or no such property, or where a weight is not from 0 to 1; [`Error::Io`].
 pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<f32>> {
-    let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
+    let fault = |what: String| Error::input(format!("{}: {what}", path.display()));
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     let weights = match extension.as_deref() {
         Some("ply") => of_ply(path, property)?,
@@ -41,7 +41,7 @@ fn of_ply(path: &Path, property: &str) -> Result<Vec<f64>> {
     let mut found = ply::scalars(&bytes, &path.display().to_string())?;
     let Some(at) = found.iter().position(|(name, _)| name == property) else {
         let known: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
-        return Err(Error::Input(format!(
+        return Err(Error::input(format!(
             "{}: its vertices have no property “{property}”, expected one of {}",
             path.display(),
             known.join(", ")

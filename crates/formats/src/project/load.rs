@@ -129,7 +129,7 @@ fn pinned_vertices(
         pinned.extend(tables::read_vertices(&file, neutral.positions.len())?);
     }
     let refused =
-        |key: &str, what: &str| Err(Error::input(format!("{}: [pins] {key} {what}", path.display())));
+        |key: &str, what: &str| Err(Error::out_of_range(format!("{}: [pins] {key} {what}", path.display())));
     if let Some([low, high]) = pins.bounds {
         let is_in = |x: &[f64; 3]| (0..3).all(|c| (low[c]..=high[c]).contains(&x[c]));
         let inside = neutral.positions.iter().zip(0..).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
@@ -171,7 +171,7 @@ fn pinned_vertices(
 fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<PathBuf> {
     let path = named_file(project, file, key, reach)?;
     match path.metadata() {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::input(format!(
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::out_of_range(format!(
             "{}: {key} names {}, which does not exist; paths are relative to the project file",
             project.display(),
             path.display()
@@ -183,7 +183,7 @@ fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<Path
 fn check_vertices(handles: &Handles, path: &Path, count: usize, neutral: &Path) -> Result<()> {
     match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex as usize >= count) {
         None => Ok(()),
-        Some((label, vertex)) => Err(Error::input(format!(
+        Some((label, vertex)) => Err(Error::out_of_range(format!(
             "{}: handle {label:?} is at vertex {vertex}, but {} has {count} vertices, expected 0 to {}",
             path.display(),
             neutral.display(),

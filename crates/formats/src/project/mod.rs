@@ -34,7 +34,7 @@ pub fn read_project(path: &Path) -> Result<Project> {
     let name = path.display().to_string();
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let line = crate::tables::text::line_of(&bytes, e.valid_up_to());
-        Error::input(format!("{name}, line {line}: not UTF-8 text, expected a project file in TOML"))
+        Error::malformed(format!("{name}, line {line}: not UTF-8 text, expected a project file in TOML"))
     })?;
     parse(text, &name)
 }
@@ -45,6 +45,6 @@ pub fn read_project(path: &Path) -> Result<Project> {
 /// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
 pub fn write(path: &Path, project: &Project) -> Result<()> {
     let text = toml::to_string(project)
-        .map_err(|e| Error::input(format!("{}: not written: {e}", path.display())))?;
+        .map_err(|e| Error::malformed(format!("{}: not written: {e}", path.display())))?;
     write_checked(path, text.as_bytes(), |name| Ok(parse(&text, name)? == *project))
 }

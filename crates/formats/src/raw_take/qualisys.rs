@@ -50,7 +50,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
     header.columns = match named {
         Some(columns) => columns,
         None if more => columns_by_width(&rows, header.labels.len(), header.markers)?,
-        None => return Err(Error::input(format!("{name}: has no frames; copy or export the file anew"))),
+        None => return Err(Error::empty(format!("{name}: has no frames; copy or export the file anew"))),
     };
     let (names, markers) = (header.labels.len(), header.columns.markers.len());
     if has_names && names != markers {

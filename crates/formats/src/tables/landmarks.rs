@@ -41,7 +41,7 @@ fn decode(bytes: &[u8], name: &str) -> Result<Vec<(String, String)>> {
         pairs.push(pair);
     }
     if pairs.is_empty() {
-        return Err(Error::input(format!("{name}: has no pairs, expected a row from,to for each landmark")));
+        return Err(Error::empty(format!("{name}: has no pairs, expected a row from,to for each landmark")));
     }
     Ok(pairs)
 }

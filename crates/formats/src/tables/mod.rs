@@ -70,7 +70,7 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
         handles.vertices.push(vertex);
     }
     if handles.labels.is_empty() {
-        return Err(Error::input(format!(
+        return Err(Error::empty(format!(
             "{name}: has no handles, expected a row label,vertex under the header for each"
         )));
     }
@@ -111,7 +111,7 @@ fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<
         }
     }
     if found.is_empty() {
-        return Err(Error::input(format!("{name}: has no {name_of}, expected one in each row")));
+        return Err(Error::empty(format!("{name}: has no {name_of}, expected one in each row")));
     }
     Ok(found)
 }
@@ -156,7 +156,8 @@ pub(crate) fn write_checked(
     bytes: &[u8],
     reads_back: impl FnOnce(&str) -> Result<bool>,
 ) -> Result<()> {
-    let refused = |reason: &str| Error::input(format!("not written, as it could not be read back: {reason}"));
+    let refused =
+        |reason: &str| Error::malformed(format!("not written, as it could not be read back: {reason}"));
     let name = path.display().to_string();
     match reads_back(&name) {
         Ok(true) => {}
@@ -222,7 +223,7 @@ pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Resul
         edges.push(edge);
     }
     if edges.is_empty() {
-        return Err(Error::input(format!(
+        return Err(Error::empty(format!(
             "{name}: has no edges, expected a row a,b under the header for each; \
              edges = \"auto\" in the project file finds them"
         )));

@@ -18,7 +18,7 @@ impl<'a> Rows<'a> {
         let row = csv::ByteRecord::new();
         let mut rows = Self { bytes, name, reader, row, header: Vec::new() };
         if !rows.advance()? {
-            return Err(Error::input(format!("{name}: the file is empty, expected a header and rows")));
+            return Err(Error::empty(format!("{name}: the file is empty, expected a header and rows")));
         }
         rows.header = (0..rows.row.len()).map(|i| rows.text(i).map(str::to_owned)).collect::<Result<_>>()?;
         if let [header] = &rows.header[..]
@@ -123,7 +123,7 @@ impl<'a> Rows<'a> {
 
     /// An error in the current row.
     pub(crate) fn error(&self, message: &str) -> Error {
-        Error::input(format!("{}, line {}: {message}", self.name, self.line_at(self.offset())))
+        Error::malformed(format!("{}, line {}: {message}", self.name, self.line_at(self.offset())))
     }
 
     /// Goes to the next row, however long it is; `false` after the last one.
@@ -132,7 +132,7 @@ impl<'a> Rows<'a> {
             let more = self
                 .reader
                 .read_byte_record(&mut self.row)
-                .map_err(|e| Error::input(format!("{}: is not a CSV file: {e}", self.name)))?;
+                .map_err(|e| Error::malformed(format!("{}: is not a CSV file: {e}", self.name)))?;
             if !more {
                 return Ok(false);
             }

@@ -90,14 +90,14 @@ pub(super) fn written(take: &Take, name: &str) -> Result<Vec<usize>> {
     let Some(confidence) = &take.confidence else { return Ok(Vec::new()) };
     let m = take.labels.len();
     if confidence.len() != take.positions.len() {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{name}: not written: the take has {} confidences, expected one for each of its {} positions",
             confidence.len(),
             take.positions.len()
         )));
     }
     if let Some(i) = confidence.iter().position(|x| !(0.0..=1.0).contains(x)) {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "{name}: not written: frame {}: the confidence of marker {} is {}, expected 0 to 1",
             i / m,
             quoted(&take.labels[i % m]),

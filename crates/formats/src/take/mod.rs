@@ -68,7 +68,7 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
         take.times.push(time);
     }
     if take.times.is_empty() {
-        return Err(Error::input(format!("{name}: has no frames, expected a row for each under the header")));
+        return Err(Error::empty(format!("{name}: has no frames, expected a row for each under the header")));
     }
     let unseen: Vec<&str> = take
         .labels
@@ -78,7 +78,7 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
         .map(|(l, _)| l.as_str())
         .collect();
     if !unseen.is_empty() && missing == Missing::Hold {
-        return Err(Error::input(format!(
+        return Err(Error::missing_samples(format!(
             "{name}: missing from every frame: {}; a marker must be seen at least once to be held",
             listed(unseen.into_iter())
         )));
@@ -151,7 +151,7 @@ fn read_marker(
 pub fn write(path: &Path, take: &Take) -> Result<()> {
     let m = take.labels.len();
     if take.positions.len() != take.frames().saturating_mul(m) || m == 0 {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{}: not written: the take has {} positions, expected {} frames × {m} labels, at least one of each",
             path.display(),
             take.positions.len(),
@@ -162,7 +162,7 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
         && head.len() != take.frames()
     {
         let (found, expected) = (head.len(), take.frames());
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{}: not written: the take has {found} head motions, expected {expected}",
             path.display()
         )));
@@ -230,7 +230,7 @@ fn check_positions(take: &Take, name: &str) -> Result<()> {
     let is_sound = |p: &[f64; 3]| p.iter().all(|x| x.is_finite()) || p.iter().all(|x| x.is_nan());
     let Some(at) = take.positions.iter().position(|p| !is_sound(p)) else { return Ok(()) };
     let m = take.labels.len();
-    Err(Error::input(format!(
+    Err(Error::out_of_range(format!(
         "{name}: not written: frame {}: marker {} is at {:?}, expected finite numbers, or NaN alone where it is missing",
         at / m,
         quoted(&take.labels[at % m]),

@@ -26,7 +26,7 @@ bending_length = 3.0
 fn changed(from: &str, to: &str) -> String {
     assert!(PROJECT.contains(from), "{from}");
     match parse(&PROJECT.replacen(from, to, 1), "face.toml") {
-        Err(Error::Input(sentence)) => sentence,
+        Err(Error::Input(sentence)) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     }
 }
@@ -232,7 +232,7 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
                 handles = {vertices = 'h.csv'}\n";
     let Err(Error::Input(found)) = parse(list, "face.toml") else { panic!() };
     assert_eq!(
-        found,
+        found.sentence(),
         "face.toml, line 1: example is 3, expected [[example]] in double brackets, once for each"
     );
 }
@@ -277,7 +277,7 @@ fn folder() -> tempfile::TempDir {
 
 fn reading(folder: &Path) -> String {
     match read(&folder.join("face.toml"), Reach::Below) {
-        Err(Error::Input(sentence)) => sentence,
+        Err(Error::Input(sentence)) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     }
 }

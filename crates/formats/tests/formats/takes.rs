@@ -17,7 +17,7 @@ fn wanting(text: &str, wanted: &[&str]) -> Result<Take> {
 
 fn sentence(result: Result<Take>) -> String {
     match result {
-        Err(Error::Input(sentence)) => sentence,
+        Err(Error::Input(sentence)) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     }
 }

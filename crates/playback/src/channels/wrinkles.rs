@@ -56,7 +56,7 @@ enum Features {
 /// [`Error::Input`] if the rig has no examples, or a group names one that it does not have, or one that another group has.
 pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
     if rig.example_names.is_empty() {
-        return Err(Error::input("the rig has no examples, whose wrinkles could be switched on"));
+        return Err(Error::rig_lacks("the rig has no examples, whose wrinkles could be switched on"));
     }
     if groups.is_empty() {
         return Ok(rig.example_names.clone());
@@ -65,13 +65,13 @@ pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
     for group in &groups.0 {
         for example in &group.examples {
             if !rig.example_names.contains(example) {
-                return Err(Error::input(format!(
+                return Err(Error::rig_lacks(format!(
                     "the wrinkle group {group}: the rig has no example “{example}”; it has {}",
                     rig.example_names.join(", ")
                 )));
             }
             if seen.contains(&example) {
-                return Err(Error::input(format!(
+                return Err(Error::conflict(format!(
                     "the wrinkle group {group}: “{example}” is in a group already, expected each example once"
                 )));
             }

@@ -130,7 +130,7 @@ impl<'a> Regions<'a> {
     }
 
     fn fault(&self, what: String) -> Error {
-        Error::Input(format!("{}: {what}", self.path.display()))
+        Error::input(format!("{}: {what}", self.path.display()))
     }
 }
 

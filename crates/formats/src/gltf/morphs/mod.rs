@@ -53,10 +53,10 @@ impl Frames {
     pub(super) fn compress(mut self, settings: &Settings, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
-            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+            return Err(Error::empty(format!("{path}: there is nothing to write: no frame or no vertex")));
         }
         if !(settings.max_error.is_finite() && settings.max_error > 0.0) {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "{path}: the largest error is {}, expected a positive number",
                 settings.max_error
             )));
@@ -100,10 +100,10 @@ impl Frames {
     pub(crate) fn bake(mut self, shapes: usize, quantize: bool, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
-            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+            return Err(Error::empty(format!("{path}: there is nothing to write: no frame or no vertex")));
         }
         if shapes == 0 {
-            return Err(Error::input(format!("{path}: 0 shapes were asked for, expected at least 1")));
+            return Err(Error::out_of_range(format!("{path}: 0 shapes were asked for, expected at least 1")));
         }
         let gram = self.gram(progress)?;
         let start = linear::principal(&gram.matrix)?;
@@ -118,7 +118,7 @@ impl Frames {
 
 fn too_many(path: &str, settings: &Settings) -> Error {
     let most = settings.most_targets;
-    Error::input(format!(
+    Error::too_large(format!(
         "{path}: more than {most} morph targets are needed to keep every vertex within {:.3e} mesh units, and \
          {most} is the most allowed: raise the largest error (--max-error), export fewer frames, write USD, or \
          lift the limit (--force)",
@@ -127,7 +127,7 @@ fn too_many(path: &str, settings: &Settings) -> Error {
 }
 
 fn too_fine(path: &str, settings: &Settings, expected: f64) -> Error {
-    Error::input(format!(
+    Error::out_of_range(format!(
         "{path}: an error of at most {:.3e} mesh units is finer than the float32 numbers of a morphed mesh of this \
          size allow; expected {expected:.3e} or more: raise the largest error (--max-error), or write USD, which is \
          exact",

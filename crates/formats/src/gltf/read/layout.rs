@@ -90,7 +90,7 @@ enum Axis {
 
 impl Layout {
     pub(super) fn of(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
-        let fault = |what: &str| Error::input(format!("{name}: {what}"));
+        let fault = |what: &str| Error::malformed(format!("{name}: {what}"));
         let ours = |what: &str| fault(&format!("{what}; expected a file that `rhytid animate` has written"));
         let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
         if let Some(unknown) = root.extensions_required.iter().find(|name| !known.contains(&name.as_str())) {

@@ -43,7 +43,7 @@ pub(super) fn open(path: &Path) -> Result<(Document, Source)> {
     let root = root(&json, path)?;
     let bin = beside(&root.root, path)?;
     let wrong = |what: &str| {
-        Err(Error::input(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display())))
+        Err(Error::malformed(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display())))
     };
     match bin.metadata() {
         Ok(found)
@@ -121,13 +121,13 @@ impl Source {
     }
 
     fn fault(&self, what: String) -> Error {
-        Error::input(format!("{}: {what}", self.path.display()))
+        Error::malformed(format!("{}: {what}", self.path.display()))
     }
 }
 
 fn root(json: &[u8], path: &Path) -> Result<Document> {
     let root = Root::from_slice(json).map_err(|error| {
-        Error::input(format!(
+        Error::malformed(format!(
             "{}: its JSON is not that of a glTF file: {error}; the file may be cut short",
             path.display()
         ))
@@ -150,7 +150,7 @@ fn beside(root: &Root, path: &Path) -> Result<PathBuf> {
         Some(name) if Path::new(&*name).file_name().is_some_and(|last| last == &*name) => {
             Ok(path.with_file_name(&*name))
         }
-        _ => Err(Error::input(format!(
+        _ => Err(Error::malformed(format!(
             "{}: keeps its numbers in {}, expected a file beside it",
             path.display(),
             uri.map_or("no file".into(), |uri| format!("“{}”", uri.chars().take(80).collect::<String>()))

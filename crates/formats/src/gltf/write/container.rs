@@ -120,7 +120,11 @@ impl Container {
         if bytes <= self.limit.bytes {
             return Ok(());
         }
-        Err(Error::input(format!("{}: becomes larger than {}", self.path().display(), self.limit.sentence)))
+        Err(Error::too_large(format!(
+            "{}: becomes larger than {}",
+            self.path().display(),
+            self.limit.sentence
+        )))
     }
 
     /// Adds the JSON and gives the file (or both) its name. Returns the bytes written in all.
@@ -210,11 +214,14 @@ mod tests {
                 other => panic!("{other:?}"),
             };
             let message = sentence(container(59).err().unwrap());
-            assert!(message.ends_with(&format!("{name}: becomes larger than that; write less")), "{message}");
+            assert!(
+                message.sentence().ends_with(&format!("{name}: becomes larger than that; write less")),
+                "{message}"
+            );
             // The JSON, up to a multiple of four, and the headers count.
             let whole = if kind == Kind::Glb { 60 + 8 + 28 } else { 60 + 8 };
             let finish = |bytes| container(bytes).unwrap().finish(b"{     }".to_vec(), &NoProgress);
-            assert!(sentence(finish(whole - 1).unwrap_err()).contains("becomes larger"));
+            assert!(sentence(finish(whole - 1).unwrap_err()).sentence().contains("becomes larger"));
             assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
             assert_eq!(finish(whole).unwrap(), whole);
             for entry in std::fs::read_dir(folder.path()).unwrap() {

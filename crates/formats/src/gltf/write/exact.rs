@@ -138,7 +138,7 @@ pub(super) fn check_frames(
 ) -> Result<()> {
     let frames = scene.frames;
     if frames > MOST_TARGETS && !options.force {
-        return Err(Error::input(format!(
+        return Err(Error::too_large(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_TARGETS} that viewers promise to \
              show: write .usd, choose fewer frames with --frames, have fewer targets made with --compressed, or insist \
              with --force",
@@ -146,7 +146,7 @@ pub(super) fn check_frames(
         )));
     }
     if frames > MOST_FRAMES {
-        return Err(Error::input(format!(
+        return Err(Error::too_large(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_FRAMES} that a glTF file holds: write \
              .usd, choose fewer frames with --frames, or have fewer targets made with --compressed",
             path.display()
@@ -166,7 +166,7 @@ pub(super) fn check_frames(
     let fit = (limit.bytes / per_frame).saturating_sub(1);
     match frames as u64 <= fit {
         true => Ok(()),
-        false => Err(Error::input(format!(
+        false => Err(Error::too_large(format!(
             "{}: {frames} frames of {} vertices become larger than {} (about {fit} frames fit)",
             path.display(),
             scene.rest.len(),

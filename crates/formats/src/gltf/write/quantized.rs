@@ -72,7 +72,7 @@ impl Exporter for Quantized {
             *self;
         let path = document.path().to_owned();
         let grid = extent.and_then(|extent| extent.grid()).ok_or_else(|| {
-            Error::input(format!(
+            Error::out_of_range(format!(
                 "{}: has positions too large to be quantised; export it without --quantize",
                 path.display()
             ))

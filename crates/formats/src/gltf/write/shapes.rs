@@ -15,7 +15,7 @@ pub(crate) fn check_count(path: &Path, count: usize, options: &Options) -> Resul
     if count <= MOST_TARGETS || options.force {
         return Ok(());
     }
-    Err(Error::input(format!(
+    Err(Error::too_large(format!(
         "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: write .usd, \
          leave some out, or insist with --force",
         path.display()
@@ -66,7 +66,7 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
     let mut extent = Extent::new(rest);
     shapes.shapes.iter().for_each(|shape| extent.add(rest, &moved(shape)));
     let grid = extent.grid().ok_or_else(|| {
-        Error::input(format!(
+        Error::out_of_range(format!(
             "{}: has shapes too large to be quantised; export them without --quantize",
             document.path().display()
         ))

@@ -40,7 +40,7 @@ impl Buffers {
             };
             let data = match &buffer.uri {
                 Some(uri) if uri.starts_with("data:") => Some(counted(data_uri(uri).ok_or_else(|| {
-                    Error::input(format!(
+                    Error::malformed(format!(
                         "{name}: buffer {i} is not valid base64 data; the file may be cut short or damaged"
                     ))
                 })?)),
@@ -54,7 +54,7 @@ impl Buffers {
             };
             let expected = buffer.byte_length.0;
             if let Some(found) = data.as_ref().map(|data| data.len()).filter(|&n| (n as u64) < expected) {
-                return Err(Error::input(format!(
+                return Err(Error::cut_short(format!(
                     "{name}: buffer {i} has {found} bytes, expected {expected}; it is cut short"
                 )));
             }
@@ -65,7 +65,7 @@ impl Buffers {
 
     /// The bytes of buffer view `index`, and its stride if it has one.
     pub(super) fn view(&self, root: &Root, index: usize, name: &str) -> Result<(&[u8], Option<usize>)> {
-        let fail = |what: String| Err(Error::input(format!("{name}: buffer view {index} {what}")));
+        let fail = |what: String| Err(Error::malformed(format!("{name}: buffer view {index} {what}")));
         let Some(view) = root.buffer_views.get(index) else {
             return fail(format!(
                 "does not exist, expected one of the {}; the file is damaged",
@@ -95,14 +95,15 @@ impl Buffers {
 /// Reads a file that the document `name` in `folder` refers to.
 pub(in super::super) fn read_beside(folder: &Path, uri: &str, name: &str) -> Result<Vec<u8>> {
     if uri.contains("://") {
-        return Err(Error::input(format!(
+        return Err(Error::malformed(format!(
             "{name}: keeps its numbers at {uri}, expected a file beside it; download it and save the mesh as GLB"
         )));
     }
     let decoded = percent_decode_str(uri).decode_utf8_lossy();
     let file = folder.join(&*decoded);
-    let wrong =
-        |what: &str| Err(Error::input(format!("{name}: keeps its numbers in {}, {what}", file.display())));
+    let wrong = |what: &str| {
+        Err(Error::malformed(format!("{name}: keeps its numbers in {}, {what}", file.display())))
+    };
     if !is_below(folder, Path::new(&*decoded)) {
         return wrong("expected a file beside it or below; put it there or save the mesh as GLB");
     }

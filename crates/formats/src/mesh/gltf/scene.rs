@@ -33,7 +33,7 @@ pub(super) fn read(root: &Root, buffers: &Buffers, name: &str) -> Result<Mesh> {
 
 /// The nodes of the default scene (else of the first) with their transforms to scene space.
 fn placed_nodes<'a>(root: &'a Root, name: &str) -> Result<Vec<(&'a Node, DMat4)>> {
-    let fail = |what: String| Err(Error::input(format!("{name}: {what}")));
+    let fail = |what: String| Err(Error::malformed(format!("{name}: {what}")));
     let scene = root.scene.map_or(0, |scene| scene.value());
     let Some(scene) = root.scenes.get(scene) else {
         return fail(format!(
@@ -246,7 +246,7 @@ impl Reader<'_> {
     }
 
     fn fail<T>(&self, what: String) -> Result<T> {
-        Err(Error::input(format!("{}: {what}", self.accessors.name)))
+        Err(Error::malformed(format!("{}: {what}", self.accessors.name)))
     }
 }
 

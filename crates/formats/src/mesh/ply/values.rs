@@ -154,7 +154,7 @@ impl<'a> Values<'a> {
             "face" => "faces".into(),
             other => format!("elements {other:?}"),
         };
-        Error::input(format!(
+        Error::cut_short(format!(
             "{}: ends after {} of {} {plural}; the file is cut short",
             self.name, self.index, self.count
         ))
@@ -172,6 +172,6 @@ impl<'a> Values<'a> {
     fn error(&self, what: String) -> Error {
         let line =
             if self.encoding == Encoding::Ascii { format!(", line {}", self.line) } else { String::new() };
-        Error::input(format!("{}{line}: {what}", self.name))
+        Error::malformed(format!("{}{line}: {what}", self.name))
     }
 }

@@ -8,7 +8,7 @@ use zip::{CompressionMethod, ZipArchive};
 pub(super) fn first_member(source: Source) -> Result<Source> {
     let len = source.len();
     let (bytes, name) = source.into_inner();
-    let wrong = |what: String| Error::input(format!("{name}: {what}"));
+    let wrong = |what: String| Error::malformed(format!("{name}: {what}"));
     let damaged = |error: zip::result::ZipError| {
         wrong(format!(
             "its list of members cannot be read ({error}); the file is cut short or damaged, export it again"

@@ -12,7 +12,7 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Input`] if not one mesh in the file has that primvar, or if it has no number for each vertex; [`Error::Io`].
 pub fn read_primvar(path: &Path, name: &str) -> Result<Vec<f32>> {
-    let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
+    let fault = |what: String| Error::malformed(format!("{}: {what}", path.display()));
     let mut opened = open(path)?;
     let meshes: Vec<&Prim> = opened.layer.prims.iter().flat_map(with_meshes_below).collect();
     let wanted = format!("primvars:{name}");

@@ -24,7 +24,7 @@ impl Source {
     pub(super) fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path))?;
         if file.metadata().map_err(Error::io(path))?.is_dir() {
-            return Err(Error::input(format!("{}: is a folder, expected a file", path.display())));
+            return Err(Error::bad_path(format!("{}: is a folder, expected a file", path.display())));
         }
         Self::new(Box::new(file), path.display().to_string())
     }
@@ -50,7 +50,7 @@ impl Source {
 
     /// An error of the input, with the file's name before it.
     pub(super) fn wrong(&self, what: impl std::fmt::Display) -> Error {
-        Error::input(format!("{}: {what}", self.name))
+        Error::malformed(format!("{}: {what}", self.name))
     }
 
     /// `len` bytes from `at` on.

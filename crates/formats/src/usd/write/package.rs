@@ -48,7 +48,7 @@ fn check_size(file: &AtomicFile, size: u64) -> Result<()> {
     if size <= LARGEST_LAYER {
         return Ok(());
     }
-    Err(Error::input(format!(
+    Err(Error::too_large(format!(
         "{}: a USD package holds at most 4 GiB, and this is more; write .usd, or fewer frames with --frames A..B",
         file.path().display()
     )))

@@ -26,8 +26,8 @@ fn read(bytes: &[u8], name: &str) -> RawTake {
 fn refused(bytes: &[u8], name: &str) -> String {
     match decode(bytes, name, None) {
         Err(Error::Input(message)) => {
-            assert!(message.starts_with(name), "{message}");
-            message
+            assert!(message.sentence().starts_with(name), "{message}");
+            message.to_string()
         }
         other => panic!("expected an input error, found {other:?}"),
     }

@@ -197,7 +197,7 @@ fn parts_that_changed_since_are_noticed() {
 #[track_caller]
 fn sentence<T>(result: rhytid_core::Result<T>) -> String {
     match result {
-        Err(Error::Input(message)) => message,
+        Err(Error::Input(message)) => message.to_string(),
         Err(other) => panic!("expected an input error, found {other:?}"),
         Ok(_) => panic!("expected an input error, found success"),
     }
