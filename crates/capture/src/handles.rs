@@ -2,7 +2,7 @@
 use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
 use glam::DVec3;
-use rhytid_core::{Error, Face, Handles, RawTake, Result};
+use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result};
 use rhytid_solve::{OntoSurface, Placed, Skin};
 use std::collections::BTreeSet;
 
@@ -65,6 +65,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let index = |label: &String| {
         labels.iter().position(|known| known == label).ok_or_else(|| {
             Error::input(format!("no marker of the take is called “{label}”; it has {}", labels.join(", ")))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
         })
     };
     let frame = settings.frame.unwrap_or_else(|| typical_frame(take));

@@ -4,7 +4,7 @@ use crate::settings::Settings;
 use crate::tracks::{Tracks, median, median_of, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use rhytid_registration::{Similarity, fit_robustly};
 
 /// How a head moved. *Local space* stands still with the head: it is the file's space as the head was in the middle of its motion.
@@ -70,7 +70,10 @@ pub(crate) fn rigid_markers(
         )));
     }
     let column = |label: &String| {
-        let unknown = || Error::out_of_range(format!("the rigid marker “{label}” is not in the file"));
+        let unknown = || {
+            Error::input(format!("the rigid marker “{label}” is not in the file"))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
+        };
         labels.iter().position(|l| l == label).ok_or_else(unknown)
     };
     named.iter().map(column).collect()

@@ -1,5 +1,5 @@
 //! Labels: which marker of a file is which handle's.
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::collections::BTreeMap;
 
 /// What the labels of a file are.
@@ -28,12 +28,14 @@ pub fn same_names(
         if !handles.contains(handle) {
             return Err(Error::input(format!(
                 "the map gives the handle “{handle}” a marker, but the rig has no such handle"
-            )));
+            ))
+            .of_kind(InputErrorKind::UnknownMarkers { labels: vec![handle.clone()] }));
         }
         if !file.contains(label) {
             return Err(Error::input(format!(
                 "the map gives the handle “{handle}” the marker “{label}”, but the file has no such marker"
-            )));
+            ))
+            .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] }));
         }
     }
     let bare = |label: &str| label.rsplit(':').next().unwrap_or(label).trim().to_lowercase();
@@ -69,13 +71,15 @@ pub(crate) fn match_labels(
             let shown: Vec<&str> = labels.iter().take(8).map(String::as_str).collect();
             shown.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
         };
+        let without = handles.iter().zip(&columns).filter(|(_, column)| column.is_none());
+        let labels = without.map(|(handle, _)| handle.clone()).collect();
         return Err(Error::input(format!(
             "{found} of the rig's {} handles have a marker of that name, expected at least {FEWEST}; the handles are {}, the markers {}; \
              a map says which is which",
             handles.len(),
             shown(handles),
             shown(file)
-        )));
+        )).of_kind(InputErrorKind::MissingMarkers { labels }));
     }
     let others = (0..file.len()).filter(|i| !columns.contains(&Some(*i))).collect();
     Ok(Matched { columns, others })

@@ -105,7 +105,7 @@ pub enum InputErrorKind {
     /// A file breaks its format's rules, or contradicts itself. Export, copy or mend it.
     Malformed {
         /// The line, counted from 1, of a text file where the line is known.
-        line: Option<u64>,
+        line: Option<usize>,
     },
     /// A file ends before what it announces. Copy or export it again.
     CutShort,

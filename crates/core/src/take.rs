@@ -1,5 +1,5 @@
 //! The take: marker tracks in head space, with the head's motion and how far each position is to be trusted.
-use crate::{Error, Result, RigidMotion};
+use crate::{Error, InputErrorKind, Result, RigidMotion};
 
 /// Marker tracks: positions of labelled markers over time, in mesh units and head space.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -159,12 +159,15 @@ impl Take {
             .map(|(label, _)| label.as_str())
             .collect();
         if !missing.is_empty() {
-            return Err(Error::out_of_range(format!(
+            let kind =
+                InputErrorKind::MissingMarkers { labels: missing.iter().map(|&l| l.to_owned()).collect() };
+            return Err(Error::input(format!(
                 "the take lacks {} of the rig's {} handles: {}; every handle needs its three columns",
                 missing.len(),
                 labels.len(),
                 missing.join(", ")
-            )));
+            ))
+            .of_kind(kind));
         }
         let m = self.labels.len();
         let columns: Vec<usize> = columns.into_iter().flatten().collect();

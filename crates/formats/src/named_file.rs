@@ -1,7 +1,7 @@
 //! Files that other files name: a project's meshes, a `.gltf`'s buffers, the parts of a USD file, a setup's table of markers.
 //! What comes from elsewhere must not read what is nobody's business, and give it back in a rig.
 
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Remedy, Result};
 use std::path::{Component, Path, PathBuf};
 
 /// Where the files may be that a file names.
@@ -21,19 +21,20 @@ pub enum Reach {
 pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result<PathBuf> {
     let folder = folder_of(namer);
     let path = namer.parent().unwrap_or(Path::new("")).join(file);
-    let wrong = |why: String| {
-        Err(Error::bad_path(format!("{}: {what} names {}, {why}", namer.display(), file.display())))
-    };
+    let wrong =
+        |why: String| Error::bad_path(format!("{}: {what} names {}, {why}", namer.display(), file.display()));
     if reach == Reach::Below && !is_below(folder, file) {
-        return wrong(format!(
-            "which is not in {} or below; put it there, or give --allow-elsewhere if you trust whoever wrote this file",
+        return Err(wrong(format!(
+            "which is not in {} or below; put it there, or allow files elsewhere if you trust whoever wrote this file",
             folder.display()
-        ));
+        ))
+        .of_kind(InputErrorKind::OutsideFolder { file: file.to_owned() })
+        .with_remedies(&[Remedy::AllowElsewhere]));
     }
     match path.metadata() {
-        Ok(found) if found.is_dir() => wrong("which is a folder, expected a file".into()),
+        Ok(found) if found.is_dir() => Err(wrong("which is a folder, expected a file".into())),
         Ok(found) if !found.is_file() => {
-            wrong("which is a device, a pipe or a socket, expected a file".into())
+            Err(wrong("which is a device, a pipe or a socket, expected a file".into()))
         }
         _ => Ok(path),
     }

@@ -1,7 +1,7 @@
 //! Outputs that would land on what they are made from.
 
 use crate::named_file::folder_of;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use same_file::is_same_file;
 use std::path::{Path, PathBuf};
 
@@ -16,18 +16,20 @@ pub fn refuse_inputs<'a>(
 ) -> Result<()> {
     for (i, output) in outputs.iter().enumerate() {
         if let Some(input) = inputs.clone().into_iter().find(|input| are_one(output, input)) {
-            return Err(Error::conflict(format!(
+            return Err(Error::input(format!(
                 "{}: is {}, which this command reads, and would be overwritten; choose another name",
                 output.display(),
                 input.display()
-            )));
+            ))
+            .of_kind(InputErrorKind::WouldOverwrite { file: input.to_owned() }));
         }
         if let Some(other) = outputs[..i].iter().find(|other| is_one(output, other)) {
-            return Err(Error::conflict(format!(
+            return Err(Error::input(format!(
                 "{}: is given for two outputs, the other being {}; choose two names",
                 output.display(),
                 other.display()
-            )));
+            ))
+            .of_kind(InputErrorKind::WouldOverwrite { file: (*other).to_owned() }));
         }
     }
     Ok(())

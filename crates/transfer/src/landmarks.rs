@@ -1,6 +1,6 @@
 //! Landmarks: handles of both faces that are at the same place, and the similarity between them.
 use glam::DVec3;
-use rhytid_core::{Error, Face, Result, Rig};
+use rhytid_core::{Error, Face, InputErrorKind, Result, Rig};
 use rhytid_registration::{Similarity, fit};
 
 /// Fewer do not say how the faces lie to each other.
@@ -34,9 +34,10 @@ impl Landmarks {
         let mut found = Self { labels: Vec::new(), pairs: Vec::new() };
         for (a, b) in pairs {
             let lacks = |name: &str, label: &str| {
-                Error::no_fit(format!(
+                Error::input(format!(
                     "{name} has no handle called “{label}”; landmarks are pairs of handles, one of each face"
                 ))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.to_owned()] })
             };
             let a_vertex = of_rig(a).ok_or_else(|| lacks(&from.name, a))?;
             let b_vertex = of_face(b).ok_or_else(|| lacks(&to.name, b))?;

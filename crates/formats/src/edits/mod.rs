@@ -7,7 +7,7 @@ pub use curve::{Curve, Ease};
 pub use parse::parse;
 
 use crate::tables::write_checked;
-use rhytid_core::{Error, Result, input_file};
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -186,6 +186,7 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
     let text = String::from_utf8(bytes).map_err(|e| {
         let line = crate::tables::text::line_of(e.as_bytes(), e.utf8_error().valid_up_to());
         Error::malformed(format!("{name}, line {line}: not UTF-8 text, expected edits in TOML"))
+            .of_kind(InputErrorKind::Malformed { line: Some(line) })
     })?;
     Ok((parse(&text, &name)?, text))
 }

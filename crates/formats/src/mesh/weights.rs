@@ -2,7 +2,7 @@
 
 use super::ply;
 use crate::usd::read::read_primvar;
-use rhytid_core::{Error, Result, input_file};
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::path::Path;
 
 /// The weights of a painted mesh's vertices, from 0 to 1. Of a PLY: the numbers of `property`, or a 255th of them where they are whole ones of a byte, as colours are. Of a USD
@@ -21,17 +21,20 @@ pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<
         _ => {
             return Err(fault(
                 "weights are read from .ply and .usd; export the painted mesh in one of these formats".into(),
-            ));
+            )
+            .of_kind(InputErrorKind::UnsupportedFormat));
         }
     };
     if weights.len() != vertices {
-        return Err(fault(format!("has {} vertices, expected the rig's {vertices}", weights.len())));
+        return Err(fault(format!("has {} vertices, expected the rig's {vertices}", weights.len()))
+            .of_kind(InputErrorKind::Mismatch));
     }
     match weights.iter().position(|weight| !(0.0..=1.0).contains(weight)) {
         Some(vertex) => Err(fault(format!(
             "vertex {vertex} has {} as its {property}, expected a weight from 0 to 1",
             weights[vertex]
-        ))),
+        ))
+        .of_kind(InputErrorKind::OutOfRange)),
         None => Ok(weights.into_iter().map(|weight| weight as f32).collect()),
     }
 }
@@ -45,7 +48,8 @@ fn of_ply(path: &Path, property: &str) -> Result<Vec<f64>> {
             "{}: its vertices have no property “{property}”, expected one of {}",
             path.display(),
             known.join(", ")
-        )));
+        ))
+        .of_kind(InputErrorKind::UnknownName { name: property.to_owned() }));
     };
     Ok(found.swap_remove(at).1)
 }

@@ -5,7 +5,7 @@ use crate::named_file::{Reach, named_file};
 use crate::tables::text::{did_you_mean, quoted};
 use crate::{mesh, tables};
 use rayon::prelude::*;
-use rhytid_core::{Error, Example, Face, Handles, Mesh, Pins, Result, Settings, StrainEdges};
+use rhytid_core::{Error, Example, Face, Handles, InputErrorKind, Mesh, Pins, Result, Settings, StrainEdges};
 use std::path::{Path, PathBuf};
 
 /// Reads everything that `project` names within `reach`. `path` is the project file: paths are relative to its folder, and
@@ -149,6 +149,7 @@ fn pinned_vertices(
         let groups = mesh::read_groups(neutral, neutral_path, neutral_path)?;
         for name in &pins.groups {
             let Some((_, vertices)) = groups.iter().find(|(known, _)| known == name) else {
+                let unknown = InputErrorKind::UnknownName { name: name.clone() };
                 return refused(
                     "groups",
                     &format!(
@@ -157,7 +158,8 @@ fn pinned_vertices(
                         did_you_mean(name, groups.iter().map(|(name, _)| name.as_str())),
                         neutral_path.display()
                     ),
-                );
+                )
+                .map_err(|error| error.of_kind(unknown));
             };
             pinned.extend(vertices);
         }
@@ -171,11 +173,12 @@ fn pinned_vertices(
 fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<PathBuf> {
     let path = named_file(project, file, key, reach)?;
     match path.metadata() {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::out_of_range(format!(
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::input(format!(
             "{}: {key} names {}, which does not exist; paths are relative to the project file",
             project.display(),
             path.display()
-        ))),
+        ))
+        .of_kind(InputErrorKind::NotThere { file: path.clone() })),
         _ => Ok(path),
     }
 }

@@ -14,7 +14,7 @@ pub use sections::{
 
 use crate::named_file::Reach;
 use crate::tables::write_checked;
-use rhytid_core::{Error, Face, Result, input_file};
+use rhytid_core::{Error, Face, InputErrorKind, Result, input_file};
 use std::path::Path;
 
 /// Reads a project file and everything it names within `reach`.
@@ -35,6 +35,7 @@ pub fn read_project(path: &Path) -> Result<Project> {
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let line = crate::tables::text::line_of(&bytes, e.valid_up_to());
         Error::malformed(format!("{name}, line {line}: not UTF-8 text, expected a project file in TOML"))
+            .of_kind(InputErrorKind::Malformed { line: Some(line) })
     })?;
     parse(text, &name)
 }

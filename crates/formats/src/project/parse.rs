@@ -6,7 +6,7 @@ use super::sections::{
 use crate::document::{File, Section, found, tables, vector_of};
 use crate::mesh::Green;
 use crate::tables::text::quoted;
-use rhytid_core::{Bind, FoldStrains, Result, UpAxis};
+use rhytid_core::{Bind, FoldStrains, InputErrorKind, Result, UpAxis};
 use std::collections::HashMap;
 use toml::de::DeValue;
 
@@ -121,7 +121,11 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
             "cm" => Units::Centimetres,
             "mm" => Units::Millimetres,
             "in" => Units::Inches,
-            _ => return Err(section.wrong("units", &quoted(unit), expected)),
+            _ => {
+                return Err(section
+                    .wrong("units", &quoted(unit), expected)
+                    .of_kind(InputErrorKind::UnknownUnit { found: unit.to_string() }));
+            }
         },
         _ => {
             let metres = section.positive("units", expected)?;
@@ -186,13 +190,15 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         let displacement = file("displacement", "a displacement map, a PNG")?;
         let normal_map = file("normal_map", "a tangent-space normal map, a PNG")?;
         if displacement.is_some() && normal_map.is_some() {
-            return Err(section.error("has displacement and normal_map; leave one of them out"));
+            return Err(section
+                .error("has displacement and normal_map; leave one of them out")
+                .of_kind(InputErrorKind::Conflict));
         }
         for key in ["green", "strength"] {
             if section.get(key).is_some() && normal_map.is_none() {
-                return Err(
-                    section.error(&format!("has {key} without normal_map; name that too, or leave it out"))
-                );
+                return Err(section
+                    .error(&format!("has {key} without normal_map; name that too, or leave it out"))
+                    .of_kind(InputErrorKind::Conflict));
             }
         }
         let expected = "\"up\" (OpenGL) or \"down\" (DirectX)";
@@ -213,9 +219,9 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
             ("millimetres", section.get("millimetres").is_some(), "displacement", displacement.is_some()),
         ] {
             if is_there && !is_partner_there {
-                return Err(
-                    section.error(&format!("has {key} without {partner}; name that too, or leave it out"))
-                );
+                return Err(section
+                    .error(&format!("has {key} without {partner}; name that too, or leave it out"))
+                    .of_kind(InputErrorKind::Conflict));
             }
             if is_partner_there && !is_there {
                 return Err(section.lacks(key, &format!("one beside {partner}")));

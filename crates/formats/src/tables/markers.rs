@@ -2,7 +2,7 @@
 use super::rows::Rows;
 use super::text::quoted;
 use super::write_checked;
-use rhytid_core::{Error, Result, input_file};
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::path::Path;
 
 /// A handle and its marker.
@@ -52,7 +52,7 @@ fn decode(bytes: &[u8], name: &str) -> Result<Vec<(String, String)>> {
                 quoted(&pair.1),
                 quoted(&other.0),
                 quoted(&other.1)
-            )));
+            )).of_kind(InputErrorKind::Conflict));
         }
         pairs.push(pair);
     }

@@ -9,7 +9,7 @@ pub(crate) mod text;
 pub use curves::write_curves;
 pub use landmarks::read_landmarks;
 pub use markers::{MarkerRow, read_markers, write_markers};
-use rhytid_core::{AtomicFile, Error, Handles, Result, input_file};
+use rhytid_core::{AtomicFile, Error, Handles, InputErrorKind, Result, input_file};
 use rows::Rows;
 use std::collections::HashMap;
 use std::io::Write;
@@ -51,11 +51,13 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
             return Err(rows.error("the label is empty, expected the name of a marker"));
         }
         if let Some(first) = seen.insert(label.to_owned(), rows.offset()) {
-            return Err(rows.error(&format!(
-                "the label {} was given in line {} already; every handle needs a label of its own",
-                quoted(label),
-                rows.line_at(first)
-            )));
+            return Err(rows
+                .error(&format!(
+                    "the label {} was given in line {} already; every handle needs a label of its own",
+                    quoted(label),
+                    rows.line_at(first)
+                ))
+                .of_kind(InputErrorKind::Conflict));
         }
         let vertex = rows.text(vertex_column)?;
         let vertex = vertex.parse().map_err(|_| {
@@ -102,11 +104,13 @@ fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<
         match text.parse() {
             Ok(index) if index < count => found.push(index),
             _ => {
-                return Err(rows.error(&format!(
-                    "the {name_of} is {}, expected a whole number from 0 to {}, {last}",
-                    quoted(text),
-                    count.saturating_sub(1)
-                )));
+                return Err(rows
+                    .error(&format!(
+                        "the {name_of} is {}, expected a whole number from 0 to {}, {last}",
+                        quoted(text),
+                        count.saturating_sub(1)
+                    ))
+                    .of_kind(InputErrorKind::OutOfRange));
             }
         }
     }
@@ -203,14 +207,17 @@ pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Resul
                     quoted(label),
                     did_you_mean(label, labels.iter().map(String::as_str))
                 ))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.to_owned()] })
             })?;
         }
         let [a, b] = edge;
         if a == b {
-            return Err(rows.error(&format!(
-                "the edge joins {} to itself, expected two different handles",
-                quoted(rows.text(columns[0])?)
-            )));
+            return Err(rows
+                .error(&format!(
+                    "the edge joins {} to itself, expected two different handles",
+                    quoted(rows.text(columns[0])?)
+                ))
+                .of_kind(InputErrorKind::Conflict));
         }
         if let Some(first) = seen.insert((a.min(b), a.max(b)), rows.offset()) {
             return Err(rows.error(&format!(
@@ -218,7 +225,7 @@ pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Resul
                 quoted(rows.text(columns[0])?),
                 quoted(rows.text(columns[1])?),
                 rows.line_at(first)
-            )));
+            )).of_kind(InputErrorKind::Conflict));
         }
         edges.push(edge);
     }

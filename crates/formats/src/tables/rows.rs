@@ -1,6 +1,6 @@
 //! The rows of a CSV file under its header.
 use super::text::{line_of, quoted};
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 
 /// Walks over the rows of a CSV file. Blank lines are skipped; blanks around cells do not count.
 pub(crate) struct Rows<'a> {
@@ -123,7 +123,9 @@ impl<'a> Rows<'a> {
 
     /// An error in the current row.
     pub(crate) fn error(&self, message: &str) -> Error {
-        Error::malformed(format!("{}, line {}: {message}", self.name, self.line_at(self.offset())))
+        let line = self.line_at(self.offset());
+        Error::malformed(format!("{}, line {line}: {message}", self.name))
+            .of_kind(InputErrorKind::Malformed { line: Some(line) })
     }
 
     /// Goes to the next row, however long it is; `false` after the last one.

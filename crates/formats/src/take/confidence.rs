@@ -3,7 +3,7 @@ use super::cells::{in_frame, shown};
 use super::columns::Header;
 use crate::tables::rows::Rows;
 use crate::tables::text::{did_you_mean, quoted};
-use rhytid_core::{Error, Result, Take};
+use rhytid_core::{Error, InputErrorKind, Result, Take};
 
 const SUFFIX: &str = "_confidence";
 
@@ -35,7 +35,7 @@ pub(super) fn columns(
             quoted(stray),
             quoted(label),
             did_you_mean(label, header.labels.iter().copied())
-        )));
+        )).of_kind(InputErrorKind::MissingMarkers { labels: vec![label.to_owned()] }));
     }
     Ok(kept.iter().map(|label| header.confidence.get(label).copied()).collect())
 }

@@ -1,7 +1,7 @@
 //! Wrinkle activation: how far the folds of each example are switched on (`docs/wrinkles.md`).
 
 use rayon::prelude::*;
-use rhytid_core::{Error, Result, Rig};
+use rhytid_core::{Error, InputErrorKind, Result, Rig};
 use rhytid_formats::export::WrinkleGroups;
 use rhytid_kernels::vec3;
 use std::sync::Arc;
@@ -65,10 +65,11 @@ pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
     for group in &groups.0 {
         for example in &group.examples {
             if !rig.example_names.contains(example) {
-                return Err(Error::rig_lacks(format!(
+                return Err(Error::input(format!(
                     "the wrinkle group {group}: the rig has no example “{example}”; it has {}",
                     rig.example_names.join(", ")
-                )));
+                ))
+                .of_kind(InputErrorKind::UnknownName { name: example.clone() }));
             }
             if seen.contains(&example) {
                 return Err(Error::conflict(format!(

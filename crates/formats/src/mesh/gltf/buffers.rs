@@ -4,7 +4,7 @@ use crate::named_file::is_below;
 use ::gltf::json::Root;
 use base64::Engine;
 use percent_encoding::percent_decode_str;
-use rhytid_core::{Error, Result, input_file};
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::io::ErrorKind;
@@ -83,11 +83,11 @@ impl Buffers {
             usize::try_from(start).ok().zip(start.checked_add(length).and_then(|e| e.try_into().ok()));
         match range.and_then(|(start, end): (usize, usize)| bytes.get(start..end)) {
             Some(slice) => Ok((slice, view.byte_stride.map(|stride| stride.0))),
-            None => fail(format!(
-                "takes {length} bytes from byte {start} of buffer {buffer}, which has {}; the file may be cut \
+            None => Err(Error::cut_short(format!(
+                "{name}: buffer view {index} takes {length} bytes from byte {start} of buffer {buffer}, which has {}; the file may be cut \
                  short",
                 bytes.len()
-            )),
+            ))),
         }
     }
 }
@@ -95,23 +95,24 @@ impl Buffers {
 /// Reads a file that the document `name` in `folder` refers to.
 pub(in super::super) fn read_beside(folder: &Path, uri: &str, name: &str) -> Result<Vec<u8>> {
     if uri.contains("://") {
-        return Err(Error::malformed(format!(
+        return Err(Error::unsupported_format(format!(
             "{name}: keeps its numbers at {uri}, expected a file beside it; download it and save the mesh as GLB"
         )));
     }
     let decoded = percent_decode_str(uri).decode_utf8_lossy();
     let file = folder.join(&*decoded);
-    let wrong = |what: &str| {
-        Err(Error::malformed(format!("{name}: keeps its numbers in {}, {what}", file.display())))
-    };
+    let wrong =
+        |what: &str| Error::bad_path(format!("{name}: keeps its numbers in {}, {what}", file.display()));
     if !is_below(folder, Path::new(&*decoded)) {
-        return wrong("expected a file beside it or below; put it there or save the mesh as GLB");
+        return Err(wrong("expected a file beside it or below; put it there or save the mesh as GLB")
+            .of_kind(InputErrorKind::OutsideFolder { file: file.clone() }));
     }
     match file.metadata() {
         Ok(found) if found.is_file() => input_file::read(&file, input_file::LARGEST_MESH_OR_TAKE),
-        Ok(_) => wrong("which is no file; save the mesh as GLB"),
+        Ok(_) => Err(wrong("which is no file; save the mesh as GLB")),
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            wrong("which does not exist; put the two files together again or save the mesh as GLB")
+            Err(wrong("which does not exist; put the two files together again or save the mesh as GLB")
+                .of_kind(InputErrorKind::NotThere { file: file.clone() }))
         }
         Err(error) => Err(Error::io(&file)(error)),
     }
