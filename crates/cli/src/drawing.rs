@@ -1,7 +1,7 @@
 //! What draws: a device of the backend wgpu, looked for from behind the guard.
 
 use rhytid::report::Painter;
-use rhytid::{Error, Result};
+use rhytid::{Error, InputErrorKind, Result};
 #[cfg(feature = "wgpu")]
 use {
     crate::guard::guard,
@@ -29,7 +29,8 @@ pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
         true => Ok(info),
         false => Err(Error::input(format!(
             "--draw-on {wanted}: expected a device of the backend wgpu, as `rhytid devices` lists them"
-        ))),
+        ))
+        .of_kind(InputErrorKind::UnknownName { name: wanted.to_string() })),
     }
 }
 

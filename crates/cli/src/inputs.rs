@@ -91,7 +91,7 @@ pub(crate) fn take(
     ui: &Ui,
 ) -> Result<Take> {
     let is_clean = raw_take::is_take_csv(path);
-    let refused = |what: &str| Err(Error::input(format!("{}: {what}", path.display())));
+    let refused = |what: &str| Err(Error::conflict(format!("{}: {what}", path.display())));
     let known = self::setup(setup.as_deref(), elsewhere.reach())?;
     if let Some(setup) = setup.as_ref().filter(|_| is_clean && known.detail.is_empty()) {
         return refused(&format!(
@@ -132,7 +132,11 @@ pub(crate) fn take(
             };
             // Said in so many words, it is meant.
             if !is_known {
-                return refused(&format!("{}; give{unit}{axes}", Misfit::Space(space)));
+                return Err(Error::mismatch(format!(
+                    "{}: {}; give{unit}{axes}",
+                    path.display(),
+                    Misfit::Space(space)
+                )));
             }
             format!("give{unit}{axes}")
         }

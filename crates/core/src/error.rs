@@ -193,12 +193,6 @@ impl InputError {
     pub fn remedies(&self) -> &'static [Remedy] {
         self.remedies
     }
-
-    /// The same error in other words: `reword` makes them of those that it has.
-    #[must_use]
-    pub fn reworded(self, reword: impl FnOnce(String) -> String) -> Self {
-        Self { sentence: reword(self.sentence), ..self }
-    }
 }
 
 impl std::fmt::Display for InputError {
@@ -272,13 +266,19 @@ impl Error {
         }
     }
 
+    /// The same error in other words: `reword` makes them of its sentence; others than [`Error::Input`] are as they were.
+    #[must_use]
+    pub fn reworded(self, reword: impl FnOnce(String) -> String) -> Self {
+        match self {
+            Self::Input(error) => Self::Input(InputError { sentence: reword(error.sentence), ..error }),
+            other => other,
+        }
+    }
+
     /// The same error where it was found in a file, which an [`Error::Input`] does not name yet; others are as they were.
     #[must_use]
     pub fn in_file(self, name: impl std::fmt::Display) -> Self {
-        match self {
-            Self::Input(error) => Self::Input(error.reworded(|sentence| format!("{name}: {sentence}"))),
-            other => other,
-        }
+        self.reworded(|sentence| format!("{name}: {sentence}"))
     }
 
     /// For `map_err`: an [`Error::Io`] that names `path`.

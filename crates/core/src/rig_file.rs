@@ -321,12 +321,10 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         strain_edges,
         learned,
     };
-    match rig.check() {
-        Err(Error::Input(error)) => Err(Error::Input(
-            error.reworded(|what| format!("{name}: {what}; the file is damaged: solve the rig again")),
-        )),
-        other => other.map(|()| rig),
-    }
+    rig.check().map_err(|error| {
+        error.reworded(|what| format!("{name}: {what}; the file is damaged: solve the rig again"))
+    })?;
+    Ok(rig)
 }
 
 fn vectors<const N: usize>(numbers: Vec<f32>) -> Vec<[f32; N]> {

@@ -35,7 +35,10 @@ impl Sequence {
         if path.is_dir() {
             let files = meshes_in(path)?;
             if files.is_empty() {
-                return fault("has no mesh, expected one .obj, .ply, .glb or .gltf for each frame".into());
+                return Err(Error::empty(format!(
+                    "{}: has no mesh, expected one .obj, .ply, .glb or .gltf for each frame",
+                    path.display()
+                )));
             }
             let frames = files.len();
             let kept = Kept::Meshes { files, neutral: neutral.clone(), neutral_path: neutral_path.into() };
@@ -45,15 +48,13 @@ impl Sequence {
             let (frames, positions) = array(path, vertices)?;
             return Ok(Self { kept: Kept::Array(positions), frames });
         }
-        let reader = animation::open(path).map_err(|error| match error {
-            Error::Input(error) if animation::Format::of(path).is_err() => {
-                Error::Input(error.reworded(|message| {
-                    format!(
-                        "{message}; dense meshes over time are read from those, from .npy, or from a folder of meshes"
-                    )
-                }))
-            }
-            other => other,
+        let reader = animation::open(path).map_err(|error| match animation::Format::of(path) {
+            Ok(_) => error,
+            Err(_) => error.reworded(|message| {
+                format!(
+                    "{message}; dense meshes over time are read from those, from .npy, or from a folder of meshes"
+                )
+            }),
         })?;
         let summary = reader.summary();
         if summary.vertices != vertices {

@@ -7,7 +7,7 @@ use super::values::{
 use rhytid::capture::{Axes, Edit, Settings, Step};
 use rhytid::formats::{Reach, named_file, tables};
 use rhytid::playback::{CleanUp, FrameRange};
-use rhytid::{Error, Result, input_file, rig_file};
+use rhytid::{Error, InputErrorKind, Result, input_file, rig_file};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,6 +111,7 @@ impl Setup {
         let wrong = |offset: usize, what: &str| {
             let line = 1 + bytes[..offset].iter().filter(|&&byte| byte == b'\n').count();
             Error::malformed(format!("{}, line {line}: {what}", path.display()))
+                .of_kind(InputErrorKind::Malformed { line: Some(line) })
         };
         let text = std::str::from_utf8(&bytes)
             .map_err(|error| wrong(error.valid_up_to(), "is not UTF-8, expected a TOML file"))?;

@@ -10,7 +10,7 @@ use rhytid::conformance::{
     required_backends, run_device, unknown_backends,
 };
 use rhytid::playback::{Guard, PATIENCE, Signs, answer, devices, find_device};
-use rhytid::{DeviceInfo, Error, Method, Progress, Result};
+use rhytid::{DeviceInfo, Error, InputErrorKind, Method, Progress, Result};
 use rhytid_demo::{Size, sized_rig};
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
@@ -149,7 +149,8 @@ fn without_device(found: &Found) -> Result<Vec<Outcome>> {
             "REQUIRE_BACKENDS names {}, expected a comma-separated list of {}",
             unknown.join(", "),
             names.join(", ")
-        )));
+        ))
+        .of_kind(InputErrorKind::UnknownName { name: unknown.join(", ") }));
     }
     let missing = found.missing();
     let backends = missing.iter().map(|missing| no_device(missing.backend, &missing.why, &required));

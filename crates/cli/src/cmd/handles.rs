@@ -9,7 +9,7 @@ use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
 use rhytid::human;
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
-use rhytid::{AtomicFile, Error, Face, Handles, Result};
+use rhytid::{AtomicFile, Error, Face, Handles, InputErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 /// A marker that was laid farther from its vertex, in millimetres, is red in the picture.
@@ -96,7 +96,8 @@ fn table(args: &args::Handles, project: &project::Project) -> Result<PathBuf> {
         true => Err(Error::input(format!(
             "{}: is there already; name another table with -o, or remove it first",
             table.display()
-        ))),
+        ))
+        .of_kind(InputErrorKind::WouldOverwrite { file: table })),
     }
 }
 

@@ -7,7 +7,7 @@ use rhytid::formats::project::{self, Units};
 use rhytid::formats::{FileKind, Reach, mesh, named_file, raw_take, tables};
 use rhytid::human;
 use rhytid::solve::{Severity, Skin, examine};
-use rhytid::{Error, Example, Face, Handles, Mesh, RawTake, Result, Settings, UpAxis};
+use rhytid::{Error, Example, Face, Handles, InputErrorKind, Mesh, RawTake, Result, Settings, UpAxis};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -43,7 +43,8 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
             return Err(Error::input(format!(
                 "{}: is there already; name another folder with -o",
                 file.display()
-            )));
+            ))
+            .of_kind(InputErrorKind::WouldOverwrite { file: file.clone() }));
         }
     }
     let neutral = ui.timed("read the neutral", || mesh::read(&args.neutral)).0?;

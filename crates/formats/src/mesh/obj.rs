@@ -3,7 +3,7 @@
 use super::check::representable;
 use super::materials::Assigned;
 use super::uvs::{uvs_from_corners, warn_partial_uvs};
-use rhytid_core::{Error, Mesh, Result};
+use rhytid_core::{Error, InputErrorKind, Mesh, Result};
 use std::borrow::Cow;
 
 /// Statements that say nothing about the surface's shape, or speak of curves, lines and points.
@@ -302,11 +302,11 @@ impl Reader<'_> {
             0 => Err(Error::malformed(format!(
                 "{name}, line {line}: {what} index {index}, but the file has no {thing} at all; it may be cut \
                  short"
-            ))),
+            )).of_kind(InputErrorKind::Malformed { line: Some(line) })),
             _ => Err(Error::malformed(format!(
                 "{name}, line {line}: {what} index {index} is past the last {thing} ({count}), expected 1 to \
                  {count}; the file may be cut short"
-            ))),
+            )).of_kind(InputErrorKind::Malformed { line: Some(line) })),
         }
     }
 
@@ -320,6 +320,7 @@ impl Reader<'_> {
 
     fn error(&self, what: String) -> Error {
         Error::malformed(format!("{}, line {}: {what}", self.name, self.line))
+            .of_kind(InputErrorKind::Malformed { line: Some(self.line) })
     }
 }
 

@@ -83,7 +83,7 @@ pub(super) fn read(
         warnings.push(units::unknown(&unit, place));
     }
     let times = clock.times(frames, rate, header.rate, &mut warnings);
-    let times = times.map_err(|message| Error::empty(format!("{name}: {message}")))?;
+    let times = times.map_err(|error| error.in_file(name))?;
     let labels = labels::distinct(labels, &mut warnings);
     let tracks = Take { labels, times, positions: samples.into_positions(), ..Take::default() };
     Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })

@@ -1,6 +1,6 @@
 //! The header of a PLY file.
 
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
@@ -101,7 +101,8 @@ impl Header {
             lines += 1;
             let fail = |what: &str| {
                 let line = String::from_utf8_lossy(&line[..line.len().min(60)]).into_owned();
-                Err(Error::malformed(format!("{name}, line {lines}: found {line:?}, {what}")))
+                Err(Error::malformed(format!("{name}, line {lines}: found {line:?}, {what}"))
+                    .of_kind(InputErrorKind::Malformed { line: Some(lines) }))
             };
             // Comments may be in any encoding; all else is ASCII.
             let text = String::from_utf8_lossy(line);

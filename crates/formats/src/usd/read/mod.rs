@@ -24,7 +24,7 @@ use crate::named_file::{Reach, named_file};
 use animation::Animation;
 use clips::{Clips, undeclared};
 use lookup::stated_recipe;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 pub(super) use clips::{clips, declarations};
@@ -67,7 +67,7 @@ pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationRead
         return Err(Error::mismatch(format!(
             "{name}: its manifest {} is not there, without which USD plays the first part only; stitch the parts again",
             manifest.display()
-        )));
+        )).of_kind(InputErrorKind::NotThere { file: manifest.clone() }));
     }
     let first = open(&parts.parts()[0].path)?.layer;
     if let Some(undeclared) = undeclared(&first, &open(&manifest)?.layer) {

@@ -1,6 +1,6 @@
 //! Bytes at any place of a file, checked against its length.
 
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -56,8 +56,12 @@ impl Source {
     /// `len` bytes from `at` on.
     pub(super) fn read(&mut self, at: u64, len: u64) -> Result<Vec<u8>> {
         self.check(at, len)?;
-        let mut bytes =
-            vec![0; usize::try_from(len).map_err(|_| self.wrong("is too large for this machine"))?];
+        let mut bytes = vec![
+            0;
+            usize::try_from(len).map_err(|_| self
+                .wrong("is too large for this machine")
+                .of_kind(InputErrorKind::TooLarge))?
+        ];
         self.fill_unchecked(at, &mut bytes)?;
         Ok(bytes)
     }
@@ -83,7 +87,7 @@ impl Source {
                 "has {} bytes, expected {len} more from byte {at} on; the file is cut short or damaged, export it \
                  again",
                 self.len
-            )));
+            )).of_kind(InputErrorKind::CutShort));
         }
         Ok(())
     }
