@@ -3,7 +3,7 @@ use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
 use glam::DVec3;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, Warning};
 use rhytid_registration::{Similarity, fit_robustly};
 use std::ops::Range;
 
@@ -39,7 +39,7 @@ impl Place {
         (stated, in_head_space): (Option<f64>, bool),
         target: &Target,
         settings: &Settings,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
     ) -> Result<Self> {
         let neutral = neutral_frames(tracks, columns, target, settings)?;
         let pose = neutral::pose(tracks, columns, &neutral);
@@ -115,7 +115,7 @@ fn unit(
     settings: &Settings,
     mesh: f64,
     fitted: &Similarity,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> (f64, bool) {
     const UNITS: [(&str, f64); 5] = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254), ("ft", 0.3048)];
     if let Some(given) = settings.metres_per_unit {
@@ -126,18 +126,24 @@ fn unit(
         if (0.4..2.5).contains(&scale(stated)) {
             return (stated, false);
         }
-        warnings.push(format!(
-            "the file says that its unit is {stated} m, which makes the actor {:.3} times the rig's size",
-            scale(stated)
-        ));
+        warnings.push(
+            format!(
+                "the file says that its unit is {stated} m, which makes the actor {:.3} times the rig's size",
+                scale(stated)
+            )
+            .into(),
+        );
     }
     let unlike = |unit: f64| scale(unit).ln().abs();
     let (name, unit) =
         UNITS.into_iter().min_by(|a, b| unlike(a.1).total_cmp(&unlike(b.1))).unwrap_or(UNITS[0]);
-    warnings.push(format!(
-        "the unit is taken for {name}, with which the actor is {:.3} times the rig's size",
-        scale(unit)
-    ));
+    warnings.push(
+        format!(
+            "the unit is taken for {name}, with which the actor is {:.3} times the rig's size",
+            scale(unit)
+        )
+        .into(),
+    );
     (unit, true)
 }
 
@@ -147,7 +153,7 @@ pub(crate) fn offsets(
     rest: &[DVec3],
     millimetres: f64,
     labels: &[String],
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Vec<Option<f64>> {
     /// As a part of the face's extent.
     const LARGEST: f64 = 0.08;
@@ -156,9 +162,12 @@ pub(crate) fn offsets(
     for ((p, r), label) in pose.iter().zip(rest).zip(labels) {
         let offset = seen(*p).then(|| p.distance(*r) * millimetres);
         if let Some(offset) = offset.filter(|offset| *offset > largest) {
-            warnings.push(format!(
-                "at neutral the marker of {label} is {offset:.1} mm from its handle: is it another's?"
-            ));
+            warnings.push(
+                format!(
+                    "at neutral the marker of {label} is {offset:.1} mm from its handle: is it another's?"
+                )
+                .into(),
+            );
         }
         offsets.push(offset);
     }

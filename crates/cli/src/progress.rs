@@ -1,10 +1,9 @@
 //! Progress, told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
-use crate::{interrupt, output};
+use crate::{interrupt, output, remedy};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rhytid::Progress;
-use rhytid::human;
+use rhytid::{Progress, Warning, human};
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -144,6 +143,10 @@ impl Progress for Ui {
 
     fn cancelled(&self) -> bool {
         interrupt::requested()
+    }
+
+    fn warn(&self, warning: &Warning) {
+        log::warn!("{}", remedy::of_warning(warning));
     }
 }
 

@@ -45,6 +45,31 @@ pub enum Remedy {
     WriteFrame,
 }
 
+impl Remedy {
+    /// All of them.
+    pub const ALL: [Self; 19] = [
+        Self::AllowElsewhere,
+        Self::HoldMissing,
+        Self::GiveRate,
+        Self::FewerFrames,
+        Self::Compress,
+        Self::LargerError,
+        Self::Quantize,
+        Self::DoNotQuantize,
+        Self::Meshopt,
+        Self::Force,
+        Self::NoShapes,
+        Self::NoRefinement,
+        Self::Examine,
+        Self::Conform,
+        Self::ListDevices,
+        Self::KeepSlides,
+        Self::DropStretch,
+        Self::MarkerTable,
+        Self::WriteFrame,
+    ];
+}
+
 /// What a person should know of a result: a sentence, and what can be done.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {

@@ -132,11 +132,11 @@ fn upload_to_next<'a>(
 fn advised(error: Error) -> Error {
     match error {
         Error::Device { kind: kind @ DeviceErrorKind::OutOfMemory, device, message } => {
-            let message = format!("{message}; take a device with more memory (see `rhytid devices`)");
+            let message = format!("{message}; take a device with more memory");
             Error::Device { kind, device, message }
         }
         Error::Device { kind: kind @ DeviceErrorKind::Lost, device, message } => {
-            let message = format!("{message}; start again, or take another device (see `rhytid devices`)");
+            let message = format!("{message}; start again, or take another device");
             Error::Device { kind, device, message }
         }
         other => other,

@@ -1,7 +1,7 @@
 //! A performance: a recipe with its rig, its take and its edits, ready to be played.
 
 use crate::{EditedTake, FrameRange, Layers, Playback, Selection, channels, check_gains, scale_folds};
-use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Result, Rig, Take, human};
+use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Remedy, Result, Rig, Take, human};
 use rhytid_formats::export::{OutputStage, Recipe};
 
 /// All that decides the frames of an animation. Whoever makes one, and whoever makes it again to compare it, goes this one way.
@@ -59,7 +59,7 @@ impl Performance {
             return Err(Error::conflict(format!(
                 "refinement is for rigs without examples, found {}, which show better what becomes of the face; leave it out",
                 human::counted(rig.example_names.len(), "example")
-            )));
+            )).with_remedies(&[Remedy::NoRefinement]));
         }
         check_gains(&rig.labels, &recipe.detail_of.0)?;
         channels::of_recipe(rig, recipe).map(|_| ())

@@ -12,7 +12,9 @@ use crate::stages::{Batch, Context, Evaluate, FrameBuffers, FrameEffects, Stages
 use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{EditedTake, Layers, batch, layers, pipeline};
-use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, human};
+use rhytid_core::{
+    ChannelKind, DeviceInfo, Error, Progress, Remedy, Result, Rig, UploadOptions, Warning, human,
+};
 use rhytid_formats::export::{ChannelChoice, Frame, HeadMotion, OutputStage, Recipe};
 use rhytid_kernels::normals::VertexTriangles;
 use std::sync::Arc;
@@ -100,12 +102,13 @@ impl<'a> Playback<'a> {
             };
             let correction = Correction::new(self.rig, &self.triangles, sculpted);
             if 2 * correction.vertices() > self.rig.vertices() {
-                log::warn!(
-                    "{}: the [[correction]] of frame {frame} moves {} of {} vertices: its mesh may be of another frame, take or edit; `rhytid correct` writes this one",
+                let warning = Warning::from(format!(
+                    "{}: the [[correction]] of frame {frame} moves {} of {} vertices: its mesh may be of another frame, take or edit",
                     layers.path().display(),
                     human::count(correction.vertices()),
                     human::count(self.rig.vertices())
-                );
+                ));
+                progress.warn(&warning.with_remedies(&[Remedy::WriteFrame]));
             }
             self.corrections = self.corrections.iter().cloned().chain([correction]).collect();
         }
@@ -218,8 +221,9 @@ impl<'a> Playback<'a> {
         let rig = self.rig;
         if recipe.refine && !self.corrections.is_empty() {
             return Err(Error::conflict(
-                "what was sculpted would be refined away: leave --refine or the [[correction]] out",
-            ));
+                "what was sculpted would be refined away: leave the refinement or the [[correction]] out",
+            )
+            .with_remedies(&[Remedy::NoRefinement]));
         }
         let take = &selection.take.take;
         let handles = take.handle_positions(&rig.labels)?;

@@ -7,7 +7,7 @@ use crate::mirror::mirror_images;
 use crate::topology::components;
 use crate::triangulate::{is_degenerate, triangulate};
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Face, Result, UpAxis, laplacian};
+use rhytid_core::{Error, Face, Remedy, Result, UpAxis, laplacian};
 use rhytid_kernels::normals;
 use rhytid_registration::{OntoSurface, Start, Surface, onto_surface};
 
@@ -63,8 +63,9 @@ impl Skin {
         let positions = &face.neutral.positions;
         if face.neutral.faces.fault(positions.len()).is_some() || face.neutral.faces.is_empty() {
             return Err(Error::bad_topology(
-                "the neutral mesh is not whole; `rhytid doctor` says what is wrong with it",
-            ));
+                "the neutral mesh is not whole; the doctor says what is wrong with it",
+            )
+            .with_remedies(&[Remedy::Examine]));
         }
         let triangles = triangulate(&face.neutral);
         let topology = Topology::new(positions.len(), &triangles);

@@ -58,7 +58,7 @@ impl Source {
                 #[cfg(not(target_arch = "wasm32"))]
                 (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name),
                 (Self::Bytes(..), ..) => Err(Error::unsupported_format(format!(
-                    "{name}: the page reads no edits; `rhytid view` does"
+                    "{name}: the page reads no edits; the window does"
                 ))),
                 #[cfg(not(target_arch = "wasm32"))]
                 _ => Err(Error::empty(format!(

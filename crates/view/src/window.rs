@@ -76,7 +76,7 @@ pub fn run(options: WindowOptions) -> Result<()> {
         kind: DeviceErrorKind::Unsupported,
         device: "window".to_owned(),
         message: format!(
-            "it did not open: {}; `rhytid render` draws without one, and needs no display",
+            "it did not open: {}; pictures are drawn without one, and need no display",
             reason(&error)
         ),
     })

@@ -2,7 +2,7 @@
 
 use super::doctor;
 use crate::progress::{Ui, timed};
-use crate::{args, inputs, memory, output};
+use crate::{args, inputs, memory, output, remedy};
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::human;
@@ -140,7 +140,7 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
         comes_back(&rig, &face, &account.misplaced, &[processor])
     });
     let scans = compared.0.unwrap_or_else(|error| {
-        log::warn!("not compared with the scans: {error}");
+        log::warn!("not compared with the scans: {}", remedy::of_error(&error));
         Vec::new()
     });
     drop(face);

@@ -11,7 +11,7 @@ use crate::tables::text::{listed, quoted};
 use crate::tables::write_checked;
 use cells::{in_frame, number, shown};
 use columns::{AXES, match_columns};
-use rhytid_core::{Error, RawTake, Result, Take, input_file};
+use rhytid_core::{Error, InputErrorKind, RawTake, Remedy, Result, Take, input_file};
 use std::path::Path;
 
 pub use missing::Missing;
@@ -131,12 +131,14 @@ fn read_marker(
             _ => {
                 let message = format!(
                     "marker {} is missing: {} is {}, expected a finite number; \
-                     --missing hold keeps such a marker where it was last seen",
+                     it can be held where it was last seen",
                     quoted(label),
                     quoted(&rows.header()[column]),
                     shown(rows, column)
                 );
-                return Err(in_frame(rows, frame, &message));
+                return Err(in_frame(rows, frame, &message)
+                    .of_kind(InputErrorKind::MissingSamples)
+                    .with_remedies(&[Remedy::HoldMissing]));
             }
         }
     }

@@ -44,7 +44,7 @@ static MANIFEST: companion::Kind = companion::Kind {
 /// `NAME.HASH.manifest.usdc` beside it. The parts may come in any order; the file may be renamed.
 ///
 /// # Errors
-/// [`Error::Input`] if a part is no USD file of `rhytid animate`, two are not of the same rig and settings, there is a
+/// [`Error::Input`] if a part is no USD file that Rhytid has written, two are not of the same rig and settings, there is a
 /// gap or an overlap between them, or `output` cannot be written or is one of them; [`Error::Io`].
 pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
     let encoding = match Encoding::of(output) {

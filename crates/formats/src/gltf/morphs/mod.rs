@@ -34,7 +34,7 @@ pub(crate) use frames::Frames;
 pub(crate) use settings::Settings;
 pub(crate) use values::{Morphs, Target, Values};
 
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::{Error, Progress, Remedy, Result};
 
 /// Of the bound, what the truncation to few targets may use where integers need the rest.
 const SHARE_OF_TRUNCATION: f64 = 0.7;
@@ -120,17 +120,16 @@ fn too_many(path: &str, settings: &Settings) -> Error {
     let most = settings.most_targets;
     Error::too_large(format!(
         "{path}: more than {most} morph targets are needed to keep every vertex within {:.3e} mesh units, and \
-         {most} is the most allowed: raise the largest error (--max-error), export fewer frames, write USD, or \
-         lift the limit (--force)",
+         {most} is the most allowed: raise the largest error, export fewer frames, write USD, or lift the limit",
         settings.max_error
-    ))
+    )).with_remedies(&[Remedy::LargerError, Remedy::Force])
 }
 
 fn too_fine(path: &str, settings: &Settings, expected: f64) -> Error {
     Error::out_of_range(format!(
         "{path}: an error of at most {:.3e} mesh units is finer than the float32 numbers of a morphed mesh of this \
-         size allow; expected {expected:.3e} or more: raise the largest error (--max-error), or write USD, which is \
+         size allow; expected {expected:.3e} or more: raise the largest error, or write USD, which is \
          exact",
         settings.max_error
-    ))
+    )).with_remedies(&[Remedy::LargerError])
 }

@@ -5,7 +5,7 @@
 use crate::companion::{self, Companion};
 use crate::export::Options;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use rhytid_core::{AtomicFile, Error, Progress, Result};
+use rhytid_core::{AtomicFile, Error, Progress, Remedy, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;
@@ -52,6 +52,8 @@ pub(super) struct Limit {
     pub bytes: u64,
     /// The size in words, and how to do without.
     pub sentence: &'static str,
+    /// The settings that do without.
+    pub remedies: &'static [Remedy],
 }
 
 impl Limit {
@@ -60,15 +62,23 @@ impl Limit {
         match (options.force, kind) {
             (false, _) => Self {
                 bytes: 1 << 30,
-                sentence: "1 GiB, more than viewers are made for: write .usd, or fewer frames (--frames) or shapes, let `animate` make it \
-                           smaller with --compressed, --quantize or --meshopt, or insist with --force",
+                sentence: "1 GiB, more than viewers are made for: write .usd, or fewer frames or shapes, have it made smaller \
+                           (compressed, quantised or with meshopt), or insist",
+                remedies: &[
+                    Remedy::FewerFrames,
+                    Remedy::Compress,
+                    Remedy::Quantize,
+                    Remedy::Meshopt,
+                    Remedy::Force,
+                ],
             },
             (true, Kind::Glb) => Self {
                 bytes: u64::from(u32::MAX),
-                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, or fewer frames (--frames) or shapes, or let `animate` make \
-                           it smaller with --compressed, --quantize or --meshopt",
+                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, or fewer frames or shapes, or have it made smaller \
+                           (compressed, quantised or with meshopt)",
+                remedies: &[Remedy::FewerFrames, Remedy::Compress, Remedy::Quantize, Remedy::Meshopt],
             },
-            (true, Kind::Gltf) => Self { bytes: u64::MAX, sentence: "any disk" },
+            (true, Kind::Gltf) => Self { bytes: u64::MAX, sentence: "any disk", remedies: &[] },
         }
     }
 }
@@ -124,7 +134,8 @@ impl Container {
             "{}: becomes larger than {}",
             self.path().display(),
             self.limit.sentence
-        )))
+        ))
+        .with_remedies(self.limit.remedies))
     }
 
     /// Adds the JSON and gives the file (or both) its name. Returns the bytes written in all.
@@ -205,7 +216,7 @@ mod tests {
         for (name, kind) in [("face.glb", Kind::Glb), ("face.gltf", Kind::Gltf)] {
             let path = folder.path().join(name);
             let container = |bytes| {
-                let limit = Limit { bytes, sentence: "that; write less" };
+                let limit = Limit { bytes, sentence: "that; write less", remedies: &[] };
                 let mut container = Container::create(&path, kind, limit).unwrap();
                 container.write(&[0; 60]).map(|()| container)
             };

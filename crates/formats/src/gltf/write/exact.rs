@@ -10,7 +10,7 @@ use super::targets::{
 use crate::export::{Exporter, Frame, Options, Scene, Written};
 use crate::gltf::attributes::Attribute;
 use rhytid_core::channel;
-use rhytid_core::{Error, Progress, Result, RigidMotion};
+use rhytid_core::{Error, Progress, Remedy, Result, RigidMotion};
 use std::path::Path;
 
 /// The weights are a square matrix whose elements are numbered by `u32`.
@@ -140,17 +140,16 @@ pub(super) fn check_frames(
     if frames > MOST_TARGETS && !options.force {
         return Err(Error::too_large(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_TARGETS} that viewers promise to \
-             show: write .usd, choose fewer frames with --frames, have fewer targets made with --compressed, or insist \
-             with --force",
+             show: write .usd, choose fewer frames, have fewer targets made by compressing, or insist",
             path.display()
-        )));
+        )).with_remedies(&[Remedy::FewerFrames, Remedy::Compress, Remedy::Force]));
     }
     if frames > MOST_FRAMES {
         return Err(Error::too_large(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_FRAMES} that a glTF file holds: write \
-             .usd, choose fewer frames with --frames, or have fewer targets made with --compressed",
+             .usd, choose fewer frames, or have fewer targets made by compressing",
             path.display()
-        )));
+        )).with_remedies(&[Remedy::FewerFrames, Remedy::Compress]));
     }
     if options.meshopt {
         // How small that is will be seen.
@@ -171,6 +170,7 @@ pub(super) fn check_frames(
             path.display(),
             scene.rest.len(),
             limit.sentence
-        ))),
+        ))
+        .with_remedies(limit.remedies)),
     }
 }

@@ -11,7 +11,7 @@ use crate::export::{Exporter, Frame, Scene, Written};
 use crate::gltf::attributes::Attribute;
 use crate::gltf::morphs::Values;
 use rhytid_core::channel;
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::{Error, Progress, Remedy, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 
@@ -73,9 +73,10 @@ impl Exporter for Quantized {
         let path = document.path().to_owned();
         let grid = extent.and_then(|extent| extent.grid()).ok_or_else(|| {
             Error::out_of_range(format!(
-                "{}: has positions too large to be quantised; export it without --quantize",
+                "{}: has positions too large to be quantised; export it without quantising",
                 path.display()
             ))
+            .with_remedies(&[Remedy::DoNotQuantize])
         })?;
         let numbers = base.len();
         let base = grid.snap(&base);

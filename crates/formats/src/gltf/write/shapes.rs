@@ -7,7 +7,7 @@ use super::measure::Measure;
 use super::targets::{MOST_TARGETS, unit_normals};
 use crate::export::{Options, Shape, Shapes, Written};
 use crate::gltf::morphs::Values;
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::{Error, Progress, Remedy, Result};
 use std::path::Path;
 
 /// An error if `count` shapes are more than a file at `path` may hold.
@@ -17,9 +17,9 @@ pub(crate) fn check_count(path: &Path, count: usize, options: &Options) -> Resul
     }
     Err(Error::too_large(format!(
         "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: write .usd, \
-         leave some out, or insist with --force",
+         leave some out, or insist",
         path.display()
-    )))
+    )).with_remedies(&[Remedy::Force]))
 }
 
 /// Writes a mesh with a target for each shape; `shapes` have been checked. Of the options, those of a target's numbers
@@ -67,9 +67,10 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
     shapes.shapes.iter().for_each(|shape| extent.add(rest, &moved(shape)));
     let grid = extent.grid().ok_or_else(|| {
         Error::out_of_range(format!(
-            "{}: has shapes too large to be quantised; export them without --quantize",
+            "{}: has shapes too large to be quantised; export them without quantising",
             document.path().display()
         ))
+        .with_remedies(&[Remedy::DoNotQuantize])
     })?;
     let base = grid.snap(rest);
     let normals = shapes.rest_normals.unwrap_or_default().as_flattened();

@@ -1,4 +1,4 @@
-//! An animation in parts, one file each: what `rhytid stitch` puts together.
+//! An animation in parts, one file each: what [`crate::usd::stitch()`] puts together.
 
 use super::animation::Animation;
 use super::clips::clips;
@@ -6,7 +6,7 @@ use super::open::open;
 use crate::animation_reader::{AnimationReader, Summary};
 use crate::export::StatedRecipe;
 use rhytid_core::channel::Channel;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Remedy, Result};
 use std::path::{Path, PathBuf};
 
 /// One file of the animation.
@@ -124,9 +124,9 @@ fn open_part(path: &Path) -> Result<Animation> {
     let animation = Animation::new(opened, path.display().to_string())?;
     if animation.summary().stated_error.is_some() {
         return Err(Error::conflict(format!(
-            "{}: holds shapes with curves, which would be other shapes in each part; export the parts without --shapes",
+            "{}: holds shapes with curves, which would be other shapes in each part; export the parts without shapes",
             path.display()
-        )));
+        )).with_remedies(&[Remedy::NoShapes]));
     }
     Ok(animation)
 }
@@ -134,7 +134,7 @@ fn open_part(path: &Path) -> Result<Animation> {
 fn known_recipe<'a>(path: &Path, summary: &'a Summary) -> Result<&'a StatedRecipe> {
     summary.recipe.as_ref().ok_or_else(|| {
         Error::unsupported_format(format!(
-            "{}: does not say which rig and settings it was made with, expected a file of `rhytid animate`",
+            "{}: does not say which rig and settings it was made with, expected an animation that Rhytid has written",
             path.display()
         ))
     })

@@ -3,7 +3,7 @@
 use super::crate_file::CrateWriter;
 use super::sample::Sample;
 use crate::usd::layer::Layer;
-use rhytid_core::{AtomicFile, Error, Result};
+use rhytid_core::{AtomicFile, Error, Remedy, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek};
 use zip::write::SimpleFileOptions;
@@ -49,9 +49,10 @@ fn check_size(file: &AtomicFile, size: u64) -> Result<()> {
         return Ok(());
     }
     Err(Error::too_large(format!(
-        "{}: a USD package holds at most 4 GiB, and this is more; write .usd, or fewer frames with --frames A..B",
+        "{}: a USD package holds at most 4 GiB, and this is more; write .usd, or fewer frames",
         file.path().display()
-    )))
+    ))
+    .with_remedies(&[Remedy::FewerFrames]))
 }
 
 /// The archive with its size.
