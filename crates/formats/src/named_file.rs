@@ -76,9 +76,7 @@ mod tests {
             std::fs::write(at(name), "").unwrap();
         }
         let project = at("face/face.toml");
-        let named = |file: &Path, reach| {
-            named_file(&project, file, "[mesh] neutral", reach).map_err(|error| error.to_string())
-        };
+        let named = |file: &Path, reach| named_file(&project, file, "[mesh] neutral", reach);
         for file in ["scans/neutral.obj", "./scans/../scans/neutral.obj", "not-there.obj"] {
             assert_eq!(named(Path::new(file), Reach::Below).unwrap(), at("face").join(file));
         }
@@ -90,17 +88,19 @@ mod tests {
             elsewhere.push(if link == "folder" { "folder/secret.obj".into() } else { link.into() });
         }
         for file in &elsewhere {
-            let said = named(file, Reach::Below).unwrap_err();
-            assert!(said.contains("[mesh] neutral names") && said.contains("--allow-elsewhere"), "{said}");
+            let Err(Error::Input(said)) = named(file, Reach::Below) else { panic!("{}", file.display()) };
+            assert!(said.sentence().contains("[mesh] neutral names"), "{said}");
+            assert_eq!(said.kind(), &InputErrorKind::OutsideFolder { file: file.clone() });
+            assert_eq!(said.remedies(), [Remedy::AllowElsewhere]);
             named(file, Reach::Anywhere).unwrap();
         }
         for reach in [Reach::Below, Reach::Anywhere] {
-            assert!(named(Path::new("scans"), reach).unwrap_err().contains("is a folder"));
+            assert!(named(Path::new("scans"), reach).unwrap_err().to_string().contains("is a folder"));
         }
         #[cfg(unix)]
         {
             let said = named(Path::new("/dev/zero"), Reach::Anywhere).unwrap_err();
-            assert!(said.contains("a device, a pipe or a socket"), "{said}");
+            assert!(said.to_string().contains("a device, a pipe or a socket"), "{said}");
         }
     }
 }

@@ -160,7 +160,7 @@ fn mistakes_in_a_frame_are_named_by_frame_and_line() {
             sentence(take(&format!("{HEADER}{good}1,1,2,3,4,{gap},6\n"), Missing::Error)),
             format!(
                 "take.csv, line 3: frame 1: marker \"lip_up\" is missing: \"lip_up_y\" is {shown}, \
-                 expected a finite number; --missing hold keeps such a marker where it was last seen"
+                 expected a finite number; it can be held where it was last seen"
             )
         );
     }
