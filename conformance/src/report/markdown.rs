@@ -68,7 +68,7 @@ fn section(report: &DeviceReport, out: &mut String) -> std::fmt::Result {
         DeviceKind::IntegratedGpu => "An integrated GPU.",
         DeviceKind::DiscreteGpu => "A discrete GPU.",
         DeviceKind::VirtualGpu => "A part of a GPU, given to a virtual machine.",
-        DeviceKind::Other => "The driver does not say what kind of device it is.",
+        _ => "The driver does not say what kind of device it is.",
     };
     let mib = |bytes: Option<u64>, none: &str| {
         bytes.map_or_else(|| none.to_owned(), |bytes| format!("{} MiB", bytes >> 20))

@@ -144,9 +144,7 @@ pub(crate) fn take(
             "`rhytid prepare {} --rig RIG --world -o clean.csv` takes the head's motion out",
             path.display()
         ),
-        Some(Misfit::NoFrameNearRest) => {
-            "check that rig and take belong together, and that labels name the same places".to_owned()
-        }
+        Some(_) => "check that rig and take belong together, and that labels name the same places".to_owned(),
     };
     if let Some(misfit) = misfit {
         ui.line(&format!("warning: {}: {misfit}; {remedy}", path.display()));
