@@ -106,12 +106,16 @@ mod tests {
     #[test]
     fn too_few_and_wrong_maps() {
         let handles = labels(&["a", "b", "c", "d"]);
-        let message = |file: &[&str], map: &[(&str, &str)]| {
+        let refused = |file: &[&str], map: &[(&str, &str)], words: &str| {
             let map = map.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
-            match_labels(&handles, &labels(file), &map).unwrap_err().to_string()
+            let error = match_labels(&handles, &labels(file), &map).unwrap_err();
+            assert!(error.to_string().contains(words), "{error}");
+            error.input_kind().unwrap().clone()
         };
-        assert!(message(&["a", "b", "c", "x"], &[]).starts_with("3 of the rig's 4 handles"));
-        assert!(message(&["a"], &[("q", "a")]).contains("no such handle"));
-        assert!(message(&["a"], &[("a", "q")]).contains("no such marker"));
+        let unknown = InputErrorKind::UnknownMarkers { labels: labels(&["q"]) };
+        assert_eq!(refused(&["a"], &[("q", "a")], "no such handle"), unknown);
+        assert_eq!(refused(&["a"], &[("a", "q")], "no such marker"), unknown);
+        let missing = InputErrorKind::MissingMarkers { labels: labels(&["d"]) };
+        assert_eq!(refused(&["a", "b", "c", "x"], &[], "3 of the rig's 4 handles"), missing);
     }
 }

@@ -107,7 +107,7 @@ pub enum InputErrorKind {
         /// The line, counted from 1, of a text file where the line is known.
         line: Option<usize>,
     },
-    /// A file ends before what it announces. Copy or export it again.
+    /// A file ends before what it announces, or has another length than it announces. Copy or export it again.
     CutShort,
     /// A rig's arrays do not fit together, or its file lacks some. Solve it again.
     RigDamaged,
@@ -285,5 +285,66 @@ impl Error {
     pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |source| Self::Io { path, source }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn input(error: Error) -> InputError {
+        match error {
+            Error::Input(error) => error,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_kind_and_the_remedies_stay_when_the_sentence_grows() {
+        let kind = InputErrorKind::MissingMarkers { labels: vec!["chin".into()] };
+        let error = Error::input("lacks chin").of_kind(kind.clone()).with_remedies(&[Remedy::MarkerTable]);
+        let error = error.in_file("take.csv").reworded(|said| said + "; look at it");
+        assert_eq!(error.to_string(), "take.csv: lacks chin; look at it");
+        assert_eq!(error.input_kind(), Some(&kind));
+        let error = input(error);
+        assert_eq!((error.kind(), error.remedies()), (&kind, &[Remedy::MarkerTable][..]));
+        assert_eq!(error.sentence(), error.to_string());
+    }
+
+    #[test]
+    fn each_constructor_gives_its_kind_and_its_sentence_as_it_is() {
+        for (error, kind) in [
+            (Error::input("said"), InputErrorKind::Other),
+            (Error::malformed("said"), InputErrorKind::Malformed { line: None }),
+            (Error::cut_short("said"), InputErrorKind::CutShort),
+            (Error::rig_damaged("said"), InputErrorKind::RigDamaged),
+            (Error::unsupported_format("said"), InputErrorKind::UnsupportedFormat),
+            (Error::unsupported_version("said"), InputErrorKind::UnsupportedVersion),
+            (Error::out_of_range("said"), InputErrorKind::OutOfRange),
+            (Error::too_large("said"), InputErrorKind::TooLarge),
+            (Error::mismatch("said"), InputErrorKind::Mismatch),
+            (Error::bad_path("said"), InputErrorKind::BadPath),
+            (Error::no_frame_rate("said"), InputErrorKind::NoFrameRate),
+            (Error::missing_samples("said"), InputErrorKind::MissingSamples),
+            (Error::bad_topology("said"), InputErrorKind::BadTopology),
+            (Error::empty("said"), InputErrorKind::Empty),
+            (Error::rig_lacks("said"), InputErrorKind::RigLacks),
+            (Error::conflict("said"), InputErrorKind::Conflict),
+            (Error::no_fit("said"), InputErrorKind::NoFit),
+            (Error::not_solvable("said"), InputErrorKind::NotSolvable),
+            (Error::network("said"), InputErrorKind::Network),
+        ] {
+            let error = input(error);
+            assert_eq!((error.kind(), error.sentence(), error.remedies()), (&kind, "said", &[][..]));
+        }
+    }
+
+    #[test]
+    fn what_is_no_input_stays_as_it_is() {
+        let lost =
+            Error::Device { kind: DeviceErrorKind::Lost, device: "cpu:0".into(), message: "gone".into() };
+        let same = lost.in_file("take.csv").of_kind(InputErrorKind::Other).with_remedies(&[Remedy::Force]);
+        assert_eq!((same.to_string(), same.input_kind()), ("cpu:0: gone".to_owned(), None));
+        assert!(matches!(same, Error::Device { kind: DeviceErrorKind::Lost, .. }));
     }
 }

@@ -288,10 +288,13 @@ pub(crate) mod tests {
 
     #[test]
     fn the_last_device_is_an_error() {
-        let (found, _) = play(&["read:2"]);
-        assert!(found.unwrap_err().to_string().contains("unplugged; start again"));
-        let (found, _) = play(&["evaluate:1", "upload"]);
-        assert!(found.unwrap_err().to_string().contains("full; take a device with more memory"));
+        for (devices, expected, words) in [
+            (&["read:2"][..], DeviceErrorKind::Lost, "unplugged; start again"),
+            (&["evaluate:1", "upload"], DeviceErrorKind::OutOfMemory, "full; take a device with more memory"),
+        ] {
+            let Err(Error::Device { kind, message, .. }) = play(devices).0 else { panic!("{devices:?}") };
+            assert!(kind == expected && message.contains(words), "{kind:?}: {message}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The rig file: what is written is read back, and nothing that is broken is let in.
 
 use proptest::prelude::*;
-use rhytid_core::{Error, FoldStrains, Materials, NoProgress, Rig, Uvs, rig_file};
+use rhytid_core::{Error, FoldStrains, InputErrorKind, Materials, NoProgress, Rig, Uvs, rig_file};
 use rhytid_solve::solve;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
@@ -60,7 +60,7 @@ fn with_element(array: &str, element: usize, bytes: [u8; 4]) -> Vec<u8> {
 
 /// Asserts that the file is refused in one sentence which begins with its name and has `words`.
 #[track_caller]
-fn refused(bytes: &[u8], words: &[&str]) {
+fn refused(bytes: &[u8], words: &[&str]) -> InputErrorKind {
     match rig_file::decode(bytes, "face.safetensors") {
         Err(Error::Input(message)) => {
             assert!(message.sentence().starts_with("face.safetensors: "), "{message}");
@@ -68,6 +68,7 @@ fn refused(bytes: &[u8], words: &[&str]) {
             for word in words {
                 assert!(message.sentence().contains(word), "{word}: {message}");
             }
+            message.kind().clone()
         }
         other => panic!("{words:?}: {:?}", other.map(|rig| rig.vertices())),
     }
@@ -231,7 +232,7 @@ fn any_reader_of_safetensors_finds_the_arrays() {
 #[test]
 fn files_cut_short_anywhere() {
     for length in 0..BYTES.len() {
-        refused(&BYTES[..length], &["cut short"]);
+        assert_eq!(refused(&BYTES[..length], &["cut short"]), InputErrorKind::CutShort);
     }
     refused(&[&BYTES[..], &[0]].concat(), &["no whole safetensors file"]);
 }
@@ -240,7 +241,8 @@ fn files_cut_short_anywhere() {
 fn other_versions_and_other_files() {
     for version in [0, 1, 7, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        refused(&bytes, &[&format!("version {version}, expected 2 to 6"), "solve the rig again"]);
+        let kind = refused(&bytes, &[&format!("version {version}, expected 2 to 6"), "solve the rig again"]);
+        assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // A newer file may have other metadata altogether, and arrays that are missing here.
     let newer = with_metadata(|m| *m = json!({"version": 8}));

@@ -1,6 +1,6 @@
 //! Takes as CSV: what is read, and what every mistake is called.
 use proptest::prelude::*;
-use rhytid_core::{Error, RawTake, Result, Take};
+use rhytid_core::{Error, InputErrorKind, RawTake, Result, Take};
 use rhytid_formats::take::{Missing, decode, read, write};
 use std::path::Path;
 
@@ -364,4 +364,17 @@ proptest! {
             Err(error) => prop_assert!(error.to_string().starts_with("t.csv"), "{}", error),
         }
     }
+}
+
+#[test]
+fn programs_learn_what_is_wrong_of_a_take() {
+    let kind = |text: &str, missing| take(text, missing).unwrap_err().input_kind().unwrap().clone();
+    let lacks = kind("time,brow_x,brow_y,brow_z\n0,1,2,3\n", Missing::Error);
+    assert_eq!(lacks, InputErrorKind::MissingMarkers { labels: vec!["lip_up".into()] });
+    let gap = format!("{HEADER}0,1,2,3,4,5,\n");
+    assert_eq!(kind(&gap, Missing::Error), InputErrorKind::MissingSamples);
+    assert_eq!(kind(&gap, Missing::Hold), InputErrorKind::MissingSamples);
+    assert_eq!(kind(HEADER, Missing::Error), InputErrorKind::Empty);
+    let wrong = kind(&format!("{HEADER}0,1,2,3,4,five,6\n"), Missing::Error);
+    assert_eq!(wrong, InputErrorKind::Malformed { line: Some(2) });
 }
