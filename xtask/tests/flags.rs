@@ -90,9 +90,9 @@ fn token(rest: &str) -> (usize, Option<(usize, usize)>) {
             return ((to + close.len()).min(rest.len()), Some((from, to)));
         }
     }
-    if rest.starts_with('"') {
+    if let Some(inside) = rest.strip_prefix('"') {
         let mut escaped = false;
-        let end = rest[1..].find(|c: char| {
+        let end = inside.find(|c: char| {
             let ends = c == '"' && !escaped;
             escaped = c == '\\' && !escaped;
             ends

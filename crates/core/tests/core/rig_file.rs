@@ -457,7 +457,7 @@ fn survives(bytes: &[u8]) -> Result<(), TestCaseError> {
             prop_assert_eq!(rig_file::decode(&bytes, "again").unwrap(), rig);
         }
         Err(Error::Input(message)) => {
-            prop_assert!(message.sentence().starts_with("face.safetensors: "), "{message}")
+            prop_assert!(message.sentence().starts_with("face.safetensors: "), "{message}");
         }
         Err(other) => prop_assert!(false, "{other:?}"),
     }

@@ -369,8 +369,9 @@ proptest! {
 #[test]
 fn programs_learn_what_is_wrong_of_a_take() {
     let kind = |text: &str, missing| take(text, missing).unwrap_err().input_kind().unwrap().clone();
-    let lacks = kind("time,brow_x,brow_y,brow_z\n0,1,2,3\n", Missing::Error);
-    assert_eq!(lacks, InputErrorKind::MissingMarkers { labels: vec!["lip_up".into()] });
+    let lacks = wanting("time,brow_x,brow_y,brow_z\n0,1,2,3\n", &["brow", "lip_up"]).unwrap_err();
+    let missing = InputErrorKind::MissingMarkers { labels: vec!["lip_up".into()] };
+    assert_eq!(lacks.input_kind(), Some(&missing));
     let gap = format!("{HEADER}0,1,2,3,4,5,\n");
     assert_eq!(kind(&gap, Missing::Error), InputErrorKind::MissingSamples);
     assert_eq!(kind(&gap, Missing::Hold), InputErrorKind::MissingSamples);
