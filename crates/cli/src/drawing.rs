@@ -1,12 +1,12 @@
 //! What draws: a device of the backend wgpu, looked for from behind the guard.
 
 use rhytid::report::Painter;
-use rhytid::{Error, InputErrorKind, Result};
+use rhytid::{Error, Result};
 #[cfg(feature = "wgpu")]
 use {
     crate::guard::guard,
     rhytid::backends::wgpu::Wgpu,
-    rhytid::{Backend, DeviceErrorKind, DeviceInfo, playback::find_device},
+    rhytid::{Backend, DeviceErrorKind, DeviceInfo, InputErrorKind, playback::find_device},
 };
 
 /// The device with the id `wanted`, or the first where that is the backend's name.
@@ -30,7 +30,7 @@ pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
         false => Err(Error::input(format!(
             "--draw-on {wanted}: expected a device of the backend wgpu, as `rhytid devices` lists them"
         ))
-        .of_kind(InputErrorKind::UnknownName { name: wanted.to_string() })),
+        .of_kind(InputErrorKind::UnknownName { name: wanted.to_owned() })),
     }
 }
 

@@ -28,13 +28,13 @@ impl Findings {
         page(&self.report, &self.face)
     }
 
-    /// `report.md` of the report, as [`rhytid_conformance::Report`] has it.
+    /// `report.md` of the report, as [`Report`] has it.
     #[wasm_bindgen(getter)]
     pub fn markdown(&self) -> String {
         self.report.to_markdown()
     }
 
-    /// `report.json` of the report, as [`rhytid_conformance::Report`] has it.
+    /// `report.json` of the report, as [`Report`] has it.
     ///
     /// # Errors
     /// As [`Report::to_json`].
@@ -43,7 +43,7 @@ impl Findings {
         Ok(self.report.to_json()?)
     }
 
-    /// `junit.xml` of the report, as [`rhytid_conformance::Report`] has it.
+    /// `junit.xml` of the report, as [`Report`] has it.
     ///
     /// # Errors
     /// As [`Report::to_junit`].
