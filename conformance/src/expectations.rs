@@ -45,10 +45,10 @@ impl Expectations {
     /// # Errors
     /// [`Error::Input`] if it is not TOML, a key is missing or unknown, or a reason or link is empty.
     pub fn parse(text: &str) -> Result<Self> {
-        let list: Self = toml::from_str(text).map_err(|e| Error::input(format!("expectations: {e}")))?;
+        let list: Self = toml::from_str(text).map_err(|e| Error::malformed(format!("expectations: {e}")))?;
         for e in &list.expectation {
             if e.reason.trim().is_empty() || e.link.trim().is_empty() {
-                return Err(Error::input(format!(
+                return Err(Error::malformed(format!(
                     "expectations: {} on {} has no reason or no link; say both",
                     e.case, e.device
                 )));

@@ -17,6 +17,6 @@ fuzz_target!(|text: &str| match parse(text, "fuzz") {
         assert!(edits.holds.iter().all(|hold| hold.frames.0 < hold.frames.1));
         assert!(edits.corrections.iter().all(|c| is_sound(&c.amount) && c.reach.is_none_or(|r| r > 0.0)));
     }
-    Err(Error::Input(sentence)) => assert!(sentence.starts_with("fuzz"), "{sentence}"),
+    Err(Error::Input(sentence)) => assert!(sentence.sentence().starts_with("fuzz"), "{sentence}"),
     Err(other) => panic!("expected an input error, found {other:?}"),
 });

@@ -12,6 +12,6 @@ fuzz_target!(|bytes: &[u8]| match decode_handles(bytes, "fuzz") {
         assert_eq!(handles.labels.iter().collect::<HashSet<_>>().len(), handles.labels.len());
         assert!(handles.labels.iter().all(|label| !label.is_empty()));
     }
-    Err(Error::Input(sentence)) => assert!(sentence.starts_with("fuzz"), "{sentence}"),
+    Err(Error::Input(sentence)) => assert!(sentence.sentence().starts_with("fuzz"), "{sentence}"),
     Err(other) => panic!("expected an input error, found {other:?}"),
 });

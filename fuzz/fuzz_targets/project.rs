@@ -14,6 +14,6 @@ fuzz_target!(|text: &str| match parse(text, "fuzz") {
         let names: HashSet<_> = project.examples.iter().map(|example| &example.name).collect();
         assert_eq!(names.len(), project.examples.len());
     }
-    Err(Error::Input(sentence)) => assert!(sentence.starts_with("fuzz"), "{sentence}"),
+    Err(Error::Input(sentence)) => assert!(sentence.sentence().starts_with("fuzz"), "{sentence}"),
     Err(other) => panic!("expected an input error, found {other:?}"),
 });

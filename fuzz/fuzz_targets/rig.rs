@@ -5,6 +5,6 @@ use rhytid_core::{Error, rig_file};
 
 fuzz_target!(|bytes: &[u8]| match rig_file::decode(bytes, "fuzz") {
     Ok(rig) => rig.check().expect("a rig that was read is sound"),
-    Err(Error::Input(sentence)) => assert!(sentence.starts_with("fuzz"), "{sentence}"),
+    Err(Error::Input(sentence)) => assert!(sentence.sentence().starts_with("fuzz"), "{sentence}"),
     Err(other) => panic!("expected an input error, found {other:?}"),
 });

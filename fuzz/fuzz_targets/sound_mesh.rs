@@ -6,7 +6,7 @@ use rhytid_formats::mesh::{self, Format};
 pub fn decode(bytes: &[u8], format: Format) {
     let mesh = match mesh::decode(bytes, format, "fuzz") {
         Ok(mesh) => mesh,
-        Err(Error::Input(sentence)) => return assert!(sentence.starts_with("fuzz"), "{sentence}"),
+        Err(Error::Input(sentence)) => return assert!(sentence.sentence().starts_with("fuzz"), "{sentence}"),
         Err(other) => panic!("expected an input error, found {other:?}"),
     };
     let (vertices, corners) = (mesh.positions.len(), mesh.faces.indices.len());

@@ -13,7 +13,7 @@ fuzz_target!(|bytes: &[u8]| {
             let pairs: HashSet<_> = edges.iter().map(|&[a, b]| (a.min(b), a.max(b))).collect();
             assert_eq!(pairs.len(), edges.len());
         }
-        Err(Error::Input(sentence)) => assert!(sentence.starts_with("fuzz"), "{sentence}"),
+        Err(Error::Input(sentence)) => assert!(sentence.sentence().starts_with("fuzz"), "{sentence}"),
         Err(other) => panic!("expected an input error, found {other:?}"),
     }
 });

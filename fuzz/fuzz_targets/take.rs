@@ -29,7 +29,7 @@ fn sound(result: rhytid_core::Result<Take>) -> Option<Take> {
             Some(take)
         }
         Err(Error::Input(sentence)) => {
-            assert!(sentence.starts_with("fuzz"), "{sentence}");
+            assert!(sentence.sentence().starts_with("fuzz"), "{sentence}");
             None
         }
         Err(other) => panic!("expected an input error, found {other:?}"),

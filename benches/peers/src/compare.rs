@@ -149,7 +149,7 @@ impl Expected {
         if largest_displacement > 0.0 {
             return Ok(Self { what, strains, positions, largest_displacement });
         }
-        Err(Error::input(
+        Err(Error::empty(
             "no vertex moves, so there is nothing to compare; are all examples like the neutral mesh?",
         ))
     }

@@ -39,7 +39,7 @@ pub(crate) fn run(report: &Report, store: bool) -> Result<()> {
         return Ok(());
     }
     let unreadable =
-        |e: &dyn Display| Error::input(format!("{STORED}: {e}; make it anew with --quick --store"));
+        |e: &dyn Display| Error::malformed(format!("{STORED}: {e}; make it anew with --quick --store"));
     let text = std::fs::read_to_string(path).map_err(|e| unreadable(&e))?;
     let stored = serde_json::from_str(&text).map_err(|e| unreadable(&e))?;
     println!("\n{}", compare(&found, &stored)?);
@@ -79,7 +79,7 @@ impl Ratios {
 /// A table of both; an error names the first ratio that is too low.
 fn compare(found: &Ratios, stored: &Ratios) -> Result<String> {
     if (found.threads, found.vertices) != (stored.threads, stored.vertices) {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "the stored ratios are of {} threads and {} vertices, found {} and {}: set RAYON_NUM_THREADS, or store them \
              anew with --quick --store",
             stored.threads, stored.vertices, found.threads, found.vertices
@@ -91,7 +91,7 @@ fn compare(found: &Ratios, stored: &Ratios) -> Result<String> {
         table += &format!("\n{what:>12} {now:6.2}   stored {before:6.2}");
         let lowest = before * (1.0 - ALLOWED_LOSS);
         if now.is_nan() || now < lowest {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "Rhytid is {now:.2} times as fast as {} for a {what}, expected at least {lowest:.2}, which is 15 % below \
                  the {before:.2} stored on {}: run it again on a quiet machine; if it stays, something became slower",
                 found.peer, stored.date

@@ -27,7 +27,10 @@ pub(crate) fn face(vertices: usize) -> Face {
 pub(crate) fn handles_over_time(rig: &Rig, frames: usize) -> Result<Vec<f32>> {
     let examples: Vec<&[[f32; 3]]> = rig.example_handles.chunks_exact(rig.handles.len()).collect();
     if examples.is_empty() {
-        return Err(Error::input(format!("{}: has no examples, so nothing to blend; add some", rig.name)));
+        return Err(Error::rig_lacks(format!(
+            "{}: has no examples, so nothing to blend; add some",
+            rig.name
+        )));
     }
     let mut positions = Vec::with_capacity(frames * rig.handles.len() * 3);
     for frame in 0..frames {

@@ -21,7 +21,7 @@ fn page(report: &Report, out: &mut String) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "Made by `rhytid conform` {} at commit `{}` on {}: the {suite} suite. What it does and how to read this is in\n\
+        "Made by Rhytid {} at commit `{}` on {}: the {suite} suite. What it does and how to read this is in\n\
          [conformance](conformance.md).\n",
         report.version, report.commit, report.system
     )?;
@@ -43,7 +43,7 @@ fn page(report: &Report, out: &mut String) -> std::fmt::Result {
         "\n`of bound` is the largest difference from the float64 twin as a part of what rounding may do (at most 1 passes).\n\
          `ulp` is the largest difference in units in the last place of the stage's largest number (of 1 for normals, of at\n\
          least 1 for strains), where rounding leaves the number determined at all; `mm` the same in millimetres. `ms` and\n\
-         `GB/s` are the device's own time for one frame of the face that `rhytid bench` measures (530,000 vertices, 89\n\
+         `GB/s` are the device's own time for one frame of the face that the benchmark measures (530,000 vertices, 89\n\
          handles, six examples, the learned method), and the bytes that the stage must move over that time."
     )?;
     for device in &report.devices {
@@ -68,7 +68,7 @@ fn section(report: &DeviceReport, out: &mut String) -> std::fmt::Result {
         DeviceKind::IntegratedGpu => "An integrated GPU.",
         DeviceKind::DiscreteGpu => "A discrete GPU.",
         DeviceKind::VirtualGpu => "A part of a GPU, given to a virtual machine.",
-        DeviceKind::Other => "The driver does not say what kind of device it is.",
+        _ => "The driver does not say what kind of device it is.",
     };
     let mib = |bytes: Option<u64>, none: &str| {
         bytes.map_or_else(|| none.to_owned(), |bytes| format!("{} MiB", bytes >> 20))

@@ -193,7 +193,7 @@ impl VulkanSession {
         let HandleFrames { positions, frames } = frames;
         let expected = frames.checked_mul(self.plan.values_per_frame());
         if frames == 0 || frames > self.max_frames || expected != Some(positions.len()) {
-            return Err(Error::input(format!(
+            return Err(Error::mismatch(format!(
                 "a batch of {frames} frames has {} numbers, expected 1 to {} frames of {}",
                 positions.len(),
                 self.max_frames,

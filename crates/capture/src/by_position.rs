@@ -97,7 +97,7 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
 }
 
 fn misfit() -> Error {
-    Error::input("the markers do not fit the rig's face: say which is which handle's")
+    Error::no_fit("the markers do not fit the rig's face: say which is which handle's")
 }
 
 /// What of a rig a scan is.

@@ -12,7 +12,16 @@ use crate::{
 };
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, RawTake, Result, Rig, RigidMotion, Take, human};
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::RawTake;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::RigidMotion;
+use rhytid_core::Take;
+use rhytid_core::Warning;
+use rhytid_core::human;
 use rhytid_geometry::registration::Similarity;
 use std::cmp::{Ordering, Reverse};
 
@@ -96,10 +105,11 @@ pub fn clean(
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     };
     step(0)?;
-    let RawTake { tracks: mut file, metres_per_unit: stated, in_head_space, mut warnings } = raw;
+    let RawTake { tracks: mut file, metres_per_unit: stated, in_head_space, warnings } = raw;
+    let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::from).collect();
     let matched = match_labels(&target.labels, &file.labels, &settings.markers)?;
     if file.frames() == 0 {
-        return Err(Error::input("the take has no frames"));
+        return Err(Error::empty("the take has no frames"));
     }
     let mut events = filled_before(&file, &matched.columns);
     let mut tracks = Tracks::of(&mut file);
@@ -135,7 +145,7 @@ pub fn clean(
         let columns = tracks.columns.par_iter_mut().zip(maps);
         columns.for_each(|(column, map)| column.iter_mut().for_each(|p| *p = map * *p));
     }
-    warnings.extend(unlike(&poses));
+    warnings.extend(unlike(&poses).map(Warning::from));
     let at = |j: usize, f: usize| target.rest[j] + tracks.columns[j][f];
     events.extend(gross_strain::events(target, tracks.frames(), at));
     let leaves_gaps = settings.skip.contains(&Step::Gaps);
@@ -214,14 +224,14 @@ fn without_head(
     let face: Vec<usize> = matched.columns.iter().copied().flatten().collect();
     let extent = typical_extent(tracks, &face);
     if extent == 0.0 {
-        return Err(Error::input("no handle's marker was ever seen: the take has no positions to go by"));
+        return Err(Error::empty("no handle's marker was ever seen: the take has no positions to go by"));
     }
     let rigid = rigid_markers(tracks, &matched.others, labels, settings, extent)?;
     if in_head_space || settings.skip.contains(&Step::Head) {
         return Ok((None, rigid));
     }
     let mut head = head::stabilise(tracks, &rigid, &face, extent).ok_or_else(|| {
-        Error::input("no frame shows three markers from which the head's motion could be told")
+        Error::no_fit("no frame shows three markers from which the head's motion could be told")
     })?;
     if !settings.skip.contains(&Step::HeadLowPass) {
         let centre = head::centre(tracks, &face, &head.motions);
@@ -293,7 +303,7 @@ fn displacements(
     in_head_space: bool,
     target: &Target,
     settings: &Settings,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Displaced {
     let columns: Vec<Option<usize>> = (0..tracks.columns.len()).map(Some).collect();
     let pose = neutral::pose(tracks, &columns, &place.neutral);
@@ -354,15 +364,15 @@ fn unlike(poses: &[Pose]) -> Option<String> {
 }
 
 /// What of the events a person should know of before the take is used: a sentence for each kind.
-fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<String> {
+fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Warning> {
     let of = |kind: Kind| events.iter().filter(move |e| e.kind == kind);
     let never: Vec<&str> = of(Kind::NeverSeen).filter_map(|e| Some(&labels[e.marker?][..])).collect();
     let mut sentences = Vec::new();
     let seconds = |frame: usize| frame as f64 / rate;
     if let Some(first) = of(Kind::Slide).max_by_key(|e| (e.frames, Reverse(e.first))) {
         let name = |marker: Option<usize>| marker.map_or("another place", |j| &labels[j][..]);
-        sentences.push(format!(
-            "a label slid off its marker {}, and was cut out: longest that of {}, to {}, in frames {}..{} ({:.2} s); look at it: `--skip slides` keeps them, `--drop` cuts out by hand",
+        let warning = Warning::from(format!(
+            "a label slid off its marker {}, and was cut out: longest that of {}, to {}, in frames {}..{} ({:.2} s); look at it: `skip` of slides keeps them, `drop` cuts out by hand",
             human::counted(of(Kind::Slide).count(), "time"),
             name(first.marker),
             name(first.other),
@@ -370,6 +380,7 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Stri
             first.first + first.frames,
             seconds(first.first)
         ));
+        sentences.push(warning.with_remedies(&[Remedy::KeepSlides, Remedy::DropStretch]));
     }
     if let Some(worst) =
         of(Kind::Strain).max_by(|a, b| a.strain.partial_cmp(&b.strain).unwrap_or(Ordering::Equal))
@@ -384,11 +395,11 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Stri
             worst.first,
             seconds(worst.first),
             human::count(of(Kind::Strain).count())
-        ));
+        ).into());
     }
     if !never.is_empty() {
         let what = "never seen, and go with their neighbours";
-        sentences.push(format!("handles whose marker is {what}: {}", never.join(", ")));
+        sentences.push(format!("handles whose marker is {what}: {}", never.join(", ")).into());
     }
     if let Some(longest) = of(Kind::Lost).max_by_key(|e| (e.frames, Reverse(e.first))) {
         sentences.push(format!(
@@ -396,7 +407,7 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Stri
             of(Kind::Lost).count(),
             longest.frames as f64 / rate,
             longest.first
-        ));
+        ).into());
     }
     sentences
 }

@@ -97,7 +97,7 @@ pub struct Edge {
 pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
     let edges = rig.strain_edges.len();
     if edges == 0 {
-        return Err(Error::input(
+        return Err(Error::rig_lacks(
             "the rig has no strain edges, so there is nothing to compare its examples and the take by",
         ));
     }

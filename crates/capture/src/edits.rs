@@ -4,7 +4,7 @@ use crate::labels::Matched;
 use crate::tracks::Tracks;
 use crate::{Event, Kind};
 use glam::DVec3;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::ops::Range;
 
 /// One repair, in frames of the raw take, counted from 0; what lies behind its end is left out. Labels are the handles' or the file's.
@@ -37,7 +37,7 @@ pub(crate) fn apply(
         let frames = frames.start..frames.end.min(take);
         if frames.is_empty() {
             let wrong = format!("{what} from frame {}, but the take has frames 0..{take}", frames.start);
-            return Err(Error::input(wrong));
+            return Err(Error::out_of_range(wrong));
         }
         Ok(frames)
     };
@@ -47,6 +47,7 @@ pub(crate) fn apply(
             Error::input(format!(
                 "{what} names “{label}”, which is neither a handle with a marker nor a label of the file"
             ))
+            .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
         })
     };
     let handle = |column: usize| matched.columns.iter().position(|c| *c == Some(column));
@@ -77,7 +78,8 @@ pub(crate) fn apply(
         match handle(column) {
             Some(marker) => events.push(event(kind, marker, frames, HELD_CONFIDENCE)),
             None if kind == Kind::Held => {
-                return Err(Error::input(format!("hold names “{label}”, which is no handle’s marker")));
+                return Err(Error::input(format!("hold names “{label}”, which is no handle’s marker"))
+                    .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] }));
             }
             None => (),
         }

@@ -2,9 +2,15 @@
 use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
 use glam::DVec3;
-use rhytid_core::{Error, Face, Handles, RawTake, Result};
+use rhytid_core::Error;
+use rhytid_core::Face;
+use rhytid_core::Handles;
+use rhytid_core::InputErrorKind;
+use rhytid_core::RawTake;
+use rhytid_core::Result;
 use rhytid_geometry::registration::OntoSurface;
-use rhytid_solve::{Placed, Skin};
+use rhytid_solve::Placed;
+use rhytid_solve::Skin;
 use std::collections::BTreeSet;
 
 /// A marker that keeps its distance from others and is this far off the skin, in metres, is on no skin: on a head band.
@@ -66,11 +72,12 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let index = |label: &String| {
         labels.iter().position(|known| known == label).ok_or_else(|| {
             Error::input(format!("no marker of the take is called “{label}”; it has {}", labels.join(", ")))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
         })
     };
     let frame = settings.frame.unwrap_or_else(|| typical_frame(take));
     if frame >= take.frames() {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "the frame {frame} is not in the take, expected 0 to {}",
             take.frames().saturating_sub(1)
         )));
@@ -80,7 +87,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let mut known = vec![None; count];
     for (label, vertex) in &settings.known {
         if *vertex as usize >= face.neutral.positions.len() {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the marker “{label}” is said to be at vertex {vertex}, expected 0 to {}",
                 face.neutral.positions.len().saturating_sub(1)
             )));

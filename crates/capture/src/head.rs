@@ -4,8 +4,11 @@ use crate::settings::Settings;
 use crate::tracks::{Tracks, median, median_of, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Error, Result};
-use rhytid_geometry::registration::{Similarity, fit_robustly};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_geometry::registration::Similarity;
+use rhytid_geometry::registration::fit_robustly;
 
 /// How a head moved. *Local space* stands still with the head: it is the file's space as the head was in the middle of its motion.
 #[derive(Debug, Clone)]
@@ -64,13 +67,16 @@ pub(crate) fn rigid_markers(
 ) -> Result<Vec<usize>> {
     let Some(named) = &settings.rigid else { return Ok(find_rigid(tracks, others, extent)) };
     if named.len() == 1 || named.len() == 2 {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "{} rigid markers are given, expected at least 3, or none to go by the whole face",
             named.len()
         )));
     }
     let column = |label: &String| {
-        let unknown = || Error::input(format!("the rigid marker “{label}” is not in the file"));
+        let unknown = || {
+            Error::input(format!("the rigid marker “{label}” is not in the file"))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
+        };
         labels.iter().position(|l| l == label).ok_or_else(unknown)
     };
     named.iter().map(column).collect()

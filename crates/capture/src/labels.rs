@@ -1,5 +1,5 @@
 //! Labels: which marker of a file is which handle's.
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::collections::BTreeMap;
 
 /// What the labels of a file are.
@@ -28,12 +28,14 @@ pub fn same_names(
         if !handles.contains(handle) {
             return Err(Error::input(format!(
                 "the map gives the handle “{handle}” a marker, but the rig has no such handle"
-            )));
+            ))
+            .of_kind(InputErrorKind::UnknownMarkers { labels: vec![handle.clone()] }));
         }
         if !file.contains(label) {
             return Err(Error::input(format!(
                 "the map gives the handle “{handle}” the marker “{label}”, but the file has no such marker"
-            )));
+            ))
+            .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] }));
         }
     }
     let bare = |label: &str| label.rsplit(':').next().unwrap_or(label).trim().to_lowercase();
@@ -69,13 +71,15 @@ pub(crate) fn match_labels(
             let shown: Vec<&str> = labels.iter().take(8).map(String::as_str).collect();
             shown.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
         };
+        let without = handles.iter().zip(&columns).filter(|(_, column)| column.is_none());
+        let labels = without.map(|(handle, _)| handle.clone()).collect();
         return Err(Error::input(format!(
             "{found} of the rig's {} handles have a marker of that name, expected at least {FEWEST}; the handles are {}, the markers {}; \
              a map says which is which",
             handles.len(),
             shown(handles),
             shown(file)
-        )));
+        )).of_kind(InputErrorKind::MissingMarkers { labels }));
     }
     let others = (0..file.len()).filter(|i| !columns.contains(&Some(*i))).collect();
     Ok(Matched { columns, others })
@@ -102,12 +106,16 @@ mod tests {
     #[test]
     fn too_few_and_wrong_maps() {
         let handles = labels(&["a", "b", "c", "d"]);
-        let message = |file: &[&str], map: &[(&str, &str)]| {
+        let refused = |file: &[&str], map: &[(&str, &str)], words: &str| {
             let map = map.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
-            match_labels(&handles, &labels(file), &map).unwrap_err().to_string()
+            let error = match_labels(&handles, &labels(file), &map).unwrap_err();
+            assert!(error.to_string().contains(words), "{error}");
+            error.input_kind().unwrap().clone()
         };
-        assert!(message(&["a", "b", "c", "x"], &[]).starts_with("3 of the rig's 4 handles"));
-        assert!(message(&["a"], &[("q", "a")]).contains("no such handle"));
-        assert!(message(&["a"], &[("a", "q")]).contains("no such marker"));
+        let unknown = InputErrorKind::UnknownMarkers { labels: labels(&["q"]) };
+        assert_eq!(refused(&["a"], &[("q", "a")], "no such handle"), unknown);
+        assert_eq!(refused(&["a"], &[("a", "q")], "no such marker"), unknown);
+        let missing = InputErrorKind::MissingMarkers { labels: labels(&["d"]) };
+        assert_eq!(refused(&["a", "b", "c", "x"], &[], "3 of the rig's 4 handles"), missing);
     }
 }

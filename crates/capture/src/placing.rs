@@ -3,8 +3,11 @@ use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
 use glam::DVec3;
-use rhytid_core::{Error, Result};
-use rhytid_geometry::registration::{Similarity, fit_robustly};
+use rhytid_core::Error;
+use rhytid_core::Result;
+use rhytid_core::Warning;
+use rhytid_geometry::registration::Similarity;
+use rhytid_geometry::registration::fit_robustly;
 use std::ops::Range;
 
 /// How the file's space, with the head's motion taken out, becomes the rig's.
@@ -39,7 +42,7 @@ impl Place {
         (stated, in_head_space): (Option<f64>, bool),
         target: &Target,
         settings: &Settings,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
     ) -> Result<Self> {
         let neutral = neutral_frames(tracks, columns, target, settings)?;
         let pose = neutral::pose(tracks, columns, &neutral);
@@ -57,7 +60,7 @@ impl Place {
         } else {
             let tolerance = TOLERANCE * extent(target.rest.iter().copied());
             let (fitted, _) = fit_robustly(&pose, &target.rest, true, tolerance).ok_or_else(|| {
-                Error::input(
+                Error::no_fit(
                     "the neutral frames show fewer than three markers, or markers on one line; say which frames are neutral",
                 )
             })?;
@@ -97,12 +100,12 @@ fn neutral_frames(
     let frames = tracks.frames();
     match &settings.neutral {
         Some(range) if range.start < range.end && range.end <= frames => Ok(range.clone()),
-        Some(range) => Err(Error::input(format!(
+        Some(range) => Err(Error::out_of_range(format!(
             "the neutral frames are {}..{}, expected a range within 0..{frames}",
             range.start, range.end
         ))),
         None => neutral::find(tracks, columns, &target.rest).ok_or_else(|| {
-            Error::input(
+            Error::no_fit(
                 "no half second shows enough markers to find the neutral face in; say which frames are neutral",
             )
         }),
@@ -115,7 +118,7 @@ fn unit(
     settings: &Settings,
     mesh: f64,
     fitted: &Similarity,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> (f64, bool) {
     const UNITS: [(&str, f64); 5] = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254), ("ft", 0.3048)];
     if let Some(given) = settings.metres_per_unit {
@@ -126,18 +129,24 @@ fn unit(
         if (0.4..2.5).contains(&scale(stated)) {
             return (stated, false);
         }
-        warnings.push(format!(
-            "the file says that its unit is {stated} m, which makes the actor {:.3} times the rig's size",
-            scale(stated)
-        ));
+        warnings.push(
+            format!(
+                "the file says that its unit is {stated} m, which makes the actor {:.3} times the rig's size",
+                scale(stated)
+            )
+            .into(),
+        );
     }
     let unlike = |unit: f64| scale(unit).ln().abs();
     let (name, unit) =
         UNITS.into_iter().min_by(|a, b| unlike(a.1).total_cmp(&unlike(b.1))).unwrap_or(UNITS[0]);
-    warnings.push(format!(
-        "the unit is taken for {name}, with which the actor is {:.3} times the rig's size",
-        scale(unit)
-    ));
+    warnings.push(
+        format!(
+            "the unit is taken for {name}, with which the actor is {:.3} times the rig's size",
+            scale(unit)
+        )
+        .into(),
+    );
     (unit, true)
 }
 
@@ -147,7 +156,7 @@ pub(crate) fn offsets(
     rest: &[DVec3],
     millimetres: f64,
     labels: &[String],
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Vec<Option<f64>> {
     /// As a part of the face's extent.
     const LARGEST: f64 = 0.08;
@@ -156,9 +165,12 @@ pub(crate) fn offsets(
     for ((p, r), label) in pose.iter().zip(rest).zip(labels) {
         let offset = seen(*p).then(|| p.distance(*r) * millimetres);
         if let Some(offset) = offset.filter(|offset| *offset > largest) {
-            warnings.push(format!(
-                "at neutral the marker of {label} is {offset:.1} mm from its handle: is it another's?"
-            ));
+            warnings.push(
+                format!(
+                    "at neutral the marker of {label} is {offset:.1} mm from its handle: is it another's?"
+                )
+                .into(),
+            );
         }
         offsets.push(offset);
     }

@@ -2,7 +2,7 @@
 //! region.
 use crate::tracks::extent;
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -49,10 +49,11 @@ pub(crate) fn find(
             return Err(Error::input(format!(
                 "a pose is named “{name}”, which is no example of the rig; it has {}",
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") }
-            )));
+            ))
+            .of_kind(InputErrorKind::UnknownName { name: name.clone() }));
         };
         if frame >= frames {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the pose “{name}” is in frame {frame}, but the take has frames 0..{frames}"
             )));
         }

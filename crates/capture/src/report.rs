@@ -1,5 +1,6 @@
 //! The report of a clean-up, as data.
 use crate::Pose;
+use rhytid_core::Warning;
 use serde::Serialize;
 use std::ops::Range;
 
@@ -29,7 +30,7 @@ pub struct Report {
     /// The cut-off of the markers' low-pass filter in Hz; `None` where they were not filtered.
     pub low_pass_hz: Option<f64>,
     /// A sentence each: what the reader and the clean-up had to assume, and what a person should look at.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// How the file's markers and numbers were understood.

@@ -58,6 +58,7 @@ impl TakeSpace {
 
 /// Why a take is not in the rig's space.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Misfit {
     /// In this space it would fit.
     Space(TakeSpace),

@@ -5,7 +5,7 @@ use rhytid::{Error, Result};
 #[cfg(feature = "wgpu")]
 use {
     crate::guard::guard,
-    rhytid::core::{Backend, DeviceErrorKind, DeviceInfo},
+    rhytid::core::{Backend, DeviceErrorKind, DeviceInfo, InputErrorKind},
     rhytid::devices::find_device,
     rhytid::devices::wgpu::Wgpu,
 };
@@ -30,7 +30,8 @@ pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
         true => Ok(info),
         false => Err(Error::input(format!(
             "--draw-on {wanted}: expected a device of the backend wgpu, as `rhytid devices` lists them"
-        ))),
+        ))
+        .of_kind(InputErrorKind::UnknownName { name: wanted.to_owned() })),
     }
 }
 
@@ -41,7 +42,8 @@ pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
 /// As `write`.
 pub(crate) fn with_pictures(what: &str, write: impl Fn(Option<&Painter>) -> Result<()>) -> Result<bool> {
     let failed = match painter().and_then(|painter| write(Some(&painter))) {
-        Err(Error::Device { message, .. } | Error::Input(message)) => message,
+        Err(Error::Device { message, .. }) => message,
+        Err(Error::Input(error)) => error.sentence().to_owned(),
         done => return done.map(|()| true),
     };
     log::warn!("{what} left out: {failed}");

@@ -1,7 +1,7 @@
 //! The end of the program: exit codes, and errors as one sentence on stderr.
 
 use crate::progress::Ui;
-use crate::{limits, output};
+use crate::{limits, output, remedy};
 use rhytid::{DeviceErrorKind, Error, Result};
 use std::io::{self, ErrorKind, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -60,14 +60,14 @@ fn code(error: &Error) -> u8 {
     match error {
         Error::Input(_) | Error::Io { .. } | Error::Cancelled => USER,
         Error::Device { kind: DeviceErrorKind::NotFound, .. } => USER,
-        Error::Device { .. } | Error::Internal(_) => OURS,
+        _ => OURS,
     }
 }
 
 fn sentence(error: &Error) -> String {
     match error {
         Error::Io { path, source } => io_sentence(path, source),
-        other => other.to_string(),
+        other => remedy::of_error(other),
     }
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceIn
 /// [`Error::Input`].
 pub(crate) fn expect(path: &Path, expected: &[FileKind], usage: &str) -> Result<()> {
     match FileKind::of(path) {
-        Some(found) if !expected.contains(&found) => Err(Error::input(format!(
+        Some(found) if !expected.contains(&found) => Err(Error::unsupported_format(format!(
             "{}: is {found}, expected {}; the command is {usage}",
             path.display(),
             expected.first().map_or_else(String::new, ToString::to_string)
@@ -93,7 +93,7 @@ pub(crate) fn take(
     ui: &Ui,
 ) -> Result<Take> {
     let is_clean = raw_take::is_take_csv(path);
-    let refused = |what: &str| Err(Error::input(format!("{}: {what}", path.display())));
+    let refused = |what: &str| Err(Error::conflict(format!("{}: {what}", path.display())));
     let known = self::setup(setup.as_deref(), elsewhere.reach())?;
     if let Some(setup) = setup.as_ref().filter(|_| is_clean && known.detail.is_empty()) {
         return refused(&format!(
@@ -134,7 +134,11 @@ pub(crate) fn take(
             };
             // Said in so many words, it is meant.
             if !is_known {
-                return refused(&format!("{}; give{unit}{axes}", Misfit::Space(space)));
+                return Err(Error::mismatch(format!(
+                    "{}: {}; give{unit}{axes}",
+                    path.display(),
+                    Misfit::Space(space)
+                )));
             }
             format!("give{unit}{axes}")
         }
@@ -142,9 +146,7 @@ pub(crate) fn take(
             "`rhytid prepare {} --rig RIG --world -o clean.csv` takes the head's motion out",
             path.display()
         ),
-        Some(Misfit::NoFrameNearRest) => {
-            "check that rig and take belong together, and that labels name the same places".to_owned()
-        }
+        Some(_) => "check that rig and take belong together, and that labels name the same places".to_owned(),
     };
     if let Some(misfit) = misfit {
         ui.line(&format!("warning: {}: {misfit}; {remedy}", path.display()));
@@ -195,7 +197,7 @@ pub(crate) fn edit_files(edit: Option<&Path>) -> Result<Vec<PathBuf>> {
 pub(crate) fn frame(take: &Take, frame: usize, path: &Path) -> Result<Take> {
     if frame >= take.frames() {
         let frames = human::counted(take.frames(), "frame");
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "--frame {frame}: {} has {frames}, counted from 0",
             path.display()
         )));

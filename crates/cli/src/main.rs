@@ -13,6 +13,7 @@ mod memory;
 mod output;
 mod progress;
 mod quiet_drivers;
+mod remedy;
 
 use clap::Parser;
 use std::process::ExitCode;

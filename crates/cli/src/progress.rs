@@ -1,9 +1,10 @@
 //! Progress, told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
-use crate::{interrupt, output};
+use crate::{interrupt, output, remedy};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rhytid::Progress;
+use rhytid::core::Warning;
 use rhytid::core::human;
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -144,6 +145,10 @@ impl Progress for Ui {
 
     fn cancelled(&self) -> bool {
         interrupt::requested()
+    }
+
+    fn warn(&self, warning: &Warning) {
+        log::warn!("{}", remedy::of_warning(warning));
     }
 }
 

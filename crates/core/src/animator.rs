@@ -23,13 +23,13 @@ impl<S: Session> Animator<S> {
     pub fn new<B: Backend<Session = S>>(backend: &B, rig: &Rig, options: UploadOptions) -> Result<Self> {
         let max_frames = options.max_frames;
         if max_frames == 0 {
-            return Err(Error::input("a batch has at least 1 frame, found max_frames = 0"));
+            return Err(Error::out_of_range("a batch has at least 1 frame, found max_frames = 0"));
         }
         let checked = rig.checked()?;
         if options.basis == BasisStorage::F16
             && let Some(i) = rig.basis.iter().position(|b| b.abs() > LARGEST_FP16)
         {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the basis of vertex {} has the number {}, expected at most {LARGEST_FP16} in size to be stored as \
                  fp16; store it as f32",
                 i / rig.handles.len(),
@@ -40,7 +40,7 @@ impl<S: Session> Animator<S> {
         if options.basis == BasisStorage::F16
             && let Some((i, c)) = c.enumerate().find(|(_, c)| 0.5 * c.abs() > LARGEST_FP16)
         {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the linear band of vertex {} has the weight {c}, expected at most {} in size to be stored as fp16, by its half; \
                  store it as f32",
                 i / (3 * rig.example_names.len()),
@@ -71,20 +71,20 @@ impl<S: Session> Animator<S> {
         let per_frame = self.handles * 3;
         let frames = positions.len() / per_frame;
         if frames * per_frame != positions.len() || frames == 0 {
-            return Err(Error::input(format!(
+            return Err(Error::mismatch(format!(
                 "a batch of handle positions has {} numbers, expected a multiple of {} handles × 3 above 0",
                 positions.len(),
                 self.handles
             )));
         }
         if frames > self.max_frames {
-            return Err(Error::input(format!(
+            return Err(Error::too_large(format!(
                 "a batch has {frames} frames, expected at most {}: split it or make more room",
                 self.max_frames
             )));
         }
         if let Some(i) = positions.iter().position(|x| !x.is_finite()) {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "frame {} of a batch: handle {} is at {}, expected a finite position",
                 i / per_frame,
                 i % per_frame / 3,
@@ -120,7 +120,7 @@ impl<S: Session> Animator<S> {
         if self.evaluated {
             return Ok(());
         }
-        Err(Error::input(
+        Err(Error::empty(
             "there is nothing to read: no batch was evaluated yet, or the last one failed on the device",
         ))
     }

@@ -30,7 +30,7 @@ impl AtomicFile {
         let target = followed(path)?;
         let folder = folder_of(&target);
         let wrong = |what: &str| {
-            Err(Error::input(format!("{}: the folder {} {what}", path.display(), folder.display())))
+            Err(Error::bad_path(format!("{}: the folder {} {what}", path.display(), folder.display())))
         };
         match std::fs::metadata(folder) {
             Ok(found) if found.is_dir() => {}
@@ -40,7 +40,7 @@ impl AtomicFile {
         }
         // A separator at the end asks for a folder, and would fail only when all was done.
         let ends_in_separator = path.to_string_lossy().ends_with(std::path::is_separator);
-        let refused = |what: &str| Err(Error::input(format!("{}: is {what}", path.display())));
+        let refused = |what: &str| Err(Error::bad_path(format!("{}: is {what}", path.display())));
         match std::fs::metadata(&target) {
             _ if ends_in_separator => return refused("a folder, expected the name of a file"),
             Ok(found) if found.is_dir() => return refused("a folder, expected the name of a file"),
@@ -123,7 +123,7 @@ fn followed(path: &Path) -> Result<PathBuf> {
             _ => return Ok(at),
         }
     }
-    Err(Error::input(format!("{}: is a link that leads in a circle", path.display())))
+    Err(Error::bad_path(format!("{}: is a link that leads in a circle", path.display())))
 }
 
 /// Gives a file the mode of the one that it replaces, and its owner. Who may not give a file away keeps it.

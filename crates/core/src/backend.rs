@@ -127,6 +127,7 @@ impl BasisStorage {
 /// What kind of processor is behind a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum DeviceKind {
     /// A processor; behind a GPU's API it is a software driver.
     Cpu,

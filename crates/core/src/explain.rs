@@ -57,12 +57,12 @@ impl Rig {
     pub fn explain(&self, vertex: usize, handle_positions: &[[f32; 3]]) -> Result<Explanation> {
         if vertex >= self.vertices() {
             let last = self.vertices() - 1;
-            return Err(Error::input(format!("vertex {vertex}: the rig's vertices are 0 to {last}")));
+            return Err(Error::out_of_range(format!("vertex {vertex}: the rig's vertices are 0 to {last}")));
         }
         let h = self.handles.len();
         if handle_positions.len() != h {
             let found = handle_positions.len();
-            return Err(Error::input(format!("{found} handle positions, expected those of {h} handles")));
+            return Err(Error::mismatch(format!("{found} handle positions, expected those of {h} handles")));
         }
         let strains = self.strains(handle_positions);
         let of_edges = vertex * self.influences()..(vertex + 1) * self.influences();

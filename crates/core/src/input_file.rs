@@ -20,19 +20,21 @@ pub const LARGEST_RIG: u64 = 1 << 36;
 /// [`Error::Input`] if `path` is a folder or a device, there is more than `limit` bytes (of a file nothing is read then), or
 /// the file becomes shorter or longer while it is read; [`Error::Io`].
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
-    let wrong = |what: String| Err(Error::input(format!("{}: {what}", path.display())));
+    let shown = path.display();
+    let wrong = |what: &str| Err(Error::bad_path(format!("{shown}: {what}")));
     // Before it is opened, which for some devices does something.
     let found = std::fs::metadata(path).map_err(Error::io(path))?;
     if found.is_dir() {
-        return wrong("is a folder, expected a file; check the path".into());
+        return wrong("is a folder, expected a file; check the path");
     }
     if is_device(&found) {
-        return wrong("is a device, expected a file; check the path".into());
+        return wrong("is a device, expected a file; check the path");
     }
     let file = File::open(path).map_err(Error::io(path))?;
     let announced = file.metadata().map_err(Error::io(path))?;
     let too_large = |has: String| {
-        wrong(format!("{has}, expected at most {}; is it what its name says?", human::bytes(limit)))
+        let most = human::bytes(limit);
+        Err(Error::too_large(format!("{shown}: {has}, expected at most {most}; is it what its name says?")))
     };
     if announced.is_file() && announced.len() > limit {
         return too_large(format!("has {}", human::bytes(announced.len())));
@@ -42,16 +44,18 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
         let reserved = bytes.try_reserve_exact(usize::try_from(announced.len()).unwrap_or(usize::MAX));
         if reserved.is_err() {
             let size = human::bytes(announced.len());
-            return wrong(format!("has {size}, more than the memory that is left; close other programs"));
+            return Err(Error::too_large(format!(
+                "{shown}: has {size}, more than the memory that is left; close other programs"
+            )));
         }
     }
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(Error::io(path))?;
     let read = bytes.len() as u64;
     match () {
-        () if announced.is_file() && read != announced.len() => wrong(format!(
-            "had {} bytes when it was opened, and {read} when it was read; wait until it is written, and try again",
+        () if announced.is_file() && read != announced.len() => Err(Error::cut_short(format!(
+            "{shown}: had {} bytes when it was opened, and {read} when it was read; wait until it is written, and try again",
             announced.len()
-        )),
+        ))),
         () if read > limit => too_large("goes on and on".into()),
         () => Ok(bytes),
     }

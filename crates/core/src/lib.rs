@@ -40,6 +40,7 @@ mod outputs;
 pub mod plan;
 mod progress;
 mod raw_take;
+mod remedy;
 mod rig;
 mod rig_check;
 pub mod rig_file;
@@ -57,7 +58,7 @@ pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
 pub use channel::{Channel, ChannelKind};
-pub use error::{DeviceErrorKind, Error, Result};
+pub use error::{DeviceErrorKind, Error, InputError, InputErrorKind, Result};
 pub use explain::{EdgeShare, ExampleShare, Explanation};
 pub use face::{
     Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
@@ -70,6 +71,7 @@ pub use named_file::{Reach, folder_of, is_below, named_file};
 pub use outputs::refuse_inputs;
 pub use progress::{NoProgress, Progress};
 pub use raw_take::RawTake;
+pub use remedy::{Remedy, Warning};
 pub use rig::Rig;
 pub use rig_check::CheckedRig;
 pub use rigid::RigidMotion;

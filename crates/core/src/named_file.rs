@@ -1,7 +1,10 @@
 //! Files that other files name: a project's meshes, a `.gltf`'s buffers, the parts of a USD file, a setup's table of markers.
 //! What comes from elsewhere must not read what is nobody's business, and give it back in a rig.
 
-use crate::{Error, Result};
+use crate::Error;
+use crate::InputErrorKind;
+use crate::Remedy;
+use crate::Result;
 use std::path::{Component, Path, PathBuf};
 
 /// Where the files may be that a file names.
@@ -21,19 +24,20 @@ pub enum Reach {
 pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result<PathBuf> {
     let folder = folder_of(namer);
     let path = namer.parent().unwrap_or(Path::new("")).join(file);
-    let wrong = |why: String| {
-        Err(Error::input(format!("{}: {what} names {}, {why}", namer.display(), file.display())))
-    };
+    let wrong =
+        |why: String| Error::bad_path(format!("{}: {what} names {}, {why}", namer.display(), file.display()));
     if reach == Reach::Below && !is_below(folder, file) {
-        return wrong(format!(
-            "which is not in {} or below; put it there, or give --allow-elsewhere if you trust whoever wrote this file",
+        return Err(wrong(format!(
+            "which is not in {} or below; put it there, or allow files elsewhere if you trust whoever wrote this file",
             folder.display()
-        ));
+        ))
+        .of_kind(InputErrorKind::OutsideFolder { file: file.to_owned() })
+        .with_remedies(&[Remedy::AllowElsewhere]));
     }
     match path.metadata() {
-        Ok(found) if found.is_dir() => wrong("which is a folder, expected a file".into()),
+        Ok(found) if found.is_dir() => Err(wrong("which is a folder, expected a file".into())),
         Ok(found) if !found.is_file() => {
-            wrong("which is a device, a pipe or a socket, expected a file".into())
+            Err(wrong("which is a device, a pipe or a socket, expected a file".into()))
         }
         _ => Ok(path),
     }
@@ -75,9 +79,7 @@ mod tests {
             std::fs::write(at(name), "").unwrap();
         }
         let project = at("face/face.toml");
-        let named = |file: &Path, reach| {
-            named_file(&project, file, "[mesh] neutral", reach).map_err(|error| error.to_string())
-        };
+        let named = |file: &Path, reach| named_file(&project, file, "[mesh] neutral", reach);
         for file in ["scans/neutral.obj", "./scans/../scans/neutral.obj", "not-there.obj"] {
             assert_eq!(named(Path::new(file), Reach::Below).unwrap(), at("face").join(file));
         }
@@ -89,17 +91,19 @@ mod tests {
             elsewhere.push(if link == "folder" { "folder/secret.obj".into() } else { link.into() });
         }
         for file in &elsewhere {
-            let said = named(file, Reach::Below).unwrap_err();
-            assert!(said.contains("[mesh] neutral names") && said.contains("--allow-elsewhere"), "{said}");
+            let Err(Error::Input(said)) = named(file, Reach::Below) else { panic!("{}", file.display()) };
+            assert!(said.sentence().contains("[mesh] neutral names"), "{said}");
+            assert_eq!(said.kind(), &InputErrorKind::OutsideFolder { file: file.clone() });
+            assert_eq!(said.remedies(), [Remedy::AllowElsewhere]);
             named(file, Reach::Anywhere).unwrap();
         }
         for reach in [Reach::Below, Reach::Anywhere] {
-            assert!(named(Path::new("scans"), reach).unwrap_err().contains("is a folder"));
+            assert!(named(Path::new("scans"), reach).unwrap_err().to_string().contains("is a folder"));
         }
         #[cfg(unix)]
         {
             let said = named(Path::new("/dev/zero"), Reach::Anywhere).unwrap_err();
-            assert!(said.contains("a device, a pipe or a socket"), "{said}");
+            assert!(said.to_string().contains("a device, a pipe or a socket"), "{said}");
         }
     }
 }

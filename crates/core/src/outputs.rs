@@ -1,6 +1,9 @@
 //! Outputs that would land on what they are made from.
 
-use crate::{Error, Result, folder_of};
+use crate::Error;
+use crate::InputErrorKind;
+use crate::Result;
+use crate::folder_of;
 use same_file::is_same_file;
 use std::path::{Path, PathBuf};
 
@@ -19,14 +22,16 @@ pub fn refuse_inputs<'a>(
                 "{}: is {}, which this command reads, and would be overwritten; choose another name",
                 output.display(),
                 input.display()
-            )));
+            ))
+            .of_kind(InputErrorKind::WouldOverwrite { file: input.to_owned() }));
         }
         if let Some(other) = outputs[..i].iter().find(|other| is_one(output, other)) {
             return Err(Error::input(format!(
                 "{}: is given for two outputs, the other being {}; choose two names",
                 output.display(),
                 other.display()
-            )));
+            ))
+            .of_kind(InputErrorKind::WouldOverwrite { file: (*other).to_owned() }));
         }
     }
     Ok(())

@@ -1,5 +1,5 @@
 //! Progress of long work, and the wish to stop it.
-use crate::{Error, Result};
+use crate::{Error, Result, Warning};
 
 /// How long work reports to its caller, and how the caller stops it.
 ///
@@ -12,6 +12,11 @@ pub trait Progress: Sync {
     /// Whether to stop. Asked between units; work that sees `true` returns [`Error::Cancelled`].
     fn cancelled(&self) -> bool {
         false
+    }
+
+    /// What a person should know, and what can be done about it. It goes to the log unless an implementation shows it itself.
+    fn warn(&self, warning: &Warning) {
+        log::warn!("{warning}");
     }
 
     /// Reports, then asks whether to stop.

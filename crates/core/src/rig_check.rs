@@ -32,7 +32,7 @@ impl Rig {
     /// [`Error::Input`] with the first array and element that does not fit.
     pub fn check(&self) -> Result<()> {
         let (v, h, f, n) = (self.vertices(), self.handles.len(), self.strain_edges.len(), self.centers());
-        let fail = |message: String| Err(Error::Input(message));
+        let fail = |message: String| Err(Error::rig_damaged(message));
         if v == 0 || h == 0 || self.faces.is_empty() {
             return fail(format!(
                 "a rig has vertices, handles and faces; found {v}, {h} and {}",
@@ -107,7 +107,7 @@ impl Rig {
     }
 
     fn check_learned(&self, learned: &Learned) -> Result<()> {
-        let fail = |message: String| Err(Error::Input(message));
+        let fail = |message: String| Err(Error::rig_damaged(message));
         let (v, p, a) = (self.vertices(), self.example_names.len(), learned.anchors_per_vertex());
         let c = if learned.share > 0.0 { v.saturating_mul(p) } else { 0 };
         for (name, found, expected) in [
@@ -145,7 +145,7 @@ impl Rig {
     }
 
     fn check_faces(&self) -> Result<()> {
-        let fail = |message: String| Err(Error::Input(message));
+        let fail = |message: String| Err(Error::rig_damaged(message));
         let corners = self.faces.indices.len();
         let counted: u64 = self.faces.counts.iter().map(|&n| u64::from(n)).sum();
         if let Some(f) = self.faces.counts.iter().position(|&n| n < 3) {
@@ -179,7 +179,7 @@ impl Rig {
 fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
     match indices.iter().position(|&i| i as usize >= end) {
         Some(at) => {
-            Err(Error::Input(format!("{name}[{at}] is {}, expected an index below {end}", indices[at])))
+            Err(Error::rig_damaged(format!("{name}[{at}] is {}, expected an index below {end}", indices[at])))
         }
         None => Ok(()),
     }
@@ -187,7 +187,9 @@ fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
 
 fn finite(name: &str, numbers: &[f32]) -> Result<()> {
     match numbers.iter().position(|x| !x.is_finite()) {
-        Some(at) => Err(Error::Input(format!("{name}[{at}] is {}, expected a finite number", numbers[at]))),
+        Some(at) => {
+            Err(Error::rig_damaged(format!("{name}[{at}] is {}, expected a finite number", numbers[at])))
+        }
         None => Ok(()),
     }
 }

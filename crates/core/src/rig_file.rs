@@ -2,9 +2,10 @@
 //!
 //! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
 use crate::{
-    AtomicFile, Error, Faces, FoldStrains, Learned, Materials, Result, Rig, UpAxis, Uvs, input_file,
+    AtomicFile, Error, Faces, FoldStrains, InputErrorKind, Learned, Materials, Result, Rig, UpAxis, Uvs,
+    input_file,
 };
-use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::io::Write;
@@ -185,7 +186,7 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
     let views = tensors
         .iter()
         .map(|(name, (dtype, bytes), shape)| Ok((*name, TensorView::new(*dtype, shape.clone(), bytes)?)))
-        .collect::<std::result::Result<Vec<_>, safetensors::SafeTensorError>>();
+        .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
     views
         .and_then(|views| {
             safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), json)])))
@@ -207,12 +208,21 @@ fn f32s(numbers: &[f32]) -> (Dtype, Vec<u8>) {
 /// # Errors
 /// [`Error::Input`], as [`read`].
 pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
-    let fail = |what: String| Error::Input(format!("{name}: {what}"));
-    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| {
+    let fail = |what: String| Error::rig_damaged(format!("{name}: {what}"));
+    let not_whole = |e: SafeTensorError| {
+        let kind = match e {
+            SafeTensorError::HeaderTooSmall
+            | SafeTensorError::InvalidHeaderLength
+            | SafeTensorError::MetadataIncompleteBuffer => InputErrorKind::CutShort,
+            _ => InputErrorKind::Malformed { line: None },
+        };
         fail(format!("is no whole safetensors file ({e}); it may be cut short: solve or copy it again"))
-    })?;
+            .of_kind(kind)
+    };
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_whole)?;
     let json = header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY)).ok_or_else(|| {
         fail(format!("is a safetensors file, but no rig: it has no `{METADATA_KEY}` in its metadata"))
+            .of_kind(InputErrorKind::UnsupportedFormat)
     })?;
     let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
     let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
@@ -220,12 +230,10 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         return Err(fail(format!(
             "is a rig file of version {version}, expected {CHAPTER_VERSION} to {VERSION}; solve the rig again with this \
              program"
-        )));
+        )).of_kind(InputErrorKind::UnsupportedVersion));
     }
     let metadata: Metadata = serde_json::from_str(json).map_err(broken)?;
-    let tensors = SafeTensors::deserialize(bytes).map_err(|e| {
-        fail(format!("is no whole safetensors file ({e}); it may be cut short: solve or copy it again"))
-    })?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(not_whole)?;
     let arrays = Arrays { tensors, name };
     let rest = vectors::<3>(arrays.f32s("rest", &[None, Some(3)])?);
     let v = Some(rest.len());
@@ -264,7 +272,7 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
             return Err(fail(format!(
                 "is a rig file of version {version} with folds along the axes `{axes}`, which no other version has; solve the rig \
                  again"
-            )));
+            )).of_kind(InputErrorKind::UnsupportedVersion));
         }
         Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains, .. }) => {
             Some(Learned {
@@ -313,10 +321,10 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         strain_edges,
         learned,
     };
-    match rig.check() {
-        Err(Error::Input(what)) => Err(fail(format!("{what}; the file is damaged: solve the rig again"))),
-        other => other.map(|()| rig),
-    }
+    rig.check().map_err(|error| {
+        error.reworded(|what| format!("{name}: {what}; the file is damaged: solve the rig again"))
+    })?;
+    Ok(rig)
 }
 
 fn vectors<const N: usize>(numbers: Vec<f32>) -> Vec<[f32; N]> {
@@ -340,7 +348,7 @@ impl Arrays<'_> {
 
     /// `shape` has `None` where any extent will do.
     fn bytes(&self, array: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<&[u8]> {
-        let fail = |what: String| Error::Input(format!("{}: {what}; solve the rig again", self.name));
+        let fail = |what: String| Error::rig_damaged(format!("{}: {what}; solve the rig again", self.name));
         let view = self.tensors.tensor(array).map_err(|_| fail(format!("has no array `{array}`")))?;
         let fits = view.shape().len() == shape.len()
             && view.shape().iter().zip(shape).all(|(found, expected)| expected.is_none_or(|e| e == *found));

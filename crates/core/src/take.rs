@@ -1,5 +1,5 @@
 //! The take: marker tracks in head space, with the head's motion and how far each position is to be trusted.
-use crate::{Error, Result, RigidMotion};
+use crate::{Error, InputErrorKind, Result, RigidMotion};
 
 /// Marker tracks: positions of labelled markers over time, in mesh units and head space.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -84,7 +84,7 @@ impl Take {
     /// there are, would come out.
     pub fn resample(&self, fps: f64) -> Result<Take> {
         if !(fps.is_finite() && fps > 0.0) {
-            return Err(Error::input(format!("the frame rate is {fps}, expected a number above 0")));
+            return Err(Error::out_of_range(format!("the frame rate is {fps}, expected a number above 0")));
         }
         let (Some(&start), Some(&end)) = (self.times.first(), self.times.last()) else {
             return Ok(self.clone());
@@ -93,7 +93,7 @@ impl Take {
         // A last sample that the rounding of times in files puts just beyond the end still counts.
         let count = ((end - start) * fps + 0.01).floor() as usize + 1;
         if count > Self::MAX_RESAMPLED {
-            return Err(Error::input(format!(
+            return Err(Error::too_large(format!(
                 "the take runs from {start} to {end} s, which is {count} frames at {fps} per second, expected at \
                  most {}; check its times",
                 Self::MAX_RESAMPLED
@@ -102,7 +102,7 @@ impl Take {
         if count > LEAST_TOO_MANY + TOO_MANY_TIMES * self.frames() {
             let steps = self.times.windows(2).map(|times| times[1] - times[0]).enumerate();
             let (before, step) = steps.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-            return Err(Error::input(format!(
+            return Err(Error::too_large(format!(
                 "the take has {} frames, which would be {count} at {fps} per second: frame {} comes {step:.1} s after the one before \
                  it; cut the take there, or check its times",
                 self.frames(),
@@ -159,12 +159,15 @@ impl Take {
             .map(|(label, _)| label.as_str())
             .collect();
         if !missing.is_empty() {
+            let kind =
+                InputErrorKind::MissingMarkers { labels: missing.iter().map(|&l| l.to_owned()).collect() };
             return Err(Error::input(format!(
                 "the take lacks {} of the rig's {} handles: {}; every handle needs its three columns",
                 missing.len(),
                 labels.len(),
                 missing.join(", ")
-            )));
+            ))
+            .of_kind(kind));
         }
         let m = self.labels.len();
         let columns: Vec<usize> = columns.into_iter().flatten().collect();

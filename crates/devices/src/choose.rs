@@ -7,7 +7,7 @@ use crate::backends;
 use crate::guard::Guard;
 use crate::trial::{Broken, Cache, Trial, cache_file, read_cache, try_guarded, write_cache};
 use crate::{listing, manifests};
-use rhytid_core::{DeviceErrorKind, DeviceInfo, Error, Progress, Result};
+use rhytid_core::{DeviceErrorKind, DeviceInfo, Error, NoProgress, Progress, Remedy, Result, Warning};
 
 /// The device with this id, or the first of a backend that is named alone.
 ///
@@ -26,7 +26,7 @@ pub fn find_device(id: &str, guard: Guard) -> Result<DeviceInfo> {
         }
     }
     let found = listing::devices_but(guard, &[]);
-    warn(&found);
+    warn(&found, &NoProgress);
     Err(backends::absent(id, &found.devices))
 }
 
@@ -65,9 +65,10 @@ pub fn devices(guard: Guard) -> backends::Found {
 }
 
 /// A backend whose driver fails is a warning, since the others still work.
-fn warn(found: &backends::Found) {
+fn warn(found: &backends::Found, progress: &dyn Progress) {
     for (backend, error) in &found.failed {
-        log::warn!("the backend {backend} is left out: {error}");
+        let warning = Warning::from(format!("the backend {backend} is left out: {error}"));
+        progress.warn(&warning.with_remedies(&[Remedy::ListDevices]));
     }
 }
 
@@ -77,7 +78,7 @@ fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
     let mut known = cache.as_deref().map(read_cache).unwrap_or_default();
     let before = known.clone();
     let mut found = remembering(&mut known, guard);
-    warn(&found);
+    warn(&found, progress);
     // The processor first: where it passes, software drivers are not tried.
     found.devices.sort_by_key(|device| (device.is_software_driver(), device.backend != "cpu"));
     let (total, mut tried) = (found.devices.len(), Vec::<(DeviceInfo, Trial)>::new());
@@ -106,7 +107,7 @@ fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
             log::warn!("what was found out about the devices is not cached: {error}");
         }
     }
-    let (devices, reason) = rank(tried, untried)?;
+    let (devices, reason) = rank(tried, untried, progress)?;
     Ok(Choice { devices, reason: Some(reason) })
 }
 
@@ -122,7 +123,7 @@ fn remembering(known: &mut Cache, guard: Guard) -> backends::Found {
     }
     for Broken { backend, why, .. } in known.broken.iter().filter(|known| broken.contains(&known.backend)) {
         if let Some(&name) = backends::names().iter().find(|name| *name == backend) {
-            let why = format!("{why} (so it was before; `rhytid devices` looks again)");
+            let why = format!("{why} (so it was before; whoever lists all devices looks again)");
             found.failed.push((name, listing::failure(name, why)));
         }
     }
@@ -131,7 +132,11 @@ fn remembering(known: &mut Cache, guard: Guard) -> backends::Found {
 
 /// Fastest first, without those that failed and with software drivers last, and a sentence that says why the first is the first;
 /// `untried` of them were not looked at.
-fn rank(mut tried: Vec<(DeviceInfo, Trial)>, untried: usize) -> Result<(Vec<DeviceInfo>, String)> {
+fn rank(
+    mut tried: Vec<(DeviceInfo, Trial)>,
+    untried: usize,
+    progress: &dyn Progress,
+) -> Result<(Vec<DeviceInfo>, String)> {
     let total = tried.len() + untried;
     let failed: Vec<String> = tried
         .iter()
@@ -139,7 +144,8 @@ fn rank(mut tried: Vec<(DeviceInfo, Trial)>, untried: usize) -> Result<(Vec<Devi
         .map(|(device, tried)| format!("{} fails {}", device.id(), tried.failed.join(", ")))
         .collect();
     for sentence in &failed {
-        log::warn!("auto leaves a device out: {sentence}; see `rhytid conform`");
+        let warning = Warning::from(format!("auto leaves a device out: {sentence}"));
+        progress.warn(&warning.with_remedies(&[Remedy::Conform]));
     }
     tried.retain(|(_, tried)| tried.failed.is_empty());
     tried.sort_by(|(a_device, a), (b_device, b)| {
@@ -209,7 +215,7 @@ mod tests {
             tried("wrong", 5000.0, &["normals/holes"]),
             tried("middling", 200.0, &[]),
         ];
-        let (devices, why) = rank(all, 0).unwrap();
+        let (devices, why) = rank(all, 0, &NoProgress).unwrap();
         let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
         assert_eq!(names, ["fast", "middling", "slow"]);
         assert!(why.contains("fast") && why.contains("fastest of 3") && why.contains("4 found"), "{why}");
@@ -226,7 +232,7 @@ mod tests {
         (cpu.0.backend, cpu.0.kind) = ("cpu", DeviceKind::Cpu);
         let gpu = tried("gpu", 100.0, &[]);
 
-        let (devices, why) = rank(vec![pocl.clone(), gpu, lavapipe.clone(), cpu], 0).unwrap();
+        let (devices, why) = rank(vec![pocl.clone(), gpu, lavapipe.clone(), cpu], 0, &NoProgress).unwrap();
         let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
         assert_eq!(names, ["processor", "gpu", "lavapipe", "pocl"]);
         assert!(
@@ -234,15 +240,16 @@ mod tests {
             "{why}"
         );
 
-        let (devices, why) = rank(vec![pocl, lavapipe], 0).unwrap();
+        let (devices, why) = rank(vec![pocl, lavapipe], 0, &NoProgress).unwrap();
         assert_eq!(devices[0].name, "lavapipe");
         assert!(why.contains("fastest of 2") && !why.contains("come last"), "{why}");
     }
 
     #[test]
     fn devices_that_all_fail_are_an_error_that_says_why() {
-        let error = rank(vec![tried("wrong", 0.0, &["normals/holes"])], 0).unwrap_err().to_string();
+        let error =
+            rank(vec![tried("wrong", 0.0, &["normals/holes"])], 0, &NoProgress).unwrap_err().to_string();
         assert!(error.contains("normals/holes"), "{error}");
-        assert!(rank(Vec::new(), 0).unwrap_err().to_string().contains("no device was found"));
+        assert!(rank(Vec::new(), 0, &NoProgress).unwrap_err().to_string().contains("no device was found"));
     }
 }

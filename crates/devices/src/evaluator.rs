@@ -132,11 +132,11 @@ fn upload_to_next<'a>(
 fn advised(error: Error) -> Error {
     match error {
         Error::Device { kind: kind @ DeviceErrorKind::OutOfMemory, device, message } => {
-            let message = format!("{message}; take a device with more memory (see `rhytid devices`)");
+            let message = format!("{message}; take a device with more memory");
             Error::Device { kind, device, message }
         }
         Error::Device { kind: kind @ DeviceErrorKind::Lost, device, message } => {
-            let message = format!("{message}; start again, or take another device (see `rhytid devices`)");
+            let message = format!("{message}; start again, or take another device");
             Error::Device { kind, device, message }
         }
         other => other,
@@ -196,10 +196,13 @@ mod tests {
 
     #[test]
     fn the_last_device_is_an_error() {
-        let (found, _) = play(&["read:2"]);
-        assert!(found.unwrap_err().to_string().contains("unplugged; start again"));
-        let (found, _) = play(&["evaluate:1", "upload"]);
-        assert!(found.unwrap_err().to_string().contains("full; take a device with more memory"));
+        for (devices, expected, words) in [
+            (&["read:2"][..], DeviceErrorKind::Lost, "unplugged; start again"),
+            (&["evaluate:1", "upload"], DeviceErrorKind::OutOfMemory, "full; take a device with more memory"),
+        ] {
+            let Err(Error::Device { kind, message, .. }) = play(devices).0 else { panic!("{devices:?}") };
+            assert!(kind == expected && message.contains(words), "{kind:?}: {message}");
+        }
     }
 
     #[test]

@@ -108,7 +108,7 @@ fn try_device(info: &DeviceInfo, before: impl Fn(), progress: &dyn Progress) -> 
     Ok(Trial::new(info, outcome))
 }
 
-/// Frames per second as `animate` needs them: evaluated in batches, positions and normals read back.
+/// Frames per second as playing needs them: evaluated in batches, positions and normals read back.
 fn measure(device: &Device) -> Result<f64> {
     let case = timing_case();
     let built = case.build();

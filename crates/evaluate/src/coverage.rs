@@ -133,7 +133,7 @@ pub fn coverage(
     let positions = take.handle_positions(&rig.labels)?;
     let h = rig.handles.len();
     if let Some(frame) = candidates.and_then(|frames| frames.iter().find(|frame| **frame >= take.frames())) {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "frame {frame} can't be scanned, as the take has {}",
             take.frames()
         )));

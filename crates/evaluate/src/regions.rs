@@ -41,7 +41,9 @@ impl Regions {
         for (i, (name, group)) in groups.iter().enumerate() {
             for &v in group {
                 let place = of_vertex.get_mut(v as usize).ok_or_else(|| {
-                    Error::input(format!("the group “{name}” has the vertex {v}, but there are {vertices}"))
+                    Error::out_of_range(format!(
+                        "the group “{name}” has the vertex {v}, but there are {vertices}"
+                    ))
                 })?;
                 *place = Some(i as u32);
             }

@@ -36,12 +36,12 @@ impl Truth {
         let frames = frames.unwrap_or_else(|| (0..take.frames()).collect());
         match meshes.frames() == frames.len() && frames.iter().all(|&frame| frame < take.frames()) {
             true => Ok(Self { meshes, frames, take }),
-            false if is_given => Err(Error::input(format!(
+            false if is_given => Err(Error::mismatch(format!(
                 "the truth has {} frames, but {} are listed for it; list the frame of the take for each, in their order",
                 meshes.frames(),
                 frames.len()
             ))),
-            false => Err(Error::input(format!(
+            false => Err(Error::mismatch(format!(
                 "the truth has {} frames and the take {}; say which frames of the take they are, in a CSV file with a column frame",
                 meshes.frames(),
                 frames.len()

@@ -148,7 +148,7 @@ impl Texels {
     /// skin, those with folds are on top.
     fn of_tiles(rig: &Rig, folds: &[Vec<f32>], size: usize) -> Result<Vec<(u32, Self)>> {
         let lacks = || {
-            Error::input(
+            Error::rig_lacks(
                 "the rig's mesh has no texture coordinates, over which masks could be painted: solve it of a neutral that has some",
             )
         };
@@ -169,7 +169,7 @@ impl Texels {
             // By its middle, since corners are on borders.
             let [u, v] = [0, 1].map(|c| (uvs.iter().map(|uv| uv[c]).sum::<f32>() / 3.0).floor());
             if !((0.0..10.0).contains(&u) && (0.0..100.0).contains(&v)) {
-                return Err(Error::input(format!(
+                return Err(Error::out_of_range(format!(
                     "the rig's mesh has texture coordinates about {u}, {v}, which are in no UDIM tile, expected 0 to 10 along u and 0 or more along v"
                 )));
             }

@@ -38,7 +38,7 @@ impl Companion {
     /// [`Error::Input`] if `main` is a link; [`Error::Io`].
     pub fn create(main: &Path, kind: &'static Kind) -> Result<Self> {
         if main.is_symlink() {
-            return Err(Error::input(format!(
+            return Err(Error::bad_path(format!(
                 "{}: is a link, and what is written there has a file beside it, which would be beside the link; name the file \
                  that it leads to",
                 main.display()
@@ -182,7 +182,7 @@ mod tests {
         let fails = |text: &str| {
             let mut companion = Companion::create(&main, &KIND).unwrap();
             companion.write(text.as_bytes()).unwrap();
-            companion.finish(|| Err::<(), _>(Error::input("no"))).unwrap_err();
+            companion.finish(|| Err::<(), _>(Error::bad_path("no"))).unwrap_err();
         };
         fails("first");
         assert_eq!(names(folder.path()), [""; 0]);

@@ -1,5 +1,5 @@
-//! An animation read back from a file, whatever its format: what `rhytid verify` compares with a fresh evaluation,
-//! and `rhytid stitch` looks at before it puts parts together. [`rhytid_formats::animation::open`] opens one.
+//! An animation read back from a file, whatever its format: what a check compares with a fresh evaluation, and what is looked at
+//! before parts are put together. `rhytid_formats::animation::open` opens one.
 
 use crate::StatedRecipe;
 use rhytid_core::channel::{self, Channel};

@@ -372,7 +372,9 @@ impl StatedRecipe {
                 Some((name, value)) => format!("{name} = {value}"),
                 None => error.to_string(),
             };
-            Error::input(format!("was made with {what}, which this program does not know; export it again"))
+            Error::unsupported_version(format!(
+                "was made with {what}, which this program does not know; export it again"
+            ))
         })
     }
 

@@ -78,7 +78,7 @@ impl<'a> Scene<'a> {
     pub fn check(&self) -> Result<()> {
         match self.fault() {
             None => Ok(()),
-            Some(fault) => Err(Error::input(format!("the animation of “{}”: {fault}", self.name))),
+            Some(fault) => Err(Error::bad_topology(format!("the animation of “{}”: {fault}", self.name))),
         }
     }
 

@@ -49,7 +49,7 @@ impl Shapes<'_> {
     pub fn check(&self) -> Result<()> {
         match self.rest_scene().fault().or_else(|| self.fault_of_shapes()) {
             None => Ok(()),
-            Some(fault) => Err(Error::input(format!("the shapes of “{}”: {fault}", self.name))),
+            Some(fault) => Err(Error::bad_topology(format!("the shapes of “{}”: {fault}", self.name))),
         }
     }
 

@@ -7,6 +7,7 @@ use std::path::Path;
 
 /// The kinds of files that Rhytid reads and writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FileKind {
     /// A solved rig.
     Rig,

@@ -18,17 +18,21 @@ pub(crate) struct Array {
 /// [`Error::Input`] if it is none, or is cut off; [`Error::Io`].
 pub(crate) fn read(path: &Path) -> Result<Array> {
     let bytes = input_file::read(path, input_file::LARGEST_RIG)?;
-    parse(&bytes).map_err(|what| Error::input(format!("{}: {what}", path.display())))
+    parse(&bytes).map_err(|error| error.in_file(path.display()))
 }
 
-fn parse(bytes: &[u8]) -> std::result::Result<Array, String> {
-    let (header, data) = split(bytes).ok_or("is no NumPy array that can be read: its header is damaged")?;
-    let missing = |key: &str| format!("is no NumPy array that can be read: its header has no {key}");
+fn parse(bytes: &[u8]) -> Result<Array> {
+    let (header, data) = split(bytes)
+        .ok_or_else(|| Error::malformed("is no NumPy array that can be read: its header is damaged"))?;
+    let missing =
+        |key: &str| Error::malformed(format!("is no NumPy array that can be read: its header has no {key}"));
     let descr = value(header, "descr").ok_or_else(|| missing("descr"))?;
     let order = value(header, "fortran_order").ok_or_else(|| missing("fortran_order"))?;
     let shape = value(header, "shape").and_then(tuple).ok_or_else(|| missing("shape"))?;
     if !order.starts_with("False") {
-        return Err(format!("is an array of the shape {shape:?} in Fortran's order, expected C order"));
+        return Err(Error::unsupported_format(format!(
+            "is an array of the shape {shape:?} in Fortran's order, expected C order"
+        )));
     }
     let kind = descr.trim_start_matches(['\'', '"']);
     let (size, number): (usize, fn(&[u8]) -> f32) = match kind.get(..3) {
@@ -38,7 +42,9 @@ fn parse(bytes: &[u8]) -> std::result::Result<Array, String> {
         Some(">f8") => (8, |b| f64::from_be_bytes(b.try_into().unwrap()) as f32),
         _ => {
             let kind = descr.split([',', '}']).next().unwrap_or_default().trim();
-            return Err(format!("its numbers are {kind}, expected float32 or float64 (as in '<f4')"));
+            return Err(Error::unsupported_format(format!(
+                "its numbers are {kind}, expected float32 or float64 (as in '<f4')"
+            )));
         }
     };
     let count = shape.iter().try_fold(1, |product: usize, &n| product.checked_mul(n));
@@ -46,10 +52,10 @@ fn parse(bytes: &[u8]) -> std::result::Result<Array, String> {
         Some(expected) if expected <= data.len() => {
             Ok(Array { shape, numbers: data[..expected].chunks_exact(size).map(number).collect() })
         }
-        _ => Err(format!(
+        _ => Err(Error::cut_short(format!(
             "is cut off: {} bytes follow its header, too few for the shape {shape:?}",
             data.len()
-        )),
+        ))),
     }
 }
 

@@ -30,7 +30,10 @@ impl PointCache {
         let number = |what: &str, n: usize| {
             i32::try_from(n).map_err(|_| {
                 let most = i32::MAX;
-                Error::input(format!("{}: has {n} {what}, and a point cache numbers {most}", path.display()))
+                Error::too_large(format!(
+                    "{}: has {n} {what}, and a point cache numbers {most}",
+                    path.display()
+                ))
             })
         };
         let mut header = MAGIC.to_vec();

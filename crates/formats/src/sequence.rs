@@ -30,12 +30,15 @@ impl Sequence {
     /// # Errors
     /// [`Error::Input`] if it is none of these, has no frame, or other vertices than `neutral`; [`Error::Io`].
     pub fn open(path: &Path, neutral: &Mesh, neutral_path: &Path, metres_per_unit: f64) -> Result<Self> {
-        let fault = |what: String| Err(Error::input(format!("{}: {what}", path.display())));
+        let fault = |what: String| Err(Error::mismatch(format!("{}: {what}", path.display())));
         let vertices = neutral.positions.len();
         if path.is_dir() {
             let files = meshes_in(path)?;
             if files.is_empty() {
-                return fault("has no mesh, expected one .obj, .ply, .glb or .gltf for each frame".into());
+                return Err(Error::empty(format!(
+                    "{}: has no mesh, expected one .obj, .ply, .glb or .gltf for each frame",
+                    path.display()
+                )));
             }
             let frames = files.len();
             let kept = Kept::Meshes { files, neutral: neutral.clone(), neutral_path: neutral_path.into() };
@@ -45,11 +48,13 @@ impl Sequence {
             let (frames, positions) = array(path, vertices)?;
             return Ok(Self { kept: Kept::Array(positions), frames });
         }
-        let reader = animation::open(path).map_err(|error| match error {
-            Error::Input(message) if animation::Format::of(path).is_err() => Error::Input(format!(
-                "{message}; dense meshes over time are read from those, from .npy, or from a folder of meshes"
-            )),
-            other => other,
+        let reader = animation::open(path).map_err(|error| match animation::Format::of(path) {
+            Ok(_) => error,
+            Err(_) => error.reworded(|message| {
+                format!(
+                    "{message}; dense meshes over time are read from those, from .npy, or from a folder of meshes"
+                )
+            }),
         })?;
         let summary = reader.summary();
         if summary.vertices != vertices {
@@ -114,14 +119,14 @@ fn array(path: &Path, vertices: usize) -> Result<(usize, Vec<f32>)> {
     let frames = match shape[..] {
         [frames, v, 3] if frames > 0 && v == vertices => frames,
         _ => {
-            return Err(Error::input(format!(
+            return Err(Error::mismatch(format!(
                 "{name}: is an array of the shape {shape:?}, expected frames × {vertices} × 3 in C order"
             )));
         }
     };
     if let Some(at) = numbers.iter().position(|x| !x.is_finite()) {
         let (frame, vertex) = (at / (3 * vertices), at / 3 % vertices);
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "{name}: is not finite in frame {frame} at vertex {vertex} (both from 0)"
         )));
     }

@@ -55,15 +55,15 @@ impl Frame {
             .map_err(|_| Error::Internal("an OSC bundle was not encoded".into()))?;
         match Self::decode(&bytes) {
             Ok(decoded) if decoded == *self => Ok(bytes),
-            Ok(_) => Err(Error::input(
+            Ok(_) => Err(Error::out_of_range(
                 "a label of the frame has a zero byte in it, expected text; rename the marker",
             )),
-            Err(_) if bytes.len() > MAX_DATAGRAM => Err(Error::input(format!(
+            Err(_) if bytes.len() > MAX_DATAGRAM => Err(Error::too_large(format!(
                 "a frame of {} markers takes {} bytes, and a datagram has at most {MAX_DATAGRAM}; send fewer markers, as a rig's handles alone",
                 self.markers.len(),
                 bytes.len()
             ))),
-            Err(why) => Err(Error::input(format!("the frame cannot be sent: it {why}"))),
+            Err(why) => Err(Error::out_of_range(format!("the frame cannot be sent: it {why}"))),
         }
     }
 

@@ -31,14 +31,14 @@ impl Receiver {
     /// If there are not as many positions as labels.
     pub fn bind(address: SocketAddr, labels: &[String], rest: &[[f32; 3]]) -> Result<Self> {
         let socket = UdpSocket::bind(address).map_err(|error| match error.kind() {
-            ErrorKind::AddrInUse => Error::input(format!(
+            ErrorKind::AddrInUse => Error::network(format!(
                 "{address}: another program listens there; end it, or name another port"
             )),
-            ErrorKind::AddrNotAvailable => Error::input(format!(
+            ErrorKind::AddrNotAvailable => Error::network(format!(
                 "{address}: is no address of this machine, expected one, or 0.0.0.0 for all it has"
             )),
             ErrorKind::PermissionDenied => {
-                Error::input(format!("{address}: permission denied; name a port from 1024 on"))
+                Error::network(format!("{address}: permission denied; name a port from 1024 on"))
             }
             _ => io(address)(error),
         })?;

@@ -75,5 +75,5 @@ fn nothing(receiver: &Receiver, patience: Duration) -> Error {
         }
         _ => "nothing came at all; check that the sender sends to this address and port".to_owned(),
     };
-    Error::input(format!("{address}: no frame came within {seconds} s: {what}"))
+    Error::network(format!("{address}: no frame came within {seconds} s: {what}"))
 }

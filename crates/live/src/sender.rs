@@ -40,10 +40,10 @@ impl<'a> Sender<'a> {
     /// [`Error::Input`] if the take has no frame, or one that is no datagram ([`Frame::encode`]), or the rate is not above 0; [`Error::Io`].
     pub fn new(take: &'a Take, rate: Option<f64>, to: SocketAddr) -> Result<Self> {
         let Some(&first) = take.times.first() else {
-            return Err(Error::input("the take has no frame to send"));
+            return Err(Error::empty("the take has no frame to send"));
         };
         if let Some(rate) = rate.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
-            return Err(Error::input(format!("the rate is {rate}, expected a number above 0")));
+            return Err(Error::out_of_range(format!("the rate is {rate}, expected a number above 0")));
         }
         let due: Vec<f64> = match rate {
             Some(rate) => (0..take.frames()).map(|frame| frame as f64 / rate).collect(),

@@ -10,7 +10,7 @@ use rhytid_core::{Error, Mesh, Result};
 /// # Errors
 /// [`Error::Input`] names the first thing that is wrong.
 pub fn check(mesh: &Mesh, name: &str) -> Result<()> {
-    let fail = |what: String| Err(Error::input(format!("{name}: {what}")));
+    let fail = |what: String| Err(Error::bad_topology(format!("{name}: {what}")));
     let vertices = mesh.positions.len();
     if u32::try_from(vertices).is_err() {
         return fail(format!("has {vertices} vertices, expected at most {}; decimate the mesh", u32::MAX));
@@ -42,7 +42,7 @@ const MOST_AROUND: u32 = 4096;
 
 /// No face has a corner too many, and no vertex a face.
 fn check_degrees(mesh: &Mesh, name: &str) -> Result<()> {
-    let fail = |what: String| Err(Error::input(format!("{name}: {what}")));
+    let fail = |what: String| Err(Error::bad_topology(format!("{name}: {what}")));
     if let Some((f, &n)) = mesh.faces.counts.iter().enumerate().find(|(_, n)| **n > MOST_CORNERS) {
         return fail(format!(
             "face {} has {n} corners, expected at most {MOST_CORNERS}; cut it into smaller ones",

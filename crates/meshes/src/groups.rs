@@ -3,7 +3,7 @@
 use super::like::like;
 use super::obj;
 use super::read::{Format, decode};
-use rhytid_core::{Error, Mesh, Result, input_file};
+use rhytid_core::{Error, InputErrorKind, Mesh, Result, input_file};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -16,9 +16,10 @@ const AT_ONCE: usize = 64;
 /// # Errors
 /// As [`super::read_like`]; [`Error::Input`] if the file is no OBJ or has no group.
 pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<(String, Vec<u32>)>> {
-    let fault = |what: &str| Error::input(format!("{}: {what}", path.display()));
+    let fault = |what: &str| Error::malformed(format!("{}: {what}", path.display()));
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
-        return Err(fault("groups are read from .obj; export the mesh with its groups in this format"));
+        return Err(fault("groups are read from .obj; export the mesh with its groups in this format")
+            .of_kind(InputErrorKind::UnsupportedFormat));
     }
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let mesh = like(decode(&bytes, Format::Obj, &path.display().to_string())?, neutral, neutral_path, path)?;
@@ -60,7 +61,8 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     groups.retain(|(_, vertices)| !vertices.is_empty());
     groups.sort();
     match groups.is_empty() {
-        true => Err(fault("has no group, expected “g NAME” before the faces of each region")),
+        true => Err(fault("has no group, expected “g NAME” before the faces of each region")
+            .of_kind(InputErrorKind::Empty)),
         false => Ok(groups),
     }
 }

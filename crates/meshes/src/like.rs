@@ -20,7 +20,9 @@ pub(super) fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path)
                 merging, splitting or reordering vertices";
     let (found, expected) = (mesh.positions.len(), neutral.positions.len());
     if found != expected {
-        return Err(Error::input(format!("{path}: has {found} vertices, but {like} has {expected}; {cure}")));
+        return Err(Error::mismatch(format!(
+            "{path}: has {found} vertices, but {like} has {expected}; {cure}"
+        )));
     }
     if mesh.faces == neutral.faces {
         return Ok(mesh);
@@ -29,7 +31,7 @@ pub(super) fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path)
         && let Some(g) = not_within(&neutral.faces, &mesh.faces, expected)
     {
         let face = |faces: &Faces, f: usize| list(faces.iter().nth(f).unwrap_or_default());
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{path}: face {} joins the vertices {}, which no face of {like} has together, whose face {} joins {} (vertices \
              counted from 0); {cure}",
             f + 1,

@@ -22,7 +22,7 @@ impl MapImage {
     /// # Errors
     /// [`Error::Input`] if it is no such image; [`Error::Io`].
     pub(super) fn read(path: &Path) -> Result<Self> {
-        let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
+        let fault = |what: String| Error::unsupported_format(format!("{}: {what}", path.display()));
         let no_png = |e: png::DecodingError| {
             fault(format!("is no PNG that can be read ({e}); save the map as PNG, grey or RGB, of 16 bits"))
         };
@@ -85,7 +85,7 @@ impl MapImage {
 /// [`Error::Input`] if there are none.
 pub(super) fn corner_uvs(uvs: Option<&Uvs>) -> Result<impl Fn(usize, u32) -> DVec2> {
     let Some(uvs) = uvs else {
-        return Err(Error::input("has no texture coordinates, which a map over them needs"));
+        return Err(Error::bad_topology("has no texture coordinates, which a map over them needs"));
     };
     Ok(move |corner: usize, vertex: u32| {
         let at = uvs.corners.as_ref().map_or(vertex, |corners| corners[corner]);

@@ -65,7 +65,7 @@ impl NormalMap {
     pub fn read(path: &Path) -> Result<Self> {
         let image = MapImage::read(path)?;
         if image.channels < 3 {
-            return Err(Error::input(format!(
+            return Err(Error::unsupported_format(format!(
                 "{}: is grey, expected a tangent-space normal map, which is coloured; a map of heights is a displacement",
                 path.display()
             )));

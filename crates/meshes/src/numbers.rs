@@ -26,11 +26,11 @@ pub fn decode_numbers(bytes: &[u8], name: &str, vertices: usize) -> Result<Vec<N
     let mut found = ply::scalars(bytes, name)?;
     if let Some((_, numbers)) = found.first().filter(|(_, numbers)| numbers.len() != vertices) {
         let found = numbers.len();
-        return Err(Error::input(format!("{name}: has {found} vertices, expected the rig's {vertices}")));
+        return Err(Error::mismatch(format!("{name}: has {found} vertices, expected the rig's {vertices}")));
     }
     found.retain(|(name, _)| !["x", "y", "z"].contains(&&**name));
     if found.is_empty() {
-        return Err(Error::input(format!("{name}: its vertices have no numbers beside their positions")));
+        return Err(Error::empty(format!("{name}: its vertices have no numbers beside their positions")));
     }
     let narrow =
         |(name, numbers): (String, Vec<f64>)| (name, numbers.into_iter().map(|x| x as f32).collect());
@@ -46,7 +46,7 @@ pub fn write_numbers(path: &Path, mesh: &Mesh, numbers: &[(&str, &[f32])]) -> Re
     let vertices = mesh.positions.len();
     if let Some((name, list)) = numbers.iter().find(|(_, list)| list.len() != vertices) {
         let found = list.len();
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{}: {found} numbers for {name}, expected one for each of {vertices} vertices",
             path.display()
         )));

@@ -3,7 +3,7 @@
 use super::check::representable;
 use super::materials::Assigned;
 use super::uvs::{uvs_from_corners, warn_partial_uvs};
-use rhytid_core::{Error, Mesh, Result};
+use rhytid_core::{Error, InputErrorKind, Mesh, Result};
 use std::borrow::Cow;
 
 /// Statements that say nothing about the surface's shape, or speak of curves, lines and points.
@@ -299,14 +299,14 @@ impl Reader<'_> {
         let name = self.name;
         match count {
             _ if index <= count as u64 => Ok(()),
-            0 => Err(Error::input(format!(
+            0 => Err(Error::malformed(format!(
                 "{name}, line {line}: {what} index {index}, but the file has no {thing} at all; it may be cut \
                  short"
-            ))),
-            _ => Err(Error::input(format!(
+            )).of_kind(InputErrorKind::Malformed { line: Some(line) })),
+            _ => Err(Error::malformed(format!(
                 "{name}, line {line}: {what} index {index} is past the last {thing} ({count}), expected 1 to \
                  {count}; the file may be cut short"
-            ))),
+            )).of_kind(InputErrorKind::Malformed { line: Some(line) })),
         }
     }
 
@@ -319,7 +319,8 @@ impl Reader<'_> {
     }
 
     fn error(&self, what: String) -> Error {
-        Error::input(format!("{}, line {}: {what}", self.name, self.line))
+        Error::malformed(format!("{}, line {}: {what}", self.name, self.line))
+            .of_kind(InputErrorKind::Malformed { line: Some(self.line) })
     }
 }
 

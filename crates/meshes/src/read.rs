@@ -28,7 +28,7 @@ impl Format {
             "obj" => Ok(Self::Obj),
             "ply" => Ok(Self::Ply),
             "glb" | "gltf" => Ok(Self::Gltf),
-            _ => Err(Error::input(format!(
+            _ => Err(Error::unsupported_format(format!(
                 "{}: a mesh's file name must end in .obj, .ply, .glb or .gltf, found {}; export the mesh in \
                  one of these formats",
                 path.display(),
@@ -57,7 +57,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// [`Error::Input`] if the bytes are not a valid mesh (see [`check`]).
 pub fn decode(bytes: &[u8], format: Format, name: &str) -> Result<Mesh> {
     decode_with(bytes, format, name, &|uri| {
-        Err(Error::input(format!(
+        Err(Error::unsupported_format(format!(
             "{name}: keeps its numbers in the file {uri:?}, which cannot be reached from here; save it as GLB"
         )))
     })

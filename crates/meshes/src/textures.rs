@@ -26,7 +26,7 @@ pub fn read_textures(path: &Path, reach: Reach) -> Result<Vec<(String, Vec<u8>)>
         },
     };
     match found.is_empty() {
-        true => Err(Error::input(format!(
+        true => Err(Error::empty(format!(
             "{name}: names no image for a material, expected map_Kd in the MTL of an OBJ, or a base colour texture in glTF; name the \
              image itself"
         ))),

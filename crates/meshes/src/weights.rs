@@ -1,7 +1,10 @@
 //! Weights of vertices, as they are painted: a property of a PLY's vertices, or a primvar.
 
 use super::ply;
-use rhytid_core::{Error, Result, input_file};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::input_file;
 use rhytid_usd::read::read_primvar;
 use std::path::Path;
 
@@ -11,7 +14,7 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Input`] if the file is neither, has another number of vertices or no such property, or where a weight is not from 0 to 1; [`Error::Io`].
 pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<f32>> {
-    let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
+    let fault = |what: String| Error::input(format!("{}: {what}", path.display()));
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     let weights = match extension.as_deref() {
         Some("ply") => of_ply(path, property)?,
@@ -21,17 +24,20 @@ pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<
         _ => {
             return Err(fault(
                 "weights are read from .ply and .usd; export the painted mesh in one of these formats".into(),
-            ));
+            )
+            .of_kind(InputErrorKind::UnsupportedFormat));
         }
     };
     if weights.len() != vertices {
-        return Err(fault(format!("has {} vertices, expected the rig's {vertices}", weights.len())));
+        return Err(fault(format!("has {} vertices, expected the rig's {vertices}", weights.len()))
+            .of_kind(InputErrorKind::Mismatch));
     }
     match weights.iter().position(|weight| !(0.0..=1.0).contains(weight)) {
         Some(vertex) => Err(fault(format!(
             "vertex {vertex} has {} as its {property}, expected a weight from 0 to 1",
             weights[vertex]
-        ))),
+        ))
+        .of_kind(InputErrorKind::OutOfRange)),
         None => Ok(weights.into_iter().map(|weight| weight as f32).collect()),
     }
 }
@@ -41,11 +47,12 @@ fn of_ply(path: &Path, property: &str) -> Result<Vec<f64>> {
     let mut found = ply::scalars(&bytes, &path.display().to_string())?;
     let Some(at) = found.iter().position(|(name, _)| name == property) else {
         let known: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
-        return Err(Error::Input(format!(
+        return Err(Error::input(format!(
             "{}: its vertices have no property “{property}”, expected one of {}",
             path.display(),
             known.join(", ")
-        )));
+        ))
+        .of_kind(InputErrorKind::UnknownName { name: property.to_owned() }));
     };
     Ok(found.swap_remove(at).1)
 }

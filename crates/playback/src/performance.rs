@@ -1,7 +1,7 @@
 //! A performance: a recipe with its rig, its take and its edits, ready to be played.
 
 use crate::{EditedTake, FrameRange, Layers, Playback, Selection, channels, check_gains, scale_folds};
-use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Result, Rig, Take, human};
+use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Remedy, Result, Rig, Take, human};
 use rhytid_formats::export::{OutputStage, Recipe};
 
 /// All that decides the frames of an animation. Whoever makes one, and whoever makes it again to compare it, goes this one way.
@@ -56,10 +56,10 @@ impl Performance {
     /// what a channel says.
     pub fn check(recipe: &Recipe, rig: &Rig) -> Result<()> {
         if recipe.refine && !rig.example_names.is_empty() {
-            return Err(Error::input(format!(
+            return Err(Error::conflict(format!(
                 "refinement is for rigs without examples, found {}, which show better what becomes of the face; leave it out",
                 human::counted(rig.example_names.len(), "example")
-            )));
+            )).with_remedies(&[Remedy::NoRefinement]));
         }
         check_gains(&rig.labels, &recipe.detail_of.0)?;
         channels::of_recipe(rig, recipe).map(|_| ())

@@ -11,7 +11,16 @@ use crate::stages::{Batch, Context, Evaluate, FrameBuffers, FrameEffects, Stages
 use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{EditedTake, Layers, batch, layers, pipeline};
-use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Result, Rig, UploadOptions, human};
+use rhytid_core::ChannelKind;
+use rhytid_core::DeviceInfo;
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::UploadOptions;
+use rhytid_core::Warning;
+use rhytid_core::human;
 use rhytid_devices::Evaluator;
 use rhytid_formats::export::{ChannelChoice, Frame, HeadMotion, OutputStage, Recipe};
 use rhytid_kernels::normals::VertexTriangles;
@@ -76,7 +85,7 @@ impl<'a> Playback<'a> {
         for sculpt in layers.sculpted() {
             let frame = sculpt.correction.frame;
             if frame >= take.frames() {
-                return Err(Error::input(format!(
+                return Err(Error::out_of_range(format!(
                     "{}: [[correction]] of frame {frame}: the take has {}, counted from 0",
                     layers.path().display(),
                     human::counted(take.frames(), "frame")
@@ -101,12 +110,13 @@ impl<'a> Playback<'a> {
             };
             let correction = Correction::new(self.rig, &self.triangles, sculpted);
             if 2 * correction.vertices() > self.rig.vertices() {
-                log::warn!(
-                    "{}: the [[correction]] of frame {frame} moves {} of {} vertices: its mesh may be of another frame, take or edit; `rhytid correct` writes this one",
+                let warning = Warning::from(format!(
+                    "{}: the [[correction]] of frame {frame} moves {} of {} vertices: its mesh may be of another frame, take or edit",
                     layers.path().display(),
                     human::count(correction.vertices()),
                     human::count(self.rig.vertices())
-                );
+                ));
+                progress.warn(&warning.with_remedies(&[Remedy::WriteFrame]));
             }
             self.corrections = self.corrections.iter().cloned().chain([correction]).collect();
         }
@@ -178,7 +188,7 @@ impl<'a> Playback<'a> {
         mut each: impl FnMut(FrameBuffers<'_>) -> Result<()>,
     ) -> Result<()> {
         if context.stage == OutputStage::Shell && self.rig.learned.is_some() {
-            return Err(Error::input(
+            return Err(Error::conflict(
                 "the rig has a linear band in its large scale; play what Rig::shell gives",
             ));
         }
@@ -218,9 +228,10 @@ impl<'a> Playback<'a> {
     ) -> Result<()> {
         let rig = self.rig;
         if recipe.refine && !self.corrections.is_empty() {
-            return Err(Error::input(
-                "what was sculpted would be refined away: leave --refine or the [[correction]] out",
-            ));
+            return Err(Error::conflict(
+                "what was sculpted would be refined away: leave the refinement or the [[correction]] out",
+            )
+            .with_remedies(&[Remedy::NoRefinement]));
         }
         let take = &selection.take.take;
         let handles = take.handle_positions(&rig.labels)?;

@@ -1,7 +1,7 @@
 //! Regions of a face by the names of its handles, and folds that are stronger or weaker there.
 
 use crate::fade::of_vertices;
-use rhytid_core::{Error, Result, Rig};
+use rhytid_core::{Error, InputErrorKind, Result, Rig};
 
 /// Words in a label, and the region that they stand for; the first that is found counts.
 const WORDS: [(&str, &[&str]); 10] = [
@@ -61,7 +61,7 @@ fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f64>> 
             return Err(Error::input(format!(
                 "“{name}” is neither a handle of the rig nor a region of its handles; the regions that their names say are {}",
                 if regions.is_empty() { "none".to_owned() } else { regions.join(", ") }
-            )));
+            )).of_kind(InputErrorKind::UnknownName { name: name.clone() }));
         }
     }
     let gain = |label: &String| {

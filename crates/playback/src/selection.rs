@@ -28,7 +28,7 @@ impl FrameRange {
         let end = self.end.unwrap_or(frames);
         if end > frames || start >= end {
             let shown = |n: Option<usize>| n.map(|n| n.to_string()).unwrap_or_default();
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the frames {}..{}: the take has {}, expected a range within 0..{frames}",
                 shown(self.start),
                 shown(self.end),
@@ -129,7 +129,7 @@ impl Selection {
         let first = times.partition_point(|&time| time < from);
         let end = times.partition_point(|&time| time < until);
         if first >= end {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "the frames {}..{}: at {} frames per second none falls into it; widen the range or raise the rate",
                 range.start,
                 range.end,

@@ -1,7 +1,7 @@
 //! Takes for a rig: the take's own CSV as it is, what capture systems write through the whole clean-up.
 
 use rhytid_capture::{self as capture, Cleaned, Match, Settings, Target, clean, match_by_position};
-use rhytid_core::{Error, Progress, Result, Rig, Take};
+use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning};
 use rhytid_formats::take::Missing;
 use rhytid_formats::{raw_take, take};
 use std::path::Path;
@@ -34,12 +34,12 @@ pub fn read_take(
     }
     let take = read_raw_take(path, rig, clean_up, progress)?.0.take;
     if take.positions.iter().flatten().any(|x| x.is_nan()) {
-        return Err(Error::input(format!(
+        return Err(Error::missing_samples(format!(
             "{}: has gaps, and its setup leaves them: take “gaps” out of its skip",
             path.display()
         )));
     }
-    log::info!("{}: is a raw take; it was cleaned as `rhytid prepare` does it", path.display());
+    log::info!("{}: is a raw take; it was cleaned", path.display());
     Ok(take)
 }
 
@@ -75,23 +75,25 @@ pub fn read_raw_take(
     }
     let mut cleaned = clean(raw, &Target::of(rig), &settings, progress).map_err(in_file)?;
     cleaned.report.warnings.extend(by_position(&matches, named));
-    cleaned.report.warnings.iter().for_each(|warning| log::warn!("{}: {warning}", path.display()));
+    let shown = cleaned.report.warnings.iter().map(|warning| warning.clone().in_file(path.display()));
+    shown.for_each(|warning| progress.warn(&warning));
     Ok((cleaned, matches))
 }
 
 /// What a person should know of markers that were matched by position.
-fn by_position(matches: &[Match], named: usize) -> Option<String> {
+fn by_position(matches: &[Match], named: usize) -> Option<Warning> {
     let found = || matches.iter().filter(|m| m.marker.is_some());
     let least = found().min_by(|a, b| a.sure.total_cmp(&b.sure))?;
-    Some(format!(
-        "{named} of the rig's {} handles have a marker of their name; by where they are {} were matched, the least surely {} with {} ({:.2} of 1): `rhytid \
-         prepare --write-markers TABLE.csv` writes the table to look at, and --markers TABLE.csv reads what you made of it",
+    let warning = Warning::from(format!(
+        "{named} of the rig's {} handles have a marker of their name; by where they are {} were matched, the least surely {} with {} ({:.2} of 1): look at \
+         the table of them, and give it as `markers` as it should be",
         matches.len(),
         found().count(),
         least.handle,
         least.marker.as_deref().unwrap_or_default(),
         least.sure
-    ))
+    ));
+    Some(warning.with_remedies(&[Remedy::MarkerTable]))
 }
 
 fn reading<T>(progress: &dyn Progress, read: impl FnOnce() -> Result<T>) -> Result<T> {

@@ -26,7 +26,9 @@ pub fn what_changes(
 ) -> Result<Vec<Change>> {
     let [a, b] = rigs;
     if a.vertices() != b.vertices() || a.labels != b.labels {
-        return Err(Error::input("the rigs are of different faces, expected the same vertices and handles"));
+        return Err(Error::mismatch(
+            "the rigs are of different faces, expected the same vertices and handles",
+        ));
     }
     let handles = take.pick(frames).handle_positions(&a.labels)?;
     let mut evaluators = Vec::with_capacity(2);

@@ -1,6 +1,10 @@
 //! A TOML document: its tables, values by their keys, and complaints that name the line.
-use rhytid_core::text::{did_you_mean, line_of, quoted};
-use rhytid_core::{Error, Result};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::text::did_you_mean;
+use rhytid_core::text::line_of;
+use rhytid_core::text::quoted;
 use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -42,7 +46,9 @@ impl File<'_> {
     }
 
     pub(crate) fn error(&self, offset: usize, message: &str) -> Error {
-        Error::input(format!("{}, line {}: {message}", self.name, self.line(offset)))
+        let line = self.line(offset);
+        Error::malformed(format!("{}, line {line}: {message}", self.name))
+            .of_kind(InputErrorKind::Malformed { line: Some(line) })
     }
 }
 
@@ -61,16 +67,19 @@ impl<'a> Section<'a> {
         let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
         let Some(key) = unknown.min_by_key(|key| key.span().start) else { return Ok(()) };
         let place = if self.title.is_empty() { "" } else { " in " };
-        Err(self.file.error(
-            key.span().start,
-            &format!(
-                "unknown key {}{place}{}{}, expected {}",
-                quoted(key.get_ref()),
-                self.title,
-                did_you_mean(key.get_ref(), known.iter().copied()),
-                known.join(", ")
-            ),
-        ))
+        Err(self
+            .file
+            .error(
+                key.span().start,
+                &format!(
+                    "unknown key {}{place}{}{}, expected {}",
+                    quoted(key.get_ref()),
+                    self.title,
+                    did_you_mean(key.get_ref(), known.iter().copied()),
+                    known.join(", ")
+                ),
+            )
+            .of_kind(InputErrorKind::UnknownKey { key: key.get_ref().to_string() }))
     }
 
     pub(crate) fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
@@ -159,16 +168,19 @@ impl<'a> Section<'a> {
     pub(crate) fn required_section(&self, key: &str, keys: &str) -> Result<Section<'a>> {
         self.section(key)?.ok_or_else(|| {
             Error::input(format!("{}: has no section [{key}], expected one with {keys}", self.file.name))
+                .of_kind(InputErrorKind::MissingKey { key: key.to_owned() })
         })
     }
 
     pub(crate) fn sections(&self, key: &str) -> Result<Vec<Section<'a>>> {
         let wrong = |entry: &Spanned<DeValue<'a>>| {
             let expected = format!("[[{key}]] in double brackets, once for each");
-            self.file.error(
-                entry.span().start,
-                &format!("{key} is {}, expected {expected}", found(entry.get_ref())),
-            )
+            self.file
+                .error(
+                    entry.span().start,
+                    &format!("{key} is {}, expected {expected}", found(entry.get_ref())),
+                )
+                .of_kind(InputErrorKind::WrongValue { key: key.to_owned() })
         };
         let Some(entry) = self.entry(key) else { return Ok(Vec::new()) };
         let DeValue::Array(items) = entry.get_ref() else { return Err(wrong(entry)) };
@@ -200,12 +212,15 @@ impl<'a> Section<'a> {
 
     pub(crate) fn lacks(&self, key: &str, expected: &str) -> Error {
         self.error(&format!("lacks the key {key}, expected {expected}"))
+            .of_kind(InputErrorKind::MissingKey { key: key.to_owned() })
     }
 
     pub(crate) fn wrong(&self, key: &str, found: &str, expected: &str) -> Error {
         let place = if self.title.is_empty() { String::new() } else { format!("{} ", self.title) };
         let offset = self.entry(key).map_or(self.offset, |entry| entry.span().start);
-        self.file.error(offset, &format!("{place}{key} is {found}, expected {expected}"))
+        self.file
+            .error(offset, &format!("{place}{key} is {found}, expected {expected}"))
+            .of_kind(InputErrorKind::WrongValue { key: key.to_owned() })
     }
 }
 

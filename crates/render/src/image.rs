@@ -20,10 +20,10 @@ impl Picture {
         let read = match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes),
             [0xff, 0xd8, ..] => jpeg(bytes),
-            _ => Err("is neither".to_owned()),
+            _ => Err(Error::unsupported_format("is neither")),
         };
-        read.map_err(|why| {
-            Error::input(format!("{why}, expected a sound PNG or JPEG; export the image again"))
+        read.map_err(|error| {
+            error.reworded(|why| format!("{why}, expected a sound PNG or JPEG; export the image again"))
         })
     }
 
@@ -52,14 +52,14 @@ impl Picture {
     }
 }
 
-fn png(bytes: &[u8]) -> std::result::Result<Picture, String> {
-    let fault = |e: png::DecodingError| format!("is not read as a PNG: {e}");
+fn png(bytes: &[u8]) -> Result<Picture> {
+    let fault = |e: png::DecodingError| Error::malformed(format!("is not read as a PNG: {e}"));
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
     let mut reader = decoder.read_info().map_err(fault)?;
     let size = [reader.info().width, reader.info().height];
     refuse_large(size)?;
-    let mut pixels = vec![0; reader.output_buffer_size().ok_or("is too large")?];
+    let mut pixels = vec![0; reader.output_buffer_size().ok_or_else(|| Error::too_large("is too large"))?];
     let found = reader.next_frame(&mut pixels).map_err(fault)?;
     if found.color_type == png::ColorType::GrayscaleAlpha {
         pixels =
@@ -68,24 +68,29 @@ fn png(bytes: &[u8]) -> std::result::Result<Picture, String> {
     Ok(Picture { size, pixels })
 }
 
-fn jpeg(bytes: &[u8]) -> std::result::Result<Picture, String> {
+fn jpeg(bytes: &[u8]) -> Result<Picture> {
     let options = DecoderOptions::default()
         .jpeg_set_out_colorspace(ColorSpace::RGBA)
         .set_max_width(MOST as usize)
         .set_max_height(MOST as usize);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    let pixels = decoder.decode().map_err(|e| format!("is not read as a JPEG: {e}"))?;
-    let (width, height) = decoder.dimensions().ok_or("is not read as a JPEG: it has no size")?;
+    let pixels = decoder.decode().map_err(|e| Error::malformed(format!("is not read as a JPEG: {e}")))?;
+    let (width, height) =
+        decoder.dimensions().ok_or_else(|| Error::malformed("is not read as a JPEG: it has no size"))?;
     match decoder.output_colorspace() {
         Some(ColorSpace::RGBA) => Ok(Picture { size: [width as u32, height as u32], pixels }),
-        other => Err(format!("is a JPEG of other colours than red, green and blue ({other:?})")),
+        other => Err(Error::unsupported_format(format!(
+            "is a JPEG of other colours than red, green and blue ({other:?})"
+        ))),
     }
 }
 
-fn refuse_large([width, height]: [u32; 2]) -> std::result::Result<(), String> {
+fn refuse_large([width, height]: [u32; 2]) -> Result<()> {
     match width.max(height) <= MOST {
         true => Ok(()),
-        false => Err(format!("has {width} × {height} pixels and at most {MOST} are read either way")),
+        false => Err(Error::too_large(format!(
+            "has {width} × {height} pixels and at most {MOST} are read either way"
+        ))),
     }
 }
 

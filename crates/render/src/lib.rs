@@ -118,7 +118,7 @@ fn checked<T>(device: &wgpu::Device, doing: &str, calls: impl FnOnce() -> T) -> 
 fn allowed(what: &str, limits: &[(&str, u64, u64)], remedy: &str) -> Result<()> {
     match limits.iter().find(|(_, needed, most)| needed > most) {
         None => Ok(()),
-        Some((limit, needed, most)) => Err(Error::input(format!(
+        Some((limit, needed, most)) => Err(Error::too_large(format!(
             "{what} needs a {limit} of {}, and this device allows {}; {remedy}",
             human::count(*needed as usize),
             human::count(*most as usize)

@@ -53,7 +53,7 @@ impl MovingFormat {
         }
         let [width, height] = size;
         let path = path.display();
-        Err(Error::input(format!(
+        Err(Error::out_of_range(format!(
             "{path}: {width} × {height} pixels, but {what} has {least} to {most} along each side; ask for another size"
         )))
     }

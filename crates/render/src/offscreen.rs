@@ -33,7 +33,7 @@ impl Offscreen {
         let [width, height] = size;
         let most = device.limits().max_texture_dimension_2d;
         if size.iter().any(|n| !(1..=most).contains(n)) {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "a picture of {width} × {height} pixels: expected 1 to {most} each way on this device"
             )));
         }

@@ -238,14 +238,14 @@ impl Renderer {
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Vertices<'_>) -> Result<()> {
         pass.set_bind_group(0, &self.group, &[]);
         if self.look == Look::Textured {
-            let missing = || Error::input("textures are to be shown, and the renderer was given none");
+            let missing = || Error::empty("textures are to be shown, and the renderer was given none");
             self.textured.as_ref().ok_or_else(missing)?.draw(&self.device, pass, vertices);
             return Ok(());
         }
         pass.set_vertex_buffer(0, vertices.positions);
         pass.set_vertex_buffer(1, vertices.normals);
         if let Look::Heat(_) | Look::LitHeat(_) = self.look {
-            let missing = || Error::input("a heat map needs a number for each vertex, and there are none");
+            let missing = || Error::empty("a heat map needs a number for each vertex, and there are none");
             pass.set_vertex_buffer(2, vertices.numbers.ok_or_else(missing)?);
         }
         if self.look == Look::Matcap {

@@ -41,7 +41,7 @@ impl Sheet {
         let width = columns.saturating_mul(cell[0]).saturating_add(GAP).max(least);
         let height = rows.saturating_mul(cell[1]).saturating_add(GAP + foot);
         if u64::from(width) * u64::from(height) > MOST {
-            return Err(Error::input(format!(
+            return Err(Error::too_large(format!(
                 "a page of {count} pictures of {} × {} pixels would have {width} × {height}, expected at most {MOST} in all; \
                  ask for fewer or smaller ones",
                 size[0], size[1]

@@ -38,7 +38,7 @@ impl Surface<'_> {
     /// [`Error::Input`] if the parts do not belong together.
     pub(crate) fn corners(&self) -> Result<Vec<Vec<Corner>>> {
         let vertices = self.triangles.as_flattened().iter().max().map_or(0, |last| *last as usize + 1);
-        let fault = |what: &str| Error::input(format!("the textures of a mesh: {what}"));
+        let fault = |what: &str| Error::mismatch(format!("the textures of a mesh: {what}"));
         let corners = self.faces.triangle_corners(self.triangles);
         let corners = corners.ok_or_else(|| fault("its triangles are not those of its faces"))?;
         let count = match &self.uvs.corners {

@@ -41,7 +41,7 @@ pub fn write_evaluation(
 fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) -> Result<String> {
     let about = html! {
         (human::count(found.vertices)) " vertices, " (human::counted(found.handles, "handle"))
-        ", " (human::counted(rig.example_names.len(), "example")) ", as " code { "rhytid evaluate" } " found it"
+        ", " (human::counted(rig.example_names.len(), "example")) ", as Rhytid found it"
     };
     let drawn = painter.map(|painter| drawn(maps, rig, painter)).transpose()?;
     let [left_out_maps, noise, truth] = drawn.unwrap_or_default();

@@ -29,7 +29,7 @@ pub(crate) fn page(
 ) -> Result<String> {
     let plots = plots(summary, strains, report)?;
     let views = painter.map(|painter| picture::views(report, strains, take, rig, painter)).transpose()?;
-    let about = html! { "on " b { (rig.name) } ", as " code { "rhytid prepare" } " made it clean" };
+    let about = html! { "on " b { (rig.name) } ", as Rhytid made it clean" };
     Ok(document(
         title,
         &about,
@@ -59,7 +59,7 @@ fn overview(summary: &Summary, report: &Report) -> Markup {
         section.overview {
             (shares(summary))
             @if !report.warnings.is_empty() {
-                ul.warnings { @for warning in &report.warnings { li { (warning) } } }
+                ul.warnings { @for warning in &report.warnings { li { (warning.sentence()) } } }
             }
             dl { @for (name, value) in facts(summary, report) { div { dt { (name) } dd { (value) } } } }
         }

@@ -43,7 +43,7 @@ pub fn write_plan(
         maps.push(Map { title: caption(i, scan), positions: pose, values, end: 1.0, markers: true });
     }
     let figures = painter.map(|painter| map::figures(painter, rig, &maps)).transpose()?;
-    let about = html! { "on " b { (rig.name) } ", as " code { "rhytid coverage" } " planned it" };
+    let about = html! { "on " b { (rig.name) } ", as Rhytid planned it" };
     let main = html! {
         section {
             h2 { "Which scans to make" }

@@ -53,7 +53,7 @@ pub(crate) fn report(frames: usize, events: Vec<Event>) -> Report {
         head_residuals_mm: (0..frames).map(|i| 0.1 + 0.02 * (i as f32 * 0.05).sin()).collect(),
         noise_mm: 0.139,
         low_pass_hz: None,
-        warnings: vec!["The file says nothing of its unit; <i>mm</i> is a guess.".to_owned()],
+        warnings: vec!["The file says nothing of its unit; <i>mm</i> is a guess.".to_owned().into()],
         labels,
     }
 }
@@ -142,7 +142,7 @@ fn labels_come_through_as_text() {
     assert_eq!(handles, DEMO.0.labels);
     let unused: Vec<String> = select(&page, "code").iter().map(text).collect();
     assert!(unused.contains(&"<script>alert(1)</script>".to_owned()), "{unused:?}");
-    assert_eq!(text(&select(&page, ".warnings li")[0]), usual().warnings[0]);
+    assert_eq!(text(&select(&page, ".warnings li")[0]), usual().warnings[0].sentence());
     assert_eq!((&json["labels"][3], &json["title"]), (&NASTY.into(), &"a <take> & more.c3d".into()));
     // In the plots too, shortened to what has room.
     let short: String = NASTY.chars().take(17).collect();

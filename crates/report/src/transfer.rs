@@ -27,7 +27,7 @@ pub fn write_transfer(
         return Err(Error::Internal("a map of the transfer has other vertices than the rig".into()));
     }
     let about = html! {
-        "with wrinkles of " b { (found.from) } ", as " code { "rhytid transfer" } " made it"
+        "with wrinkles of " b { (found.from) } ", as Rhytid made it"
     };
     let per_cent: Vec<f32> = maps.stretch.iter().map(|x| 100.0 * x).collect();
     let [distance, stretch] = [

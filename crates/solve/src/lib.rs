@@ -153,7 +153,7 @@ fn solve_with(
     }
     let rig = shell.rig;
     if let Some(v) = not_finite(&rig) {
-        return Err(Error::input(format!(
+        return Err(Error::not_solvable(format!(
             "the solve gives no finite result at vertex {v}: coordinates or triangles there are beyond float64; \
              run the doctor and mend what it names"
         )));

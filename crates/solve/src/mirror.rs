@@ -24,8 +24,9 @@ const SAME: f64 = 0.01;
 pub(crate) fn with_mirror_images(face: &Face) -> Result<Option<Face>> {
     let Some(first) = face.examples.iter().find(|example| example.mirror) else { return Ok(None) };
     let rest = &face.neutral.positions;
-    let images = mirror_images(rest, &face.neutral.faces)
-        .map_err(|what| Error::Input(format!("example {:?} has mirror = true, but {what}", first.name)))?;
+    let images = mirror_images(rest, &face.neutral.faces).map_err(|what| {
+        Error::bad_topology(format!("example {:?} has mirror = true, but {what}", first.name))
+    })?;
     let mut mirrored = face.clone();
     for example in face.examples.iter().filter(|example| example.mirror) {
         let mut positions = rest.clone();

@@ -3,14 +3,20 @@ use crate::align::aligned;
 use crate::exposure::exposure;
 use crate::mirror::mirror_images;
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Face, Result, UpAxis};
+use rhytid_core::Error;
+use rhytid_core::Face;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
+use rhytid_core::UpAxis;
 use rhytid_geometry::Surface;
 use rhytid_geometry::Topology;
 use rhytid_geometry::components;
 use rhytid_geometry::geodesic::EdgeGraph;
 use rhytid_geometry::laplacian;
 use rhytid_geometry::laplacian::is_degenerate;
-use rhytid_geometry::registration::{OntoSurface, Start, onto_surface};
+use rhytid_geometry::registration::OntoSurface;
+use rhytid_geometry::registration::Start;
+use rhytid_geometry::registration::onto_surface;
 use rhytid_geometry::triangulate;
 use rhytid_kernels::normals;
 
@@ -65,9 +71,10 @@ impl Skin {
         let face = in_place.as_ref().map_or(face, |(face, _)| face);
         let positions = &face.neutral.positions;
         if face.neutral.faces.fault(positions.len()).is_some() || face.neutral.faces.is_empty() {
-            return Err(Error::input(
-                "the neutral mesh is not whole; `rhytid doctor` says what is wrong with it",
-            ));
+            return Err(Error::bad_topology(
+                "the neutral mesh is not whole; the doctor says what is wrong with it",
+            )
+            .with_remedies(&[Remedy::Examine]));
         }
         let triangles = triangulate(&face.neutral);
         let topology = Topology::new(positions.len(), &triangles);
@@ -105,7 +112,7 @@ impl Skin {
         let moves: Vec<bool> =
             (0..rest.len()).map(|v| open[v] && (face.examples.is_empty() || moved[v] > least)).collect();
         if moves.iter().filter(|open| **open).count() < 4 {
-            return Err(Error::input(
+            return Err(Error::bad_topology(
                 "the mesh has no place for handles: expected a face that looks along +Z where up = \"y\", or along −Y where up = \"z\", \
                  and examples that move it",
             ));
@@ -211,7 +218,7 @@ impl Skin {
             known: known.iter().map(|v| v.map(|v| self.rest[v as usize])).collect(),
         };
         let laid = onto_surface(markers, surface, &start).ok_or_else(|| {
-            Error::input("fewer than four markers are seen in that frame; take another one")
+            Error::no_fit("fewer than four markers are seen in that frame; take another one")
         })?;
         let mut placed: Vec<Option<Placed>> = vec![None; markers.len()];
         let mut taken = vec![false; self.rest.len()];
@@ -241,7 +248,7 @@ impl Skin {
                     .min_by(|a, b| near(a).total_cmp(&near(b)))
             };
             let v = nearest(&|v| !taken[v])
-                .ok_or_else(|| Error::input("there are more markers than vertices for them"))?;
+                .ok_or_else(|| Error::out_of_range("there are more markers than vertices for them"))?;
             let aside = nearest(&|_| true) != Some(v);
             taken[v] = true;
             placed[i] =

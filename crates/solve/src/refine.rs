@@ -56,7 +56,7 @@ impl Refine {
     /// positive definite in floating point; [`Error::Cancelled`].
     pub fn with_bending_length(rig: &Rig<f64>, bending_length: f64, progress: &dyn Progress) -> Result<Self> {
         if !rig.example_names.is_empty() {
-            return Err(Error::input(format!(
+            return Err(Error::conflict(format!(
                 "the rig has {}, and what is refined would lose what was learned of them; refine a rig without examples",
                 human::counted(rig.example_names.len(), "example")
             )));

@@ -1,7 +1,12 @@
 //! Landmarks: handles of both faces that are at the same place, and the similarity between them.
 use glam::DVec3;
-use rhytid_core::{Error, Face, Result, Rig};
-use rhytid_geometry::registration::{Similarity, fit};
+use rhytid_core::Error;
+use rhytid_core::Face;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_geometry::registration::Similarity;
+use rhytid_geometry::registration::fit;
 
 /// Fewer do not say how the faces lie to each other.
 pub(crate) const LEAST: usize = 4;
@@ -37,6 +42,7 @@ impl Landmarks {
                 Error::input(format!(
                     "{name} has no handle called “{label}”; landmarks are pairs of handles, one of each face"
                 ))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.to_owned()] })
             };
             let a_vertex = of_rig(a).ok_or_else(|| lacks(&from.name, a))?;
             let b_vertex = of_face(b).ok_or_else(|| lacks(&to.name, b))?;
@@ -45,7 +51,7 @@ impl Landmarks {
         }
         match found.pairs.len() {
             n if n >= LEAST => Ok(found),
-            n => Err(Error::input(format!(
+            n => Err(Error::no_fit(format!(
                 "{} and {} share {n} landmarks, expected at least {LEAST}: give handles that are at the same place the same label, or say which belong together in a table of landmarks",
                 from.name, to.name
             ))),
@@ -67,7 +73,7 @@ impl Landmarks {
             points.iter().zip(&b).map(|(p, q)| motion.apply(*p).distance_squared(*q)).sum()
         };
         let line =
-            || Error::input("the landmarks lie on a line or at one place; choose some across the face");
+            || Error::no_fit("the landmarks lie on a line or at one place; choose some across the face");
         let motion = fit(&a, &b, &weights, true).filter(|motion| motion.scale > 0.0).ok_or_else(line)?;
         // Half as far: a quarter of the squares.
         let is_mirrored = fit(&mirrored, &b, &weights, true)

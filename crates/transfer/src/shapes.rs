@@ -27,7 +27,7 @@ pub(crate) fn evaluated(
 ) -> Result<Vec<Evaluated>> {
     let count = rig.example_names.len();
     if count == 0 {
-        return Err(Error::input(format!(
+        return Err(Error::rig_lacks(format!(
             "{} has no examples, of which wrinkles could be transferred; give the rig of a face with expression scans",
             rig.name
         )));

@@ -43,13 +43,13 @@ static MANIFEST: companion::Kind = companion::Kind {
 /// `NAME.HASH.manifest.usdc` beside it. The parts may come in any order; the file may be renamed.
 ///
 /// # Errors
-/// [`Error::Input`] if a part is no USD file of `rhytid animate`, two are not of the same rig and settings, there is a
+/// [`Error::Input`] if a part is no USD file that Rhytid has written, two are not of the same rig and settings, there is a
 /// gap or an overlap between them, or `output` cannot be written or is one of them; [`Error::Io`].
 pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
     let encoding = match Encoding::of(output) {
         Some(encoding @ (Encoding::Crate | Encoding::Text)) => encoding,
         Some(Encoding::Package) | None => {
-            return Err(Error::input(format!(
+            return Err(Error::unsupported_format(format!(
                 "{}: parts are stitched into .usd, .usdc or .usda; choose one of these",
                 output.display()
             )));
@@ -145,7 +145,7 @@ fn asset(path: &Path, folder: &Path, from: &Path) -> Result<String> {
     let texts: Option<Vec<&str>> = elements.into_iter().map(OsStr::to_str).collect();
     let text = texts.filter(|texts| texts.iter().all(|text| !text.contains(['@', '<', '>'])));
     let text = text.ok_or_else(|| {
-        Error::input(format!(
+        Error::bad_path(format!(
             "{}: its name cannot stand in a USD file; rename it without “@”",
             path.display()
         ))

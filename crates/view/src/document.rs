@@ -104,7 +104,7 @@ impl Document {
         let in_file = |error: Error| error.in_file(&open.name);
         let positions = open.take.handle_positions(&self.rig.labels).map_err(in_file)?;
         if positions.is_empty() {
-            return Err(in_file(Error::input("has no frame, expected at least one")));
+            return Err(in_file(Error::empty("has no frame, expected at least one")));
         }
         let columns: Vec<usize> = (self.rig.labels.iter())
             .filter_map(|label| open.take.labels.iter().position(|other| other == label))

@@ -57,11 +57,11 @@ impl Source {
             return match (self, rig, take) {
                 #[cfg(not(target_arch = "wasm32"))]
                 (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name),
-                (Self::Bytes(..), ..) => {
-                    Err(Error::input(format!("{name}: the page reads no edits; `rhytid view` does")))
-                }
+                (Self::Bytes(..), ..) => Err(Error::unsupported_format(format!(
+                    "{name}: the page reads no edits; the window does"
+                ))),
                 #[cfg(not(target_arch = "wasm32"))]
-                _ => Err(Error::input(format!(
+                _ => Err(Error::empty(format!(
                     "{name}: open a rig and a take first, which these edits are for"
                 ))),
             };
@@ -73,12 +73,14 @@ impl Source {
                 Self::Bytes(name, bytes) => rig_file::decode(bytes, name)?,
             };
             if rig.triangles.is_empty() {
-                return Err(Error::input(format!("{name}: the rig has no triangles, expected a surface")));
+                return Err(Error::empty(format!("{name}: the rig has no triangles, expected a surface")));
             }
             return Ok(Opened::Rig(Arc::new(rig), name));
         }
         let rig = rig.ok_or_else(|| {
-            Error::input(format!("{name}: is not a rig (.safetensors); open a rig first, then a take for it"))
+            Error::unsupported_format(format!(
+                "{name}: is not a rig (.safetensors); open a rig first, then a take for it"
+            ))
         })?;
         if name.to_lowercase().ends_with(".ply") {
             let vertices = rig.vertices();

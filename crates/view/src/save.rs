@@ -22,7 +22,7 @@ impl ViewApp {
 
     fn try_save(&mut self, command: Command) -> Result<PathBuf> {
         let gain = self.settings.gain;
-        let scene = self.scene.as_mut().ok_or_else(|| Error::input("no rig is open"))?;
+        let scene = self.scene.as_mut().ok_or_else(|| Error::empty("no rig is open"))?;
         let rig = PathBuf::from(&scene.document.name);
         match command {
             Command::SaveFrame => {
@@ -39,7 +39,7 @@ impl ViewApp {
             Command::SavePulls => {
                 let markers = scene.document.pulls();
                 if markers.is_empty() {
-                    return Err(Error::input("no marker was pulled, so that there is no edit to save"));
+                    return Err(Error::empty("no marker was pulled, so that there is no edit to save"));
                 }
                 let path = free(&rig, "edit", "toml")?;
                 let (amount, ease) = (Curve::constant(1.0), Ease::default());
@@ -49,7 +49,7 @@ impl ViewApp {
             }
             _ => {
                 let path = free(&rig, "view", "png")?;
-                let picture = scene.picture()?.ok_or_else(|| Error::input("nothing was drawn yet"))?;
+                let picture = scene.picture()?.ok_or_else(|| Error::empty("nothing was drawn yet"))?;
                 let mut file = AtomicFile::create(&path)?;
                 file.write_all(&picture.png()?).map_err(file.error())?;
                 file.finish()?;

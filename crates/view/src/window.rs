@@ -75,10 +75,7 @@ pub fn run(options: WindowOptions) -> Result<()> {
     eframe::run_native("rhytid", native, create).map_err(|error| Error::Device {
         kind: DeviceErrorKind::Unsupported,
         device: "window".to_owned(),
-        message: format!(
-            "it did not open: {}; `rhytid render` draws without one, and needs no display",
-            reason(&error)
-        ),
+        message: format!("it did not open: {}", reason(&error)),
     })
 }
 

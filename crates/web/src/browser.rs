@@ -28,13 +28,13 @@ impl Findings {
         page(&self.report, &self.face)
     }
 
-    /// `report.md`, as `rhytid conform --report` writes it.
+    /// `report.md` of the report, as [`Report`] has it.
     #[wasm_bindgen(getter)]
     pub fn markdown(&self) -> String {
         self.report.to_markdown()
     }
 
-    /// `report.json`, as `rhytid conform --report` writes it.
+    /// `report.json` of the report, as [`Report`] has it.
     ///
     /// # Errors
     /// As [`Report::to_json`].
@@ -43,7 +43,7 @@ impl Findings {
         Ok(self.report.to_json()?)
     }
 
-    /// `junit.xml`, as `rhytid conform --report` writes it.
+    /// `junit.xml` of the report, as [`Report`] has it.
     ///
     /// # Errors
     /// As [`Report::to_junit`].

@@ -8,7 +8,7 @@ pub fn check(bytes: &[u8], name: &str) {
     for rate in [None, Some(120.0)] {
         match decode(bytes, name, rate) {
             Ok(take) => sound(&take, bytes.len()),
-            Err(Error::Input(sentence)) => assert!(sentence.starts_with(name), "{sentence}"),
+            Err(Error::Input(sentence)) => assert!(sentence.sentence().starts_with(name), "{sentence}"),
             Err(other) => panic!("expected an input error, found {other:?}"),
         }
     }

@@ -165,7 +165,9 @@ fn rigs_without_what_is_compared() {
 
     let edgeless = Rig { strain_edges: Vec::new(), pose_features: Vec::new(), ..rig() };
     let error = coverage(&edgeless, &take(&[REST]), 10);
-    assert!(matches!(error, Err(Error::Input(what)) if what.contains("no strain edges")));
+    assert!(matches!(error, Err(Error::Input(what)) if what.sentence().contains("no strain edges")));
     let other = Take { labels: ["a", "b", "c", "d", "x"].map(String::from).to_vec(), ..take(&[REST]) };
-    assert!(matches!(coverage(&rig(), &other, 10), Err(Error::Input(what)) if what.contains("lacks 1 of")));
+    assert!(
+        matches!(coverage(&rig(), &other, 10), Err(Error::Input(what)) if what.sentence().contains("lacks 1 of"))
+    );
 }

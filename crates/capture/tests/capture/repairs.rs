@@ -67,7 +67,11 @@ fn a_misplaced_handle_is_named_and_harms_no_other() {
         let found = cleaned(raw.clone(), &wrong, &Settings::default());
         assert_eq!(found.report.setup.neutral, right.report.setup.neutral);
         let named = format!("the marker of {} is", target.labels[handle]);
-        assert!(found.report.warnings.iter().any(|w| w.contains(&named)), "{:?}", found.report.warnings);
+        assert!(
+            found.report.warnings.iter().any(|w| w.sentence().contains(&named)),
+            "{:?}",
+            found.report.warnings
+        );
         let off = found.take.positions.iter().zip(&right.take.positions).enumerate();
         let others = off.filter(|(i, _)| i % 89 != handle);
         let worst = others.map(|(_, (a, b))| 10.0 * DVec3::from_array(*a).distance(DVec3::from_array(*b)));
@@ -201,7 +205,10 @@ fn strains_and_steps_that_no_skin_has_are_events() {
             && (steps[0].distance_mm.unwrap() - 40.0).abs() < 1.0
     );
     assert!(
-        found.warnings.iter().any(|w| w.contains("between m12 and m13 the skin is stretched by 13")),
+        found
+            .warnings
+            .iter()
+            .any(|w| w.sentence().contains("between m12 and m13 the skin is stretched by 13")),
         "{:?}",
         found.warnings
     );
@@ -294,5 +301,8 @@ fn poses_teach_how_an_actor_does_what_the_examples_show() {
     // A frame that shows something else is said.
     let wrong = Settings { poses: [("pose1112".to_owned(), 1760)].into(), ..without };
     let warnings = cleaned(raw, &target, &wrong).report.warnings;
-    assert!(warnings.iter().any(|w| w.contains("than the example “pose1112” shows")), "{warnings:?}");
+    assert!(
+        warnings.iter().any(|w| w.sentence().contains("than the example “pose1112” shows")),
+        "{warnings:?}"
+    );
 }

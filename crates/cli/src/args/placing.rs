@@ -143,7 +143,9 @@ impl TakeReading {
         stated: &Treatment,
     ) -> rhytid::Result<Self> {
         let unknown = |what: String| {
-            Error::input(format!("was made with {what}, which this program does not know; export it again"))
+            Error::unsupported_version(format!(
+                "was made with {what}, which this program does not know; export it again"
+            ))
         };
         self.missing = match missing {
             Missing::Error => MissingChoice::Error,
@@ -156,10 +158,10 @@ impl TakeReading {
             // Older files do not say.
             (Some(_), None) => {}
             (None, _) => {
-                return Err(Error::input("was made with a setup; give the same with --setup TAKE.toml"));
+                return Err(Error::mismatch("was made with a setup; give the same with --setup TAKE.toml"));
             }
             (Some(_), Some(_)) => {
-                return Err(Error::input(
+                return Err(Error::mismatch(
                     "was made with another setup, or another table of markers that it names",
                 ));
             }

@@ -4,11 +4,13 @@ use super::values::{
     FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_pose, parse_rate, parse_region,
     parse_seconds, rate, seconds,
 };
+use rhytid::Error;
+use rhytid::InputErrorKind;
+use rhytid::Result;
 use rhytid::capture::{Axes, Edit, Settings, Step};
 use rhytid::core::{input_file, rig_file};
 use rhytid::formats::{Reach, named_file, tables};
 use rhytid::playback::{CleanUp, FrameRange};
-use rhytid::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,7 +113,8 @@ impl Setup {
         let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
         let wrong = |offset: usize, what: &str| {
             let line = 1 + bytes[..offset].iter().filter(|&&byte| byte == b'\n').count();
-            Error::input(format!("{}, line {line}: {what}", path.display()))
+            Error::malformed(format!("{}, line {line}: {what}", path.display()))
+                .of_kind(InputErrorKind::Malformed { line: Some(line) })
         };
         let text = std::str::from_utf8(&bytes)
             .map_err(|error| wrong(error.valid_up_to(), "is not UTF-8, expected a TOML file"))?;
@@ -176,12 +179,12 @@ impl Setup {
             if let Some((first, _)) =
                 self.map[..i].iter().find(|(other, known)| known == label && other != handle)
             {
-                return Err(Error::input(format!(
+                return Err(Error::conflict(format!(
                     "--map: the label “{label}” is given to two handles, “{first}” and “{handle}”; give it to one"
                 )));
             }
             if markers.insert(handle.clone(), label.clone()).is_some() {
-                return Err(Error::input(format!(
+                return Err(Error::conflict(format!(
                     "--map: the handle “{handle}” is given two markers; give one"
                 )));
             }

@@ -291,19 +291,19 @@ fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
 /// An option that the stage or the format would ignore is a mistake.
 fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     if args.fade_detail && args.stage != StageChoice::Full {
-        return Err(Error::input(format!(
+        return Err(Error::conflict(format!(
             "--fade-detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
             OutputStage::from(args.stage)
         )));
     }
     if !args.detail_of.is_empty() && args.stage != StageChoice::Full {
-        return Err(Error::input(format!(
+        return Err(Error::conflict(format!(
             "--detail-of is for --stage full, found --stage {}, which has no detail; leave one of them out",
             OutputStage::from(args.stage)
         )));
     }
     if args.detail != 1.0 && args.stage != StageChoice::Full {
-        return Err(Error::input(format!(
+        return Err(Error::conflict(format!(
             "--detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
             OutputStage::from(args.stage)
         )));
@@ -316,7 +316,7 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     ];
     let kinds = args.channels.0.kinds().filter(|kind| !kind.is_default() && !format.carries(*kind));
     if let Some(kind) = kinds.into_iter().next() {
-        return Err(Error::input(format!(
+        return Err(Error::conflict(format!(
             "{}: --{} is for {}; leave it out, or choose such a file",
             args.output.display(),
             args::option(kind),
@@ -332,7 +332,7 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     };
     let mut given = of_others.iter().flat_map(|(options, of)| options.iter().map(move |option| (option, of)));
     match given.find(|((given, _), _)| *given) {
-        Some(((_, option), of)) => Err(Error::input(format!(
+        Some(((_, option), of)) => Err(Error::conflict(format!(
             "{}: {option} is for {of}; leave it out, or choose such a file",
             Path::new(&args.output).display()
         ))),

@@ -4,14 +4,23 @@ use super::bench;
 use crate::guard::guard;
 use crate::progress::Ui;
 use crate::{args, exit, output};
+use rhytid::Error;
+use rhytid::InputErrorKind;
+use rhytid::Progress;
+use rhytid::Result;
 use rhytid::conformance::{
     DeviceReport, Memory, Outcome, Report, StageTime, Suite, missing_devices, no_device, read_bandwidth,
     required_backends, run_device, unknown_backends,
 };
-use rhytid::core::{DeviceInfo, Method};
+use rhytid::core::DeviceInfo;
+use rhytid::core::Method;
+use rhytid::devices::Guard;
+use rhytid::devices::PATIENCE;
+use rhytid::devices::Signs;
+use rhytid::devices::answer;
 use rhytid::devices::backends::Found;
-use rhytid::devices::{Guard, PATIENCE, Signs, answer, devices, find_device};
-use rhytid::{Error, Progress, Result};
+use rhytid::devices::devices;
+use rhytid::devices::find_device;
 use rhytid_demo::{Size, sized_rig};
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
@@ -150,7 +159,8 @@ fn without_device(found: &Found) -> Result<Vec<Outcome>> {
             "REQUIRE_BACKENDS names {}, expected a comma-separated list of {}",
             unknown.join(", "),
             names.join(", ")
-        )));
+        ))
+        .of_kind(InputErrorKind::UnknownName { name: unknown.join(", ") }));
     }
     let missing = found.missing();
     let backends = missing.iter().map(|missing| no_device(missing.backend, &missing.why, &required));

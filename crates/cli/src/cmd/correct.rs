@@ -17,7 +17,10 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid correct RIG TAKE --frame N -o POSE.obj")?;
     let output = &args.output;
     if output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("obj")) {
-        return Err(Error::input(format!("{}: expected a name that ends in .obj", output.display())));
+        return Err(Error::unsupported_format(format!(
+            "{}: expected a name that ends in .obj",
+            output.display()
+        )));
     }
     let edits = inputs::edit_files(args.edit.as_deref())?;
     let read = [&args.rig, &args.take].into_iter().chain(&args.reading.setup).chain(&edits);

@@ -100,7 +100,7 @@ fn cut_out(
     let mut meshes = Sequence::open(dense, &neutral, &args.rig, rig.metres_per_unit)?;
     let expected = candidates.map_or(take.frames(), <[usize]>::len);
     if meshes.frames() != expected {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{}: has {} frames, expected one for each of the {expected} {}; say with --candidates which frames of the take they are",
             dense.display(),
             meshes.frames(),

@@ -68,6 +68,6 @@ fn kind(device: &Listed) -> &'static str {
         DeviceKind::IntegratedGpu => "integrated GPU",
         DeviceKind::DiscreteGpu => "GPU",
         DeviceKind::VirtualGpu => "virtual GPU",
-        DeviceKind::Other => "unknown",
+        _ => "unknown",
     }
 }

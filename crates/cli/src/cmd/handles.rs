@@ -4,13 +4,16 @@ use crate::args::UnitChoice;
 use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::Error;
+use rhytid::Face;
+use rhytid::InputErrorKind;
+use rhytid::Result;
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, Handles};
 use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
-use rhytid::{Error, Face, Result};
 use std::path::{Path, PathBuf};
 
 /// A marker that was laid farther from its vertex, in millimetres, is red in the picture.
@@ -97,7 +100,8 @@ fn table(args: &args::Handles, project: &project::Project) -> Result<PathBuf> {
         true => Err(Error::input(format!(
             "{}: is there already; name another table with -o, or remove it first",
             table.display()
-        ))),
+        ))
+        .of_kind(InputErrorKind::WouldOverwrite { file: table })),
     }
 }
 
@@ -115,7 +119,7 @@ fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHan
 fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
     let vertices = face.neutral.positions.len();
     if let Some(at) = args.at.iter().find(|at| at.vertex as usize >= vertices) {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "--at {}={}: the mesh has {vertices} vertices, expected 0 to {}",
             at.label,
             at.vertex,

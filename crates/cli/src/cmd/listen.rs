@@ -23,11 +23,11 @@ pub(super) fn count(args: &Animate) -> Result<Option<usize>> {
     let most = Take::MAX_RESAMPLED;
     match (args.live.listen, args.frames) {
         (None, FramesChoice::Range(_)) => Ok(None),
-        (None, FramesChoice::Count(n)) => Err(Error::input(format!(
+        (None, FramesChoice::Count(n)) => Err(Error::out_of_range(format!(
             "--frames {n} is for --listen; of a take, give A..B, A.. or ..B, such as ..{n}"
         ))),
         (Some(_), FramesChoice::Count(n)) if (1..=most).contains(&n) => Ok(Some(n)),
-        (Some(_), _) => Err(Error::input(format!(
+        (Some(_), _) => Err(Error::out_of_range(format!(
             "--listen needs to know how many frames to record: give --frames N, from 1 to {most}; Ctrl-C ends the recording before"
         ))),
     }
@@ -52,7 +52,7 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
     ui.clear();
     let recording = recorded?;
     if recording.unseen.len() == rig.labels.len() {
-        return Err(Error::input(format!(
+        return Err(Error::network(format!(
             "{address}: no frame has a marker of the rig's {}, expected labels such as {}; see `rhytid info {}`",
             human::counted(rig.labels.len(), "handle"),
             rig.labels.first().map_or("", String::as_str),

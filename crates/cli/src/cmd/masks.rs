@@ -48,7 +48,7 @@ fn is_sequence(pictures: &Path) -> bool {
 pub(super) fn check(args: &args::Animate, rig: &Rig, recipe: &Recipe) -> Result<()> {
     let (Some(size), Some(pictures)) = (args.masks, pictures(args)) else { return Ok(()) };
     if pictures.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("png")) {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "--masks-to {}: expected a name that ends in .png",
             pictures.display()
         )));

@@ -2,13 +2,16 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::Error;
+use rhytid::Face;
+use rhytid::InputErrorKind;
+use rhytid::Result;
 use rhytid::capture::{HandleSettings, place_handles};
 use rhytid::core::human;
 use rhytid::core::{Example, Handles, Mesh, RawTake, Settings, UpAxis};
 use rhytid::formats::project::{self, Units};
 use rhytid::formats::{FileKind, Reach, mesh, named_file, raw_take, tables};
 use rhytid::solve::{Severity, Skin, examine};
-use rhytid::{Error, Face, Result};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -44,7 +47,8 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
             return Err(Error::input(format!(
                 "{}: is there already; name another folder with -o",
                 file.display()
-            )));
+            ))
+            .of_kind(InputErrorKind::WouldOverwrite { file: file.clone() }));
         }
     }
     let neutral = ui.timed("read the neutral", || mesh::read(&args.neutral)).0?;
@@ -190,7 +194,7 @@ fn unit(neutral: &Mesh, args: &args::New) -> Result<(Units, &'static str)> {
     }
     UNITS.into_iter().find(|(units, _)| SIZES.contains(&(across * units.metres_per_unit()))).ok_or_else(
         || {
-            Error::input(format!(
+            Error::out_of_range(format!(
                 "{}: is {} units across, the size of a head in no unit; say which with --unit, or scale it",
                 args.neutral.display(),
                 human::number(across)

@@ -21,7 +21,7 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     inputs::expect(&args.raw, &[FileKind::RawTake, FileKind::Take], usage)?;
     inputs::expect(&args.rig, &[FileKind::Rig], usage)?;
     if args.output.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("csv")) {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "{}: a clean take is written as CSV; name it .csv",
             args.output.display()
         )));

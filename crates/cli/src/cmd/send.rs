@@ -16,7 +16,7 @@ use std::time::Instant;
 pub(super) fn run(args: &args::Send, ui: &Ui) -> Result<()> {
     inputs::expect(&args.take, &[FileKind::Take, FileKind::RawTake], "rhytid send TAKE")?;
     if args.take.exists() && !raw_take::is_take_csv(&args.take) {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "{0}: is a raw take, expected a clean one; `rhytid prepare {0} --rig RIG -o clean.csv` makes it",
             args.take.display()
         )));

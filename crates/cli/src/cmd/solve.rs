@@ -1,10 +1,15 @@
 //! `rhytid solve`
 
 use super::doctor;
+use crate::args;
+use crate::inputs;
+use crate::memory;
+use crate::output;
 use crate::progress::{Ui, timed};
-use crate::{args, inputs, memory, output};
+use crate::remedy;
+use rhytid::core::AtomicFile;
 use rhytid::core::human;
-use rhytid::core::{AtomicFile, rig_file};
+use rhytid::core::rig_file;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::playback::{ComesBack, comes_back, what_changes};
@@ -141,7 +146,7 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
         comes_back(&rig, &face, &account.misplaced, &[processor])
     });
     let scans = compared.0.unwrap_or_else(|error| {
-        log::warn!("not compared with the scans: {error}");
+        log::warn!("not compared with the scans: {}", remedy::of_error(&error));
         Vec::new()
     });
     drop(face);
@@ -270,7 +275,7 @@ fn scan_rows(scans: &[ComesBack], metres_per_unit: f64) -> Vec<[String; 2]> {
 /// Whether the rig file can be written: known before the long work rather than after it.
 pub(super) fn check_output(output: &Path) -> Result<()> {
     if output.extension().is_none_or(|ending| ending != "safetensors") {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "{}: expected a name that ends in .safetensors, the format of rig files",
             output.display()
         )));
@@ -291,5 +296,5 @@ fn show(report: &Report, ui: &Ui) -> Result<()> {
     for finding in others {
         ui.line(&doctor::line(finding));
     }
-    Err(Error::input(last.message.clone()))
+    Err(last.error())
 }

@@ -30,7 +30,7 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
     ui.clear();
     account.warnings.iter().for_each(|warning| ui.line(&format!("warning: {warning}")));
     if account.examples.is_empty() {
-        return Err(Error::input(format!(
+        return Err(Error::empty(format!(
             "{}: has an example of its own for each of the first face's: {}; there is nothing to transfer",
             args.to.display(),
             account.own.join(", ")

@@ -25,7 +25,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let file = args.file.display();
     let mut reader = animation::open_within(&args.file, args.elsewhere.reach())?;
     let in_file = |error: Error| error.in_file(&file);
-    let fail = |what: String| Err(Error::input(format!("{file}: {what}")));
+    let fail = |what: String| Err(Error::mismatch(format!("{file}: {what}")));
     let summary = reader.summary().clone();
     let Some(stated) = &summary.recipe else {
         return fail("does not say how it was made; export it again with this program".into());

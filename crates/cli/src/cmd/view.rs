@@ -2,11 +2,13 @@
 
 use crate::guard::guard;
 use crate::{args, drawing, inputs, interrupt, limits};
+use rhytid::DeviceErrorKind;
+use rhytid::Error;
+use rhytid::Result;
 use rhytid::core::Backend;
 use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::FileKind;
 use rhytid::view::WindowOptions;
-use rhytid::{Error, Result};
 
 /// Shows a window until it is closed.
 ///
@@ -46,5 +48,12 @@ pub(super) fn run(args: &args::View) -> Result<()> {
     });
     let options = WindowOptions { files, listen: args.listen, draws, devices, device, close: Some(close) };
     let closed = limits::on_main_thread(|| rhytid::view::run(options));
-    closed.unwrap_or_else(|| Err(Error::Internal("the window ended without a result".into())))
+    let closed = closed.unwrap_or_else(|| Err(Error::Internal("the window ended without a result".into())));
+    closed.map_err(|error| match error {
+        Error::Device { kind: kind @ DeviceErrorKind::Unsupported, device, message } => {
+            let message = format!("{message}; `rhytid render` draws without one, and needs no display");
+            Error::Device { kind, device, message }
+        }
+        other => other,
+    })
 }

@@ -67,7 +67,10 @@ fn a_raw_take_finds_its_vertices() {
     });
     let text = format!("{head}\n\n{}\n", frames.collect::<Vec<_>>().join("\n"));
     std::fs::write(raw.path("raw.trc"), text).unwrap();
-    refused(&format!("{face} {take} -o {other}"), "give it to `rhytid handles` or `prepare` with --rate");
+    refused(
+        &format!("{face} {take} -o {other}"),
+        "gives no frame rate; give it with the file, or as `rate` in the take's TOML file (see --rate of `rhytid handles` and `rhytid prepare`)",
+    );
     assert!(!raw.path("other.csv").exists() && !raw.path("other.png").exists());
     let output = rhytid(&format!("handles {face} {take} -o {other} --frame 0 --rate 30 --allow-elsewhere"));
     assert!({ output }.output().unwrap().status.success());

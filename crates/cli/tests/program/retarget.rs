@@ -27,6 +27,7 @@ fn markers_of_other_names_are_matched_and_written_as_a_table_that_can_be_edited(
         warned.contains("0 of the rig's 89 handles have a marker of their name; by where they are"),
         "{warned}"
     );
+    assert!(warned.contains("(see `rhytid prepare --write-markers TABLE.csv`, "), "{warned}");
     let text = std::fs::read_to_string(&table).unwrap();
     let mut rows: Vec<Vec<String>> =
         text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect();

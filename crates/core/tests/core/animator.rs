@@ -88,7 +88,7 @@ fn refused<T>(result: Result<T>, words: &[&str]) {
     match result {
         Err(Error::Input(message)) => {
             for word in words {
-                assert!(message.contains(word), "{word}: {message}");
+                assert!(message.sentence().contains(word), "{word}: {message}");
             }
         }
         Err(other) => panic!("{words:?}: {other:?}"),

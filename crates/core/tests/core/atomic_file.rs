@@ -17,7 +17,7 @@ fn refused(path: &Path, words: &[&str]) {
     match AtomicFile::create(path) {
         Err(Error::Input(message)) => {
             for word in words {
-                assert!(message.contains(word), "{word}: {message}");
+                assert!(message.sentence().contains(word), "{word}: {message}");
             }
         }
         other => panic!("{}: {other:?}", path.display()),

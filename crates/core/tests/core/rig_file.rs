@@ -1,7 +1,7 @@
 //! The rig file: what is written is read back, and nothing that is broken is let in.
 
 use proptest::prelude::*;
-use rhytid_core::{Error, FoldStrains, Materials, NoProgress, Rig, Uvs, rig_file};
+use rhytid_core::{Error, FoldStrains, InputErrorKind, Materials, NoProgress, Rig, Uvs, rig_file};
 use rhytid_solve::solve;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
@@ -60,14 +60,15 @@ fn with_element(array: &str, element: usize, bytes: [u8; 4]) -> Vec<u8> {
 
 /// Asserts that the file is refused in one sentence which begins with its name and has `words`.
 #[track_caller]
-fn refused(bytes: &[u8], words: &[&str]) {
+fn refused(bytes: &[u8], words: &[&str]) -> InputErrorKind {
     match rig_file::decode(bytes, "face.safetensors") {
         Err(Error::Input(message)) => {
-            assert!(message.starts_with("face.safetensors: "), "{message}");
-            assert!(!message.contains('\n'), "{message}");
+            assert!(message.sentence().starts_with("face.safetensors: "), "{message}");
+            assert!(!message.sentence().contains('\n'), "{message}");
             for word in words {
-                assert!(message.contains(word), "{word}: {message}");
+                assert!(message.sentence().contains(word), "{word}: {message}");
             }
+            message.kind().clone()
         }
         other => panic!("{words:?}: {:?}", other.map(|rig| rig.vertices())),
     }
@@ -152,13 +153,15 @@ fn files_are_written_whole_and_named_in_errors() {
     // What could not be read back is not written, and does not replace what is there.
     let mut broken = RIG.clone();
     broken.rest[3][1] = f32::INFINITY;
-    assert!(matches!(rig_file::write(&path, &broken), Err(Error::Input(m)) if m.contains("rest[10]")));
+    assert!(
+        matches!(rig_file::write(&path, &broken), Err(Error::Input(m)) if m.sentence().contains("rest[10]"))
+    );
     assert_eq!(std::fs::read(&path).unwrap(), *BYTES);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 
     std::fs::write(&path, &BYTES[..99]).unwrap();
     let name = path.display().to_string();
-    assert!(matches!(rig_file::read(&path), Err(Error::Input(m)) if m.starts_with(&name)));
+    assert!(matches!(rig_file::read(&path), Err(Error::Input(m)) if m.sentence().starts_with(&name)));
     let absent = folder.path().join("absent.safetensors");
     assert!(matches!(rig_file::read(&absent), Err(Error::Io { path, .. }) if path == absent));
 }
@@ -229,7 +232,7 @@ fn any_reader_of_safetensors_finds_the_arrays() {
 #[test]
 fn files_cut_short_anywhere() {
     for length in 0..BYTES.len() {
-        refused(&BYTES[..length], &["cut short"]);
+        assert_eq!(refused(&BYTES[..length], &["cut short"]), InputErrorKind::CutShort);
     }
     refused(&[&BYTES[..], &[0]].concat(), &["no whole safetensors file"]);
 }
@@ -238,7 +241,8 @@ fn files_cut_short_anywhere() {
 fn other_versions_and_other_files() {
     for version in [0, 1, 7, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        refused(&bytes, &[&format!("version {version}, expected 2 to 6"), "solve the rig again"]);
+        let kind = refused(&bytes, &[&format!("version {version}, expected 2 to 6"), "solve the rig again"]);
+        assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // A newer file may have other metadata altogether, and arrays that are missing here.
     let newer = with_metadata(|m| *m = json!({"version": 8}));
@@ -452,7 +456,9 @@ fn survives(bytes: &[u8]) -> Result<(), TestCaseError> {
             let bytes = rig_file::encode(&rig).map_err(|e| TestCaseError::fail(e.to_string()))?;
             prop_assert_eq!(rig_file::decode(&bytes, "again").unwrap(), rig);
         }
-        Err(Error::Input(message)) => prop_assert!(message.starts_with("face.safetensors: "), "{message}"),
+        Err(Error::Input(message)) => {
+            prop_assert!(message.sentence().starts_with("face.safetensors: "), "{message}");
+        }
         Err(other) => prop_assert!(false, "{other:?}"),
     }
     Ok(())

@@ -34,7 +34,7 @@ pub use frames::Frames;
 pub use settings::Settings;
 pub use values::{Morphs, Target, Values};
 
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::{Error, Progress, Remedy, Result};
 
 /// Of the bound, what the truncation to few targets may use where integers need the rest.
 const SHARE_OF_TRUNCATION: f64 = 0.7;
@@ -53,10 +53,10 @@ impl Frames {
     pub fn compress(mut self, settings: &Settings, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
-            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+            return Err(Error::empty(format!("{path}: there is nothing to write: no frame or no vertex")));
         }
         if !(settings.max_error.is_finite() && settings.max_error > 0.0) {
-            return Err(Error::input(format!(
+            return Err(Error::out_of_range(format!(
                 "{path}: the largest error is {}, expected a positive number",
                 settings.max_error
             )));
@@ -100,10 +100,10 @@ impl Frames {
     pub fn bake(mut self, shapes: usize, quantize: bool, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
-            return Err(Error::input(format!("{path}: there is nothing to write: no frame or no vertex")));
+            return Err(Error::empty(format!("{path}: there is nothing to write: no frame or no vertex")));
         }
         if shapes == 0 {
-            return Err(Error::input(format!("{path}: 0 shapes were asked for, expected at least 1")));
+            return Err(Error::out_of_range(format!("{path}: 0 shapes were asked for, expected at least 1")));
         }
         let gram = self.gram(progress)?;
         let start = linear::principal(&gram.matrix)?;
@@ -118,19 +118,18 @@ impl Frames {
 
 fn too_many(path: &str, settings: &Settings) -> Error {
     let most = settings.most_targets;
-    Error::input(format!(
+    Error::too_large(format!(
         "{path}: more than {most} morph targets are needed to keep every vertex within {:.3e} mesh units, and \
-         {most} is the most allowed: raise the largest error (--max-error), export fewer frames, write USD, or \
-         lift the limit (--force)",
+         {most} is the most allowed: raise the largest error, export fewer frames, write USD, or lift the limit",
         settings.max_error
-    ))
+    )).with_remedies(&[Remedy::LargerError, Remedy::Force])
 }
 
 fn too_fine(path: &str, settings: &Settings, expected: f64) -> Error {
-    Error::input(format!(
+    Error::out_of_range(format!(
         "{path}: an error of at most {:.3e} mesh units is finer than the float32 numbers of a morphed mesh of this \
-         size allow; expected {expected:.3e} or more: raise the largest error (--max-error), or write USD, which is \
+         size allow; expected {expected:.3e} or more: raise the largest error, or write USD, which is \
          exact",
         settings.max_error
-    ))
+    )).with_remedies(&[Remedy::LargerError])
 }

@@ -362,7 +362,10 @@ fn refusals_say_what_to_do() {
     ] {
         match compress(&animation, settings) {
             Err(Error::Input(message)) => {
-                assert!(message.contains(expected) && message.starts_with("out.glb: "), "{what}: {message}");
+                assert!(
+                    message.sentence().contains(expected) && message.sentence().starts_with("out.glb: "),
+                    "{what}: {message}"
+                );
             }
             other => panic!("{what}: {other:?}"),
         }
@@ -375,7 +378,7 @@ fn the_bound_that_a_refusal_names_can_be_met() {
     let animation = made_up(20, 100, 6);
     for quantize in [false, true] {
         let Err(Error::Input(message)) = compress(&animation, settings(1e-9, quantize)) else { panic!() };
-        let named = message.split("expected ").nth(1).unwrap().split_whitespace().next().unwrap();
+        let named = message.sentence().split("expected ").nth(1).unwrap().split_whitespace().next().unwrap();
         compress(&animation, settings(named.parse().unwrap(), quantize)).unwrap();
     }
 }

@@ -60,7 +60,7 @@ impl Checked {
 impl Exporter for Checked {
     fn frame(&mut self, frame: &Frame<'_>) -> Result<()> {
         if let Some(fault) = self.fault(frame) {
-            return Err(Error::input(format!("{}: {fault}", self.path.display())));
+            return Err(Error::mismatch(format!("{}: {fault}", self.path.display())));
         }
         self.exporter.frame(frame)?;
         self.done += 1;
@@ -69,7 +69,7 @@ impl Exporter for Checked {
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
         if self.done < self.frames {
-            return Err(Error::input(format!(
+            return Err(Error::mismatch(format!(
                 "{}: finished after {} frames of {} announced",
                 self.path.display(),
                 self.done,

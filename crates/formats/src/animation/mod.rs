@@ -65,7 +65,7 @@ impl Format {
             "glb" => Ok(Self::Glb),
             "gltf" => Ok(Self::Gltf),
             "pc2" => Ok(Self::Pc2),
-            _ => Err(Error::input(format!(
+            _ => Err(Error::unsupported_format(format!(
                 "{}: animation is written as .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2, found the extension \
                  “{extension}”",
                 path.display()
@@ -115,7 +115,7 @@ pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<d
         None => format != Format::Pc2,
     };
     if let Some(channel) = scene.channels.iter().find(|channel| !has_place(channel)) {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "{}: has no place for {}; leave them out, or write .usd",
             path.display(),
             channel.words
@@ -157,7 +157,7 @@ pub fn check_shapes(path: &Path, count: usize, options: &Options) -> Result<()> 
 }
 
 fn without_shapes(path: &Path) -> Error {
-    Error::input(format!("{}: a point cache has no sliders; write .usd or .glb", path.display()))
+    Error::unsupported_format(format!("{}: a point cache has no sliders; write .usd or .glb", path.display()))
 }
 
 /// Writes a mesh with shapes to `path`, in the format of its extension. Nothing is written if it fails.
@@ -205,7 +205,7 @@ pub fn open_within(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>
     match Format::of(path)? {
         Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach),
         Format::Glb | Format::Gltf => rhytid_gltf::read::open(path),
-        Format::Pc2 => Err(Error::input(format!(
+        Format::Pc2 => Err(Error::unsupported_format(format!(
             "{}: is a point cache, which holds points alone, and neither faces nor a unit, a rate or how it was made: open it in the program \
              that it is for, or give a .usd of the same take",
             path.display()

@@ -166,8 +166,8 @@ fn every_mistake_is_a_sentence_with_its_line() {
     ] {
         match parse(text, "EDIT.toml") {
             Err(Error::Input(sentence)) => {
-                assert!(sentence.starts_with("EDIT.toml, line "), "{sentence}");
-                assert!(sentence.contains(expected), "{text}: {sentence}");
+                assert!(sentence.sentence().starts_with("EDIT.toml, line "), "{sentence}");
+                assert!(sentence.sentence().contains(expected), "{text}: {sentence}");
             }
             other => panic!("{text}: expected an input error, found {other:?}"),
         }

@@ -39,7 +39,7 @@ fn what_a_point_cache_cannot_be_is_said() {
     };
     made.export(&path).unwrap();
     let refused = message(animation::open(&path).err().unwrap());
-    assert!(refused.contains("face.pc2: is a point cache, which holds points alone"), "{refused}");
+    assert!(refused.sentence().contains("face.pc2: is a point cache, which holds points alone"), "{refused}");
     let refused = message(animation::check_shapes(&path, 1, &Options::default()).unwrap_err());
-    assert!(refused.contains("a point cache has no sliders"), "{refused}");
+    assert!(refused.sentence().contains("a point cache has no sliders"), "{refused}");
 }

@@ -116,11 +116,11 @@ fn the_method_is_understood_where_it_once_was() {
     assert_eq!(with(chapter, chapter).unwrap().method, Method::Chapter);
     let Err(Error::Input(found)) = with(learned, chapter) else { panic!("two methods at once") };
     assert!(
-        found.contains("line 8: [fine_scale] method is \"chapter\", expected the one at the top"),
+        found.sentence().contains("line 8: [fine_scale] method is \"chapter\", expected the one at the top"),
         "{found}"
     );
     let Err(Error::Input(found)) = with("method = 'book'", "") else { panic!("no such method") };
-    assert!(found.contains("method is \"book\", expected \"learned\" or \"chapter\""), "{found}");
+    assert!(found.sentence().contains("method is \"book\", expected \"learned\" or \"chapter\""), "{found}");
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn projects_that_would_not_read_back_are_not_written() {
         (change(|p| p.learned.reach = Some(f64::NAN)), "[learned] reach is nan"),
     ] {
         let Err(Error::Input(found)) = write(&path, &bad) else { panic!("{bad:?} was written") };
-        assert!(found.contains("not written") && found.contains(words), "{found}");
+        assert!(found.sentence().contains("not written") && found.sentence().contains(words), "{found}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }

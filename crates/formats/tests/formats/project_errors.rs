@@ -1,5 +1,5 @@
 //! What every mistake in a project file is called, and in the files it names.
-use rhytid_core::{Bind, Error, StrainEdges, UpAxis};
+use rhytid_core::{Bind, Error, InputErrorKind, StrainEdges, UpAxis};
 use rhytid_formats::Reach;
 use rhytid_formats::project::{parse, read};
 use std::path::Path;
@@ -26,7 +26,7 @@ bending_length = 3.0
 fn changed(from: &str, to: &str) -> String {
     assert!(PROJECT.contains(from), "{from}");
     match parse(&PROJECT.replacen(from, to, 1), "face.toml") {
-        Err(Error::Input(sentence)) => sentence,
+        Err(Error::Input(sentence)) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     }
 }
@@ -232,7 +232,7 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
                 handles = {vertices = 'h.csv'}\n";
     let Err(Error::Input(found)) = parse(list, "face.toml") else { panic!() };
     assert_eq!(
-        found,
+        found.sentence(),
         "face.toml, line 1: example is 3, expected [[example]] in double brackets, once for each"
     );
 }
@@ -277,9 +277,39 @@ fn folder() -> tempfile::TempDir {
 
 fn reading(folder: &Path) -> String {
     match read(&folder.join("face.toml"), Reach::Below) {
-        Err(Error::Input(sentence)) => sentence,
+        Err(Error::Input(sentence)) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     }
+}
+
+#[test]
+fn programs_learn_what_is_wrong_of_a_project() {
+    let kind = |from: &str, to: &str| {
+        let text = PROJECT.replacen(from, to, 1);
+        assert_ne!(text, PROJECT);
+        parse(&text, "face.toml").unwrap_err().input_kind().unwrap().clone()
+    };
+    let key = |key: &str| key.to_owned();
+    assert_eq!(kind("units", "unit"), InputErrorKind::UnknownKey { key: key("unit") });
+    assert_eq!(kind("\"cm\"", "\"parsec\""), InputErrorKind::UnknownUnit { found: "parsec".into() });
+    assert_eq!(
+        kind("bending_length = 3.0", "bending_length = -1"),
+        InputErrorKind::WrongValue { key: key("bending_length") }
+    );
+    assert_eq!(kind("name = \"frown\"\n", ""), InputErrorKind::MissingKey { key: key("name") });
+    assert!(matches!(kind("[large_scale]", "[large_scale"), InputErrorKind::Malformed { line: Some(_) }));
+
+    let folder = folder();
+    let kind = |from: &str, to: &str| {
+        std::fs::write(folder.path().join("face.toml"), PROJECT.replacen(from, to, 1)).unwrap();
+        read(&folder.path().join("face.toml"), Reach::Below).unwrap_err().input_kind().unwrap().clone()
+    };
+    let outside = "../frown.obj";
+    assert_eq!(kind("poses/frown.obj", outside), InputErrorKind::OutsideFolder { file: outside.into() });
+    let file = folder.path().join("poses/smile.obj");
+    assert_eq!(kind("poses/frown.obj", "poses/smile.obj"), InputErrorKind::NotThere { file });
+    std::fs::write(folder.path().join("poses/frown.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").unwrap();
+    assert_eq!(kind("", ""), InputErrorKind::Mismatch);
 }
 
 #[test]

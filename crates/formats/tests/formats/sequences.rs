@@ -33,7 +33,7 @@ fn refused(path: &Path, words: &[&str]) {
         (0..sequence.frames()).try_for_each(|frame| sequence.positions(frame, &mut out))
     });
     let Err(Error::Input(sentence)) = error else { panic!("{error:?}") };
-    assert!(words.iter().all(|word| sentence.contains(word)), "{words:?}: {sentence}");
+    assert!(words.iter().all(|word| sentence.sentence().contains(word)), "{words:?}: {sentence}");
 }
 
 fn frames_are(path: &Path, frames: usize) {

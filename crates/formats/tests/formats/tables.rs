@@ -22,7 +22,7 @@ fn edges(text: &str) -> Result<Vec<[u32; 2]>> {
 /// The sentence of an input error.
 fn sentence<T: std::fmt::Debug>(result: Result<T>) -> String {
     match result {
-        Err(Error::Input(sentence)) => sentence,
+        Err(Error::Input(sentence)) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     }
 }

@@ -1,6 +1,6 @@
 //! Takes as CSV: what is read, and what every mistake is called.
 use proptest::prelude::*;
-use rhytid_core::{Error, RawTake, Result, Take};
+use rhytid_core::{Error, InputErrorKind, RawTake, Result, Take};
 use rhytid_formats::take::{Missing, decode, read, write};
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn wanting(text: &str, wanted: &[&str]) -> Result<Take> {
 
 fn sentence(result: Result<Take>) -> String {
     match result {
-        Err(Error::Input(sentence)) => sentence,
+        Err(Error::Input(sentence)) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     }
 }
@@ -160,7 +160,7 @@ fn mistakes_in_a_frame_are_named_by_frame_and_line() {
             sentence(take(&format!("{HEADER}{good}1,1,2,3,4,{gap},6\n"), Missing::Error)),
             format!(
                 "take.csv, line 3: frame 1: marker \"lip_up\" is missing: \"lip_up_y\" is {shown}, \
-                 expected a finite number; --missing hold keeps such a marker where it was last seen"
+                 expected a finite number; it can be held where it was last seen"
             )
         );
     }
@@ -364,4 +364,18 @@ proptest! {
             Err(error) => prop_assert!(error.to_string().starts_with("t.csv"), "{}", error),
         }
     }
+}
+
+#[test]
+fn programs_learn_what_is_wrong_of_a_take() {
+    let kind = |text: &str, missing| take(text, missing).unwrap_err().input_kind().unwrap().clone();
+    let lacks = wanting("time,brow_x,brow_y,brow_z\n0,1,2,3\n", &["brow", "lip_up"]).unwrap_err();
+    let missing = InputErrorKind::MissingMarkers { labels: vec!["lip_up".into()] };
+    assert_eq!(lacks.input_kind(), Some(&missing));
+    let gap = format!("{HEADER}0,1,2,3,4,5,\n");
+    assert_eq!(kind(&gap, Missing::Error), InputErrorKind::MissingSamples);
+    assert_eq!(kind(&gap, Missing::Hold), InputErrorKind::MissingSamples);
+    assert_eq!(kind(HEADER, Missing::Error), InputErrorKind::Empty);
+    let wrong = kind(&format!("{HEADER}0,1,2,3,4,five,6\n"), Missing::Error);
+    assert_eq!(wrong, InputErrorKind::Malformed { line: Some(2) });
 }

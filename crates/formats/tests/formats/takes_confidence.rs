@@ -6,7 +6,7 @@ fn take(text: &str, wanted: Option<&[&str]>) -> Result<Take, String> {
     let wanted: Option<Vec<String>> =
         wanted.map(|labels| labels.iter().map(|&label| label.to_owned()).collect());
     decode(text.as_bytes(), "take.csv", wanted.as_deref(), Missing::Error).map_err(|error| match error {
-        Error::Input(sentence) => sentence,
+        Error::Input(sentence) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     })
 }

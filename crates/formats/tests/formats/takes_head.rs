@@ -6,7 +6,7 @@ const HEADER: &str = "time,a_x,a_y,a_z,head_qw,head_qx,head_qy,head_qz,head_tx,h
 
 fn take(text: &str, missing: Missing) -> Result<Take, String> {
     decode(text.as_bytes(), "take.csv", None, missing).map_err(|error| match error {
-        Error::Input(sentence) => sentence,
+        Error::Input(sentence) => sentence.to_string(),
         other => panic!("expected an input error, found {other:?}"),
     })
 }

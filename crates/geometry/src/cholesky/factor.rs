@@ -239,7 +239,7 @@ impl Elimination<'_> {
         let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default()));
         let (stack, settings) = (MemStack::new(&mut memory), Default::default());
         cholesky_in_place(top.rb_mut(), Default::default(), Par::Seq, stack, settings).map_err(|e| {
-            Error::input(format!(
+            Error::not_solvable(format!(
                 "the large-scale system cannot be factorised ({e:?}): some triangles are too thin for float64; \
                  run the doctor and mend what it names, or choose a smaller bending_length"
             ))

@@ -135,7 +135,7 @@ impl Arrays {
     fn view(&mut self, index: usize) -> Result<(Vec<u8>, Option<usize>)> {
         let name = &self.name;
         let fault =
-            |what: &str| Error::input(format!("{name}: buffer view {index} {what}; the file is damaged"));
+            |what: &str| Error::malformed(format!("{name}: buffer view {index} {what}; the file is damaged"));
         let Some(view) = self.root.buffer_views.get(index) else {
             return Err(fault("does not exist"));
         };
@@ -171,7 +171,7 @@ impl Arrays {
     }
 
     fn fault(&self, index: usize, what: &str) -> Error {
-        Error::input(format!("{}: accessor {index} {what}; the file is damaged", self.name))
+        Error::malformed(format!("{}: accessor {index} {what}; the file is damaged", self.name))
     }
 }
 

@@ -8,8 +8,11 @@ use ::gltf::json::animation::{Interpolation, Property};
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked::Valid;
 use glam::{DMat4, DVec3};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::UpAxis;
 use rhytid_core::channel::{self, Channel, Timing};
-use rhytid_core::{Error, Result, UpAxis};
 use rhytid_export::StatedError;
 use rhytid_export::StatedRecipe;
 use serde::Deserialize;
@@ -90,11 +93,15 @@ enum Axis {
 
 impl Layout {
     pub(super) fn of(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
-        let fault = |what: &str| Error::input(format!("{name}: {what}"));
-        let ours = |what: &str| fault(&format!("{what}; expected a file that `rhytid animate` has written"));
+        let fault = |what: &str| Error::malformed(format!("{name}: {what}"));
+        let ours = |what: &str| {
+            fault(&format!("{what}; expected a file that Rhytid has written"))
+                .of_kind(InputErrorKind::UnsupportedFormat)
+        };
         let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
         if let Some(unknown) = root.extensions_required.iter().find(|name| !known.contains(&name.as_str())) {
-            return Err(fault(&format!("requires the extension {unknown}, which Rhytid never writes")));
+            return Err(fault(&format!("requires the extension {unknown}, which Rhytid never writes"))
+                .of_kind(InputErrorKind::UnsupportedFormat));
         }
         let scene =
             root.scenes.get(root.scene.map_or(0, |scene| scene.value())).ok_or(ours("has no scene"))?;

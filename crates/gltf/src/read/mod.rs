@@ -50,12 +50,12 @@ fn animation(mut arrays: Arrays, targets: &[Vec<Accessors>]) -> Result<Box<dyn A
     let ids = ids(&mut arrays, layout.ids)?;
     // Copies come after all originals.
     let vertices = ids.iter().max().map_or(0, |last| last + 1);
-    let fault = |what: &str| Error::input(format!("{}: {what}; the file is damaged", arrays.name));
+    let fault = |what: &str| Error::malformed(format!("{}: {what}; the file is damaged", arrays.name));
     if vertices == 0 || ids.iter().take(vertices).enumerate().any(|(v, &id)| v != id) {
         return Err(fault("its vertices are not numbered from 0 on, then the copies"));
     }
     let corners = arrays.indices(layout.indices)?;
-    let fault = |what: &str| Error::input(format!("{}: {what}; the file is damaged", arrays.name));
+    let fault = |what: &str| Error::malformed(format!("{}: {what}; the file is damaged", arrays.name));
     if corners.is_empty() || !corners.len().is_multiple_of(3) {
         return Err(fault(&format!("has {} corners of triangles, expected some", corners.len())));
     }
@@ -98,7 +98,7 @@ fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
     let count = numbers.len();
     let id = |[x]: [f64; 1]| (x >= 0.0 && x.fract() == 0.0 && x < count as f64).then_some(x as usize);
     numbers.into_iter().map(id).collect::<Option<_>>().ok_or_else(|| {
-        Error::input(format!(
+        Error::malformed(format!(
             "{}: its _VERTEX_ID has numbers that are no vertex; the file is damaged",
             arrays.name
         ))
@@ -141,7 +141,7 @@ impl Animation {
         let vectors = self.arrays.vectors::<3>(accessor)?;
         match vectors.len() == self.ids.len() {
             true => Ok(vectors),
-            false => Err(Error::input(format!(
+            false => Err(Error::malformed(format!(
                 "{}: accessor {accessor} has {} elements for {} vertices; the file is damaged",
                 self.arrays.name,
                 vectors.len(),
@@ -154,7 +154,7 @@ impl Animation {
     fn originals(&self, vectors: &[[f32; 3]], frame: usize, out: &mut Vec<f32>) -> Result<()> {
         let vertices = self.summary.vertices;
         if let Some(w) = (vertices..vectors.len()).find(|&w| vectors[w] != vectors[self.ids[w]]) {
-            return Err(Error::input(format!(
+            return Err(Error::malformed(format!(
                 "{}: in frame {frame} (from 0), vertex {} and its copy {w} are not in the same place; the file is \
                  damaged",
                 self.arrays.name, self.ids[w]

@@ -45,11 +45,14 @@ impl Motion {
     fn read_weights(&mut self, arrays: &mut Arrays, accessor: usize, layout: &Layout) -> Result<()> {
         let (frames, targets) = (layout.frames as u64, layout.targets.len() as u64);
         let count = frames.checked_mul(targets).ok_or_else(|| {
-            Error::input(format!("{}: has {frames} frames of {targets} targets; it is damaged", arrays.name))
+            Error::malformed(format!(
+                "{}: has {frames} frames of {targets} targets; it is damaged",
+                arrays.name
+            ))
         })?;
         for (place, weight) in arrays.nonzero(accessor, count)? {
             if !(0.0..=1.0).contains(&weight) {
-                return Err(Error::input(format!(
+                return Err(Error::malformed(format!(
                     "{}: weight {place} is {weight}, expected 0 to 1; the file is damaged",
                     arrays.name
                 )));
@@ -68,7 +71,7 @@ fn check_times(arrays: &mut Arrays, layout: &Layout) -> Result<()> {
     let Some(accessor) = layout.times else { return Ok(()) };
     let times = arrays.vectors::<1>(accessor)?;
     if times.len() != layout.frames {
-        return Err(Error::input(format!(
+        return Err(Error::malformed(format!(
             "{}: has {} times for {} frames; the file is damaged",
             arrays.name,
             times.len(),
@@ -82,7 +85,7 @@ fn check_times(arrays: &mut Arrays, layout: &Layout) -> Result<()> {
     });
     match wrong {
         None => Ok(()),
-        Some((k, [time])) => Err(Error::input(format!(
+        Some((k, [time])) => Err(Error::malformed(format!(
             "{}: frame {k} (from 0) is at {time} s, expected {} s; the file is damaged",
             arrays.name,
             k as f64 / layout.rate
@@ -96,7 +99,7 @@ fn read_head(
     frames: usize,
 ) -> Result<Vec<DMat4>> {
     let (rotations, translations) = (arrays.vectors::<4>(rotations)?, arrays.vectors::<3>(translations)?);
-    let fault = |what: &str| Error::input(format!("{}: {what}; the file is damaged", arrays.name));
+    let fault = |what: &str| Error::malformed(format!("{}: {what}; the file is damaged", arrays.name));
     if rotations.len() != frames || translations.len() != frames {
         return Err(fault("does not have the head pose of each frame"));
     }

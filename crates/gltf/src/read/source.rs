@@ -5,8 +5,12 @@ use ::gltf::json::Root;
 use ::gltf::json::mesh::Semantic;
 use ::gltf::json::validation::Checked::{self, Valid};
 use percent_encoding::percent_decode_str;
-use rhytid_core::{Error, Result, input_file};
-use rhytid_core::{folder_of, is_below};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::folder_of;
+use rhytid_core::input_file;
+use rhytid_core::is_below;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -37,13 +41,16 @@ pub(super) fn open(path: &Path) -> Result<(Document, Source)> {
         return glb(whole);
     }
     if length > input_file::LARGEST_MESH_OR_TAKE {
-        return Err(whole.fault("is far too large for the JSON of a .gltf".into()));
+        return Err(whole
+            .fault("is far too large for the JSON of a .gltf".into())
+            .of_kind(InputErrorKind::TooLarge));
     }
     let json = whole.read(0, length, "its JSON")?;
     let root = root(&json, path)?;
     let bin = beside(&root.root, path)?;
     let wrong = |what: &str| {
-        Err(Error::input(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display())))
+        Err(Error::input(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display()))
+            .of_kind(InputErrorKind::NotThere { file: bin.clone() }))
     };
     match bin.metadata() {
         Ok(found)
@@ -64,13 +71,15 @@ fn glb(mut whole: Source) -> Result<(Document, Source)> {
     let header = whole.read(0, 12, "its header")?;
     let [_, version, announced] = words(&header);
     if version != 2 {
-        return Err(whole.fault(format!("is a GLB file of version {version}, expected 2")));
+        return Err(whole
+            .fault(format!("is a GLB file of version {version}, expected 2"))
+            .of_kind(InputErrorKind::UnsupportedVersion));
     }
     if u64::from(announced) != whole.length {
         return Err(whole.fault(format!(
             "has {} bytes, expected the {announced} that its header announces; it is cut short or damaged",
             whole.length
-        )));
+        )).of_kind(InputErrorKind::CutShort));
     }
     let (json, next) = whole.chunk(12, *b"JSON")?;
     let json = whole.read(json.0, json.1, "its JSON")?;
@@ -100,7 +109,7 @@ impl Source {
             return Err(self.fault(format!(
                 "has {} bytes, and {what} would be {length} from byte {offset} on; the file is cut short or damaged",
                 self.length
-            )));
+            )).of_kind(InputErrorKind::CutShort));
         }
         let mut bytes = vec![0; length as usize];
         let from = SeekFrom::Start(self.start + offset);
@@ -121,13 +130,13 @@ impl Source {
     }
 
     fn fault(&self, what: String) -> Error {
-        Error::input(format!("{}: {what}", self.path.display()))
+        Error::malformed(format!("{}: {what}", self.path.display()))
     }
 }
 
 fn root(json: &[u8], path: &Path) -> Result<Document> {
     let root = Root::from_slice(json).map_err(|error| {
-        Error::input(format!(
+        Error::malformed(format!(
             "{}: its JSON is not that of a glTF file: {error}; the file may be cut short",
             path.display()
         ))
@@ -150,7 +159,7 @@ fn beside(root: &Root, path: &Path) -> Result<PathBuf> {
         Some(name) if Path::new(&*name).file_name().is_some_and(|last| last == &*name) => {
             Ok(path.with_file_name(&*name))
         }
-        _ => Err(Error::input(format!(
+        _ => Err(Error::unsupported_format(format!(
             "{}: keeps its numbers in {}, expected a file beside it",
             path.display(),
             uri.map_or("no file".into(), |uri| format!("“{}”", uri.chars().take(80).collect::<String>()))

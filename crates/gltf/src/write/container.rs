@@ -3,9 +3,14 @@
 //! The JSON is known last and comes first in a `.glb`, so its binary chunk waits in an unnamed file.
 
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use rhytid_core::{AtomicFile, Error, Progress, Result};
+use rhytid_core::AtomicFile;
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
 use rhytid_export::Options;
-use rhytid_export::companion::{self, Companion};
+use rhytid_export::companion;
+use rhytid_export::companion::Companion;
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;
@@ -52,6 +57,8 @@ pub(super) struct Limit {
     pub bytes: u64,
     /// The size in words, and how to do without.
     pub sentence: &'static str,
+    /// The settings that do without.
+    pub remedies: &'static [Remedy],
 }
 
 impl Limit {
@@ -60,15 +67,23 @@ impl Limit {
         match (options.force, kind) {
             (false, _) => Self {
                 bytes: 1 << 30,
-                sentence: "1 GiB, more than viewers are made for: write .usd, or fewer frames (--frames) or shapes, let `animate` make it \
-                           smaller with --compressed, --quantize or --meshopt, or insist with --force",
+                sentence: "1 GiB, more than viewers are made for: write .usd, or fewer frames or shapes, have it made smaller \
+                           (compressed, quantised or with meshopt), or insist",
+                remedies: &[
+                    Remedy::FewerFrames,
+                    Remedy::Compress,
+                    Remedy::Quantize,
+                    Remedy::Meshopt,
+                    Remedy::Force,
+                ],
             },
             (true, Kind::Glb) => Self {
                 bytes: u64::from(u32::MAX),
-                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, or fewer frames (--frames) or shapes, or let `animate` make \
-                           it smaller with --compressed, --quantize or --meshopt",
+                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, or fewer frames or shapes, or have it made smaller \
+                           (compressed, quantised or with meshopt)",
+                remedies: &[Remedy::FewerFrames, Remedy::Compress, Remedy::Quantize, Remedy::Meshopt],
             },
-            (true, Kind::Gltf) => Self { bytes: u64::MAX, sentence: "any disk" },
+            (true, Kind::Gltf) => Self { bytes: u64::MAX, sentence: "any disk", remedies: &[] },
         }
     }
 }
@@ -120,7 +135,12 @@ impl Container {
         if bytes <= self.limit.bytes {
             return Ok(());
         }
-        Err(Error::input(format!("{}: becomes larger than {}", self.path().display(), self.limit.sentence)))
+        Err(Error::too_large(format!(
+            "{}: becomes larger than {}",
+            self.path().display(),
+            self.limit.sentence
+        ))
+        .with_remedies(self.limit.remedies))
     }
 
     /// Adds the JSON and gives the file (or both) its name. Returns the bytes written in all.
@@ -201,7 +221,7 @@ mod tests {
         for (name, kind) in [("face.glb", Kind::Glb), ("face.gltf", Kind::Gltf)] {
             let path = folder.path().join(name);
             let container = |bytes| {
-                let limit = Limit { bytes, sentence: "that; write less" };
+                let limit = Limit { bytes, sentence: "that; write less", remedies: &[] };
                 let mut container = Container::create(&path, kind, limit).unwrap();
                 container.write(&[0; 60]).map(|()| container)
             };
@@ -210,11 +230,14 @@ mod tests {
                 other => panic!("{other:?}"),
             };
             let message = sentence(container(59).err().unwrap());
-            assert!(message.ends_with(&format!("{name}: becomes larger than that; write less")), "{message}");
+            assert!(
+                message.sentence().ends_with(&format!("{name}: becomes larger than that; write less")),
+                "{message}"
+            );
             // The JSON, up to a multiple of four, and the headers count.
             let whole = if kind == Kind::Glb { 60 + 8 + 28 } else { 60 + 8 };
             let finish = |bytes| container(bytes).unwrap().finish(b"{     }".to_vec(), &NoProgress);
-            assert!(sentence(finish(whole - 1).unwrap_err()).contains("becomes larger"));
+            assert!(sentence(finish(whole - 1).unwrap_err()).sentence().contains("becomes larger"));
             assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
             assert_eq!(finish(whole).unwrap(), whole);
             for entry in std::fs::read_dir(folder.path()).unwrap() {

@@ -119,7 +119,7 @@ impl Document {
     ) -> Result<Self> {
         let surface = Surface::new(scene.rest.len(), scene.faces, scene.triangle_corners, scene.uvs);
         if scene.rest.len() > MOST_VERTICES {
-            return Err(Error::input(format!(
+            return Err(Error::too_large(format!(
                 "{}: has {} vertices, and a glTF file can number {MOST_VERTICES}; write .usd instead",
                 path.display(),
                 scene.rest.len()

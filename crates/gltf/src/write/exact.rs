@@ -8,9 +8,17 @@ use super::targets::{
     MOST_TARGETS, check_finite, differences, floats, frame_name, normal_differences, unit_normals,
 };
 use crate::attributes::Attribute;
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
+use rhytid_core::RigidMotion;
 use rhytid_core::channel;
-use rhytid_core::{Error, Progress, Result, RigidMotion};
-use rhytid_export::{Exporter, Frame, Options, Scene, Written};
+use rhytid_export::Exporter;
+use rhytid_export::Frame;
+use rhytid_export::Options;
+use rhytid_export::Scene;
+use rhytid_export::Written;
 use std::path::Path;
 
 /// The weights are a square matrix whose elements are numbered by `u32`.
@@ -138,19 +146,18 @@ pub(super) fn check_frames(
 ) -> Result<()> {
     let frames = scene.frames;
     if frames > MOST_TARGETS && !options.force {
-        return Err(Error::input(format!(
+        return Err(Error::too_large(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_TARGETS} that viewers promise to \
-             show: write .usd, choose fewer frames with --frames, have fewer targets made with --compressed, or insist \
-             with --force",
+             show: write .usd, choose fewer frames, have fewer targets made by compressing, or insist",
             path.display()
-        )));
+        )).with_remedies(&[Remedy::FewerFrames, Remedy::Compress, Remedy::Force]));
     }
     if frames > MOST_FRAMES {
-        return Err(Error::input(format!(
+        return Err(Error::too_large(format!(
             "{}: {frames} frames as a morph target each are more than the {MOST_FRAMES} that a glTF file holds: write \
-             .usd, choose fewer frames with --frames, or have fewer targets made with --compressed",
+             .usd, choose fewer frames, or have fewer targets made by compressing",
             path.display()
-        )));
+        )).with_remedies(&[Remedy::FewerFrames, Remedy::Compress]));
     }
     if options.meshopt {
         // How small that is will be seen.
@@ -166,11 +173,12 @@ pub(super) fn check_frames(
     let fit = (limit.bytes / per_frame).saturating_sub(1);
     match frames as u64 <= fit {
         true => Ok(()),
-        false => Err(Error::input(format!(
+        false => Err(Error::too_large(format!(
             "{}: {frames} frames of {} vertices become larger than {} (about {fit} frames fit)",
             path.display(),
             scene.rest.len(),
             limit.sentence
-        ))),
+        ))
+        .with_remedies(limit.remedies)),
     }
 }

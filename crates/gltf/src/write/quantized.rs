@@ -8,10 +8,16 @@ use super::grid::{Extent, Grid, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
 use super::targets::unit_normals;
 use crate::attributes::Attribute;
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
 use rhytid_core::channel;
-use rhytid_core::{Error, Progress, Result};
+use rhytid_export::Exporter;
+use rhytid_export::Frame;
+use rhytid_export::Scene;
+use rhytid_export::Written;
 use rhytid_export::morphs::Values;
-use rhytid_export::{Exporter, Frame, Scene, Written};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 
@@ -72,10 +78,11 @@ impl Exporter for Quantized {
             *self;
         let path = document.path().to_owned();
         let grid = extent.and_then(|extent| extent.grid()).ok_or_else(|| {
-            Error::input(format!(
-                "{}: has positions too large to be quantised; export it without --quantize",
+            Error::out_of_range(format!(
+                "{}: has positions too large to be quantised; export it without quantising",
                 path.display()
             ))
+            .with_remedies(&[Remedy::DoNotQuantize])
         })?;
         let numbers = base.len();
         let base = grid.snap(&base);

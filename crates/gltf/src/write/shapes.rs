@@ -5,9 +5,15 @@ use super::document::{About, Document, Placement};
 use super::grid::{Extent, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
 use super::targets::{MOST_TARGETS, unit_normals};
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
+use rhytid_export::Options;
+use rhytid_export::Shape;
+use rhytid_export::Shapes;
+use rhytid_export::Written;
 use rhytid_export::morphs::Values;
-use rhytid_export::{Options, Shape, Shapes, Written};
 use std::path::Path;
 
 /// An error if `count` shapes are more than a file at `path` may hold.
@@ -15,11 +21,11 @@ pub fn check_count(path: &Path, count: usize, options: &Options) -> Result<()> {
     if count <= MOST_TARGETS || options.force {
         return Ok(());
     }
-    Err(Error::input(format!(
+    Err(Error::too_large(format!(
         "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: write .usd, \
-         leave some out, or insist with --force",
+         leave some out, or insist",
         path.display()
-    )))
+    )).with_remedies(&[Remedy::Force]))
 }
 
 /// Writes a mesh with a target for each shape; `shapes` have been checked. Of the options, those of a target's numbers
@@ -66,10 +72,11 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
     let mut extent = Extent::new(rest);
     shapes.shapes.iter().for_each(|shape| extent.add(rest, &moved(shape)));
     let grid = extent.grid().ok_or_else(|| {
-        Error::input(format!(
-            "{}: has shapes too large to be quantised; export them without --quantize",
+        Error::out_of_range(format!(
+            "{}: has shapes too large to be quantised; export them without quantising",
             document.path().display()
         ))
+        .with_remedies(&[Remedy::DoNotQuantize])
     })?;
     let base = grid.snap(rest);
     let normals = shapes.rest_normals.unwrap_or_default().as_flattened();

@@ -38,7 +38,7 @@ pub(super) fn frame_name(first_time_code: f64, frame: usize) -> String {
 pub(super) fn check_finite(offsets: &[f32], frame: usize, path: &Path) -> Result<()> {
     match offsets.iter().position(|x| !x.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(Error::input(format!(
+        Some(i) => Err(Error::out_of_range(format!(
             "{}: in frame {frame} (from 0), vertex {} is farther from its place in frame 0 than a 32-bit number holds",
             path.display(),
             i / 3

@@ -153,7 +153,7 @@ impl Accessors<'_> {
     }
 
     fn fail<T>(&self, index: usize, what: String) -> Result<T> {
-        Err(Error::input(format!("{}: accessor {index} {what}", self.name)))
+        Err(Error::malformed(format!("{}: accessor {index} {what}", self.name)))
     }
 }
 

@@ -3,8 +3,11 @@
 use ::gltf::json::Root;
 use base64::Engine;
 use percent_encoding::percent_decode_str;
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::input_file;
 use rhytid_core::is_below;
-use rhytid_core::{Error, Result, input_file};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::io::ErrorKind;
@@ -40,7 +43,7 @@ impl Buffers {
             };
             let data = match &buffer.uri {
                 Some(uri) if uri.starts_with("data:") => Some(counted(data_uri(uri).ok_or_else(|| {
-                    Error::input(format!(
+                    Error::malformed(format!(
                         "{name}: buffer {i} is not valid base64 data; the file may be cut short or damaged"
                     ))
                 })?)),
@@ -54,7 +57,7 @@ impl Buffers {
             };
             let expected = buffer.byte_length.0;
             if let Some(found) = data.as_ref().map(|data| data.len()).filter(|&n| (n as u64) < expected) {
-                return Err(Error::input(format!(
+                return Err(Error::cut_short(format!(
                     "{name}: buffer {i} has {found} bytes, expected {expected}; it is cut short"
                 )));
             }
@@ -65,7 +68,7 @@ impl Buffers {
 
     /// The bytes of buffer view `index`, and its stride if it has one.
     pub(super) fn view(&self, root: &Root, index: usize, name: &str) -> Result<(&[u8], Option<usize>)> {
-        let fail = |what: String| Err(Error::input(format!("{name}: buffer view {index} {what}")));
+        let fail = |what: String| Err(Error::malformed(format!("{name}: buffer view {index} {what}")));
         let Some(view) = root.buffer_views.get(index) else {
             return fail(format!(
                 "does not exist, expected one of the {}; the file is damaged",
@@ -83,11 +86,11 @@ impl Buffers {
             usize::try_from(start).ok().zip(start.checked_add(length).and_then(|e| e.try_into().ok()));
         match range.and_then(|(start, end): (usize, usize)| bytes.get(start..end)) {
             Some(slice) => Ok((slice, view.byte_stride.map(|stride| stride.0))),
-            None => fail(format!(
-                "takes {length} bytes from byte {start} of buffer {buffer}, which has {}; the file may be cut \
+            None => Err(Error::cut_short(format!(
+                "{name}: buffer view {index} takes {length} bytes from byte {start} of buffer {buffer}, which has {}; the file may be cut \
                  short",
                 bytes.len()
-            )),
+            ))),
         }
     }
 }
@@ -95,22 +98,24 @@ impl Buffers {
 /// Reads a file that the document `name` in `folder` refers to.
 pub(in super::super) fn read_beside(folder: &Path, uri: &str, name: &str) -> Result<Vec<u8>> {
     if uri.contains("://") {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "{name}: keeps its numbers at {uri}, expected a file beside it; download it and save the mesh as GLB"
         )));
     }
     let decoded = percent_decode_str(uri).decode_utf8_lossy();
     let file = folder.join(&*decoded);
     let wrong =
-        |what: &str| Err(Error::input(format!("{name}: keeps its numbers in {}, {what}", file.display())));
+        |what: &str| Error::bad_path(format!("{name}: keeps its numbers in {}, {what}", file.display()));
     if !is_below(folder, Path::new(&*decoded)) {
-        return wrong("expected a file beside it or below; put it there or save the mesh as GLB");
+        return Err(wrong("expected a file beside it or below; put it there or save the mesh as GLB")
+            .of_kind(InputErrorKind::OutsideFolder { file: file.clone() }));
     }
     match file.metadata() {
         Ok(found) if found.is_file() => input_file::read(&file, input_file::LARGEST_MESH_OR_TAKE),
-        Ok(_) => wrong("which is no file; save the mesh as GLB"),
+        Ok(_) => Err(wrong("which is no file; save the mesh as GLB")),
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            wrong("which does not exist; put the two files together again or save the mesh as GLB")
+            Err(wrong("which does not exist; put the two files together again or save the mesh as GLB")
+                .of_kind(InputErrorKind::NotThere { file: file.clone() }))
         }
         Err(error) => Err(Error::io(&file)(error)),
     }

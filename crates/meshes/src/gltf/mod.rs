@@ -27,7 +27,7 @@ pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Resu
 fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffers)> {
     check_glb_length(bytes, name)?;
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|error| {
-        Error::input(match error {
+        Error::malformed(match error {
             ::gltf::Error::Deserialize(error) => {
                 format!("{name}: its JSON is not that of a glTF file: {error}; the file may be cut short")
             }
@@ -48,14 +48,14 @@ fn check_glb_length(bytes: &[u8], name: &str) -> Result<()> {
     let length = bytes.get(8..).and_then(<[u8]>::first_chunk).map(|b| u32::from_le_bytes(*b) as usize);
     match length {
         Some(length) if (12..=bytes.len()).contains(&length) => Ok(()),
-        Some(length) if length > bytes.len() => Err(Error::input(format!(
+        Some(length) if length > bytes.len() => Err(Error::cut_short(format!(
             "{name}: has {} bytes, expected the {length} that its header announces; the file is cut short",
             bytes.len()
         ))),
-        Some(length) => Err(Error::input(format!(
+        Some(length) => Err(Error::malformed(format!(
             "{name}: announces a length of {length} bytes, expected at least 12; the file is damaged"
         ))),
-        None => Err(Error::input(format!(
+        None => Err(Error::cut_short(format!(
             "{name}: has {} bytes, expected at least the 12 of a GLB header; the file is cut short",
             bytes.len()
         ))),
@@ -72,10 +72,10 @@ fn check_extensions(root: &Root, name: &str) -> Result<()> {
     };
     match root.extensions_required.iter().find(|extension| !harmless(extension)) {
         None => Ok(()),
-        Some(extension) if extension.contains("compression") => Err(Error::input(format!(
+        Some(extension) if extension.contains("compression") => Err(Error::unsupported_format(format!(
             "{name}: is compressed with {extension}, which is not supported; export it without compression"
         ))),
-        Some(extension) => Err(Error::input(format!(
+        Some(extension) => Err(Error::unsupported_format(format!(
             "{name}: requires the extension {extension}, which is not supported; export it without"
         ))),
     }

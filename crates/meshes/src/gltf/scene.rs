@@ -33,7 +33,7 @@ pub(super) fn read(root: &Root, buffers: &Buffers, name: &str) -> Result<Mesh> {
 
 /// The nodes of the default scene (else of the first) with their transforms to scene space.
 fn placed_nodes<'a>(root: &'a Root, name: &str) -> Result<Vec<(&'a Node, DMat4)>> {
-    let fail = |what: String| Err(Error::input(format!("{name}: {what}")));
+    let fail = |what: String| Err(Error::malformed(format!("{name}: {what}")));
     let scene = root.scene.map_or(0, |scene| scene.value());
     let Some(scene) = root.scenes.get(scene) else {
         return fail(format!(
@@ -105,8 +105,9 @@ impl Reader<'_> {
         place: &str,
     ) -> Result<()> {
         let Checked::Valid(mode) = primitive.mode else {
-            return self
-                .fail(format!("{place} has an unknown mode, expected triangles; export the mesh again"));
+            return self.unsupported(format!(
+                "{place} has an unknown mode, expected triangles; export the mesh again"
+            ));
         };
         if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
             self.skipped += 1;
@@ -120,7 +121,7 @@ impl Reader<'_> {
         if !self.accessors.is_stored(position)? {
             let used = &self.accessors.root.extensions_used;
             let by = used.iter().find(|e| e.contains("compression")).map_or("an extension", String::as_str);
-            return self.fail(format!(
+            return self.unsupported(format!(
                 "{place} is compressed with {by}, which is not supported; export it without compression"
             ));
         }
@@ -220,7 +221,7 @@ impl Reader<'_> {
         let bytes = self.accessors.buffers.total;
         let limit = bytes.saturating_add(1 << 16).min(u64::from(u32::MAX));
         if vertices as u64 > limit || corners as u64 / 6 > limit {
-            return self.fail(format!(
+            return self.unsupported(format!(
                 "its nodes place {vertices} vertices and {corners} corners from {bytes} bytes of data, expected \
                  one face; export it without its copies"
             ));
@@ -245,8 +246,12 @@ impl Reader<'_> {
         Ok(self.mesh)
     }
 
+    fn unsupported<T>(&self, what: String) -> Result<T> {
+        Err(Error::unsupported_format(format!("{}: {what}", self.accessors.name)))
+    }
+
     fn fail<T>(&self, what: String) -> Result<T> {
-        Err(Error::input(format!("{}: {what}", self.accessors.name)))
+        Err(Error::malformed(format!("{}: {what}", self.accessors.name)))
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) fn read(
         let Some(material_name) = &material.name else { continue };
         let Some(texture) = &material.pbr_metallic_roughness.base_color_texture else { continue };
         let missing = |what: &str| {
-            Error::input(format!(
+            Error::malformed(format!(
                 "{name}: the texture of the material {material_name} {what}; export the mesh again"
             ))
         };

@@ -1,6 +1,6 @@
 //! The header of a PLY file.
 
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
@@ -87,12 +87,12 @@ impl Header {
             let end = rest.iter().position(|&b| b == b'\n');
             let line = rest[..end.unwrap_or(rest.len())].trim_ascii();
             if lines == 0 && line != b"ply" {
-                return Err(Error::input(format!(
+                return Err(Error::unsupported_format(format!(
                     "{name}: does not begin with a line \"ply\", so it is not a PLY file; check its extension"
                 )));
             }
             let Some(end) = end else {
-                return Err(Error::input(format!(
+                return Err(Error::cut_short(format!(
                     "{name}: ends within its header, after line {lines}, expected a line \"end_header\"; the \
                      file is cut short"
                 )));
@@ -101,7 +101,8 @@ impl Header {
             lines += 1;
             let fail = |what: &str| {
                 let line = String::from_utf8_lossy(&line[..line.len().min(60)]).into_owned();
-                Err(Error::input(format!("{name}, line {lines}: found {line:?}, {what}")))
+                Err(Error::malformed(format!("{name}, line {lines}: found {line:?}, {what}"))
+                    .of_kind(InputErrorKind::Malformed { line: Some(lines) }))
             };
             // Comments may be in any encoding; all else is ASCII.
             let text = String::from_utf8_lossy(line);
@@ -161,7 +162,7 @@ impl Header {
             }
         }
         let Some(encoding) = encoding else {
-            return Err(Error::input(format!(
+            return Err(Error::malformed(format!(
                 "{name}: its header has no line \"format\", expected one such as \"format ascii 1.0\"; export \
                  the mesh again"
             )));

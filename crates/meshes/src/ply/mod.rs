@@ -13,7 +13,7 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Mesh> {
     let header = Header::parse(bytes, name)?;
     let vertices = header.element("vertex");
     if vertices.is_none() || header.element("face").is_none() {
-        return Err(Error::input(match (vertices, header.element("tristrips")) {
+        return Err(Error::unsupported_format(match (vertices, header.element("tristrips")) {
             (Some(_), Some(_)) => format!(
                 "{name}: stores its surface as triangle strips (the element tristrips), which are not \
                  supported; export it with faces"
@@ -27,7 +27,7 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Mesh> {
     }
     let vertex_count = vertices.map_or(0, |e| e.count);
     if vertex_count > u64::from(u32::MAX) {
-        return Err(Error::input(format!(
+        return Err(Error::too_large(format!(
             "{name}: announces {vertex_count} vertices, expected at most {}; the header may be damaged",
             u32::MAX
         )));

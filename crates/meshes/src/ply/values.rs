@@ -1,7 +1,7 @@
 //! The values of a PLY file, in its three encodings.
 
 use super::header::{Element, Encoding, Header, Scalar};
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 
 /// The numbers after the header, in whichever encoding; all fit an `f64` exactly.
 pub(super) struct Values<'a> {
@@ -154,7 +154,7 @@ impl<'a> Values<'a> {
             "face" => "faces".into(),
             other => format!("elements {other:?}"),
         };
-        Error::input(format!(
+        Error::cut_short(format!(
             "{}: ends after {} of {} {plural}; the file is cut short",
             self.name, self.index, self.count
         ))
@@ -170,8 +170,8 @@ impl<'a> Values<'a> {
     }
 
     fn error(&self, what: String) -> Error {
-        let line =
-            if self.encoding == Encoding::Ascii { format!(", line {}", self.line) } else { String::new() };
-        Error::input(format!("{}{line}: {what}", self.name))
+        let line = (self.encoding == Encoding::Ascii).then_some(self.line);
+        let place = line.map_or_else(String::new, |line| format!(", line {line}"));
+        Error::malformed(format!("{}{place}: {what}", self.name)).of_kind(InputErrorKind::Malformed { line })
     }
 }

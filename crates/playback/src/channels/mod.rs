@@ -53,7 +53,7 @@ impl Source {
             ChannelKind::Velocities => Self::Velocities,
             ChannelKind::Sigma => {
                 let uncertainty = Uncertainty::new(rig, handles)?.ok_or_else(|| {
-                    Error::input(
+                    Error::rig_lacks(
                         "the rig does not know how far it is to be trusted: that takes the learned method and an example",
                     )
                 })?;

@@ -1,7 +1,7 @@
 //! Wrinkle activation: how far the folds of each example are switched on (`docs/wrinkles.md`).
 
 use rayon::prelude::*;
-use rhytid_core::{Error, Result, Rig};
+use rhytid_core::{Error, InputErrorKind, Result, Rig};
 use rhytid_formats::export::WrinkleGroups;
 use rhytid_kernels::vec3;
 use std::sync::Arc;
@@ -56,7 +56,7 @@ enum Features {
 /// [`Error::Input`] if the rig has no examples, or a group names one that it does not have, or one that another group has.
 pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
     if rig.example_names.is_empty() {
-        return Err(Error::input("the rig has no examples, whose wrinkles could be switched on"));
+        return Err(Error::rig_lacks("the rig has no examples, whose wrinkles could be switched on"));
     }
     if groups.is_empty() {
         return Ok(rig.example_names.clone());
@@ -68,10 +68,11 @@ pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
                 return Err(Error::input(format!(
                     "the wrinkle group {group}: the rig has no example “{example}”; it has {}",
                     rig.example_names.join(", ")
-                )));
+                ))
+                .of_kind(InputErrorKind::UnknownName { name: example.clone() }));
             }
             if seen.contains(&example) {
-                return Err(Error::input(format!(
+                return Err(Error::conflict(format!(
                     "the wrinkle group {group}: “{example}” is in a group already, expected each example once"
                 )));
             }

@@ -32,7 +32,7 @@ impl AddedTake {
         let column = |label: &String| take.labels.iter().position(|other| other == label);
         let columns: Vec<Option<usize>> = rig.labels.iter().map(column).collect();
         if columns.iter().all(Option::is_none) || take.frames() == 0 {
-            return Err(Error::input(
+            return Err(Error::empty(
                 "has no frame of any of the rig's handles, so that there is nothing to add",
             ));
         }
@@ -116,7 +116,7 @@ fn hold(held: &Held, take: &mut Take, columns: &[usize]) -> Result<()> {
     let markers = take.labels.len();
     let frames = take.frames();
     if end > frames || at >= frames {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "[[hold]] of the frames {first}..{end} at {at}: the take has {frames}, counted from 0"
         )));
     }

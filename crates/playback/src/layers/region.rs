@@ -2,7 +2,7 @@
 
 use crate::fade::of_vertices;
 use crate::regions::region_of;
-use rhytid_core::{Error, Mesh, Result, Rig};
+use rhytid_core::{Error, InputErrorKind, Mesh, Result, Rig};
 use rhytid_formats::edits::{Edits, Region};
 use rhytid_formats::mesh;
 use std::collections::{BTreeMap, HashMap};
@@ -58,9 +58,9 @@ impl<'a> Regions<'a> {
     /// H vectors of handles that are named one by one, 0 for the others.
     pub(super) fn each(&self, vectors: &BTreeMap<String, [f64; 3]>) -> Result<Vec<[f64; 3]>> {
         if let Some(label) = vectors.keys().find(|label| !self.rig.labels.contains(label)) {
-            return Err(
-                self.fault(format!("[[offset]] markers has “{label}”, which is no handle of the rig"))
-            );
+            return Err(self
+                .fault(format!("[[offset]] markers has “{label}”, which is no handle of the rig"))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] }));
         }
         let of = |label: &String| vectors.get(label).copied().unwrap_or_default();
         Ok(self.rig.labels.iter().map(of).collect())
@@ -92,11 +92,13 @@ impl<'a> Regions<'a> {
         for wanted in &region.groups {
             let Some((_, vertices)) = groups.iter().find(|(name, _)| name == wanted) else {
                 let known: Vec<&str> = groups.iter().map(|(name, _)| name.as_str()).collect();
-                return Err(self.fault(format!(
-                    "[region.{name}] groups has “{wanted}”, expected some of those in {}: {}",
-                    of.display(),
-                    known.join(", ")
-                )));
+                return Err(self
+                    .fault(format!(
+                        "[region.{name}] groups has “{wanted}”, expected some of those in {}: {}",
+                        of.display(),
+                        known.join(", ")
+                    ))
+                    .of_kind(InputErrorKind::UnknownName { name: wanted.clone() }));
             };
             vertices.iter().for_each(|&v| weights[v as usize] = 1.0);
         }
@@ -123,14 +125,14 @@ impl<'a> Regions<'a> {
                 return Err(self.fault(format!(
                     "{what} is “{pattern}”, which is no handle of the rig and no region; the regions that this file and the handles' names say are {}",
                     if known.is_empty() { "none".to_owned() } else { known.join(", ") }
-                )));
+                )).of_kind(InputErrorKind::UnknownName { name: pattern.clone() }));
             }
         }
         Ok(weights)
     }
 
     fn fault(&self, what: String) -> Error {
-        Error::Input(format!("{}: {what}", self.path.display()))
+        Error::input(format!("{}: {what}", self.path.display()))
     }
 }
 

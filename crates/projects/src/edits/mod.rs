@@ -6,7 +6,10 @@ mod parse;
 pub use curve::{Curve, Ease};
 pub use parse::parse;
 
-use rhytid_core::{Error, Result, input_file};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::input_file;
 use rhytid_takes::tables::write_checked;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -185,7 +188,8 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
     let name = path.display().to_string();
     let text = String::from_utf8(bytes).map_err(|e| {
         let line = rhytid_core::text::line_of(e.as_bytes(), e.utf8_error().valid_up_to());
-        Error::input(format!("{name}, line {line}: not UTF-8 text, expected edits in TOML"))
+        Error::malformed(format!("{name}, line {line}: not UTF-8 text, expected edits in TOML"))
+            .of_kind(InputErrorKind::Malformed { line: Some(line) })
     })?;
     Ok((parse(&text, &name)?, text))
 }
@@ -195,7 +199,7 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
 /// # Errors
 /// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
 pub fn write(path: &Path, edits: &Edits) -> Result<()> {
-    let text =
-        toml::to_string(edits).map_err(|e| Error::input(format!("{}: not written: {e}", path.display())))?;
+    let text = toml::to_string(edits)
+        .map_err(|e| Error::malformed(format!("{}: not written: {e}", path.display())))?;
     write_checked(path, text.as_bytes(), |name| Ok(parse(&text, name)? == *edits))
 }

@@ -2,6 +2,7 @@
 
 use super::{Added, Correction, Curve, Ease, Edits, Gain, Hold, Offset, Region};
 use crate::document::{File, Section, found, number_of, tables, vector_of};
+use rhytid_core::InputErrorKind;
 use rhytid_core::Result;
 use rhytid_core::text::quoted;
 use std::collections::BTreeMap;
@@ -74,7 +75,9 @@ fn region(section: &Section<'_>) -> Result<Region> {
     let kinds = kinds.into_iter().filter(|is| *is).count();
     if kinds != 1 {
         let found = if kinds == 0 { "has none" } else { "has several" };
-        return Err(section.error(&format!("{found} of markers, groups and weights, expected one of them")));
+        return Err(section
+            .error(&format!("{found} of markers, groups and weights, expected one of them"))
+            .of_kind(InputErrorKind::Conflict));
     }
     for (key, is_there, partner, is_partner_there) in [
         ("of", region.of.is_some(), "groups", !region.groups.is_empty()),
@@ -84,7 +87,9 @@ fn region(section: &Section<'_>) -> Result<Region> {
             return Err(section.lacks(key, &format!("one beside {partner}")));
         }
         if is_there && !is_partner_there {
-            return Err(section.error(&format!("has {key} without {partner}; leave it out")));
+            return Err(section
+                .error(&format!("has {key} without {partner}; leave it out"))
+                .of_kind(InputErrorKind::Conflict));
         }
     }
     Ok(region)
@@ -122,11 +127,13 @@ fn offset(section: &Section<'_>) -> Result<Offset> {
     if millimetres.is_some() != markers.is_empty() {
         return Err(section.error(
             "needs one of two: millimetres = [x, y, z] for all of its region, or markers = { chin = [x, y, z] } for each",
-        ));
+        ).of_kind(InputErrorKind::Conflict));
     }
     let region = name_of(section)?;
     if region.is_some() && millimetres.is_none() {
-        return Err(section.error("names a region and its markers, too; leave the region out"));
+        return Err(section
+            .error("names a region and its markers, too; leave the region out")
+            .of_kind(InputErrorKind::Conflict));
     }
     let ease = ease(section)?;
     Ok(Offset { region, millimetres, markers, amount: curve(section, "amount", &AMOUNTS, ease)?, ease })

@@ -2,9 +2,20 @@
 use super::sculpted;
 use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
 use rayon::prelude::*;
-use rhytid_core::text::{did_you_mean, quoted};
-use rhytid_core::{Error, Example, Face, Handles, Mesh, Pins, Result, Settings, StrainEdges};
-use rhytid_core::{Reach, named_file};
+use rhytid_core::Error;
+use rhytid_core::Example;
+use rhytid_core::Face;
+use rhytid_core::Handles;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Mesh;
+use rhytid_core::Pins;
+use rhytid_core::Reach;
+use rhytid_core::Result;
+use rhytid_core::Settings;
+use rhytid_core::StrainEdges;
+use rhytid_core::named_file;
+use rhytid_core::text::did_you_mean;
+use rhytid_core::text::quoted;
 use rhytid_meshes as mesh;
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};
@@ -130,7 +141,7 @@ fn pinned_vertices(
         pinned.extend(tables::read_vertices(&file, neutral.positions.len())?);
     }
     let refused =
-        |key: &str, what: &str| Err(Error::input(format!("{}: [pins] {key} {what}", path.display())));
+        |key: &str, what: &str| Err(Error::out_of_range(format!("{}: [pins] {key} {what}", path.display())));
     if let Some([low, high]) = pins.bounds {
         let is_in = |x: &[f64; 3]| (0..3).all(|c| (low[c]..=high[c]).contains(&x[c]));
         let inside = neutral.positions.iter().zip(0..).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
@@ -150,6 +161,7 @@ fn pinned_vertices(
         let groups = mesh::read_groups(neutral, neutral_path, neutral_path)?;
         for name in &pins.groups {
             let Some((_, vertices)) = groups.iter().find(|(known, _)| known == name) else {
+                let unknown = InputErrorKind::UnknownName { name: name.clone() };
                 return refused(
                     "groups",
                     &format!(
@@ -158,7 +170,8 @@ fn pinned_vertices(
                         did_you_mean(name, groups.iter().map(|(name, _)| name.as_str())),
                         neutral_path.display()
                     ),
-                );
+                )
+                .map_err(|error| error.of_kind(unknown));
             };
             pinned.extend(vertices);
         }
@@ -176,7 +189,8 @@ fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<Path
             "{}: {key} names {}, which does not exist; paths are relative to the project file",
             project.display(),
             path.display()
-        ))),
+        ))
+        .of_kind(InputErrorKind::NotThere { file: path.clone() })),
         _ => Ok(path),
     }
 }
@@ -184,7 +198,7 @@ fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<Path
 fn check_vertices(handles: &Handles, path: &Path, count: usize, neutral: &Path) -> Result<()> {
     match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex as usize >= count) {
         None => Ok(()),
-        Some((label, vertex)) => Err(Error::input(format!(
+        Some((label, vertex)) => Err(Error::out_of_range(format!(
             "{}: handle {label:?} is at vertex {vertex}, but {} has {count} vertices, expected 0 to {}",
             path.display(),
             neutral.display(),

@@ -12,8 +12,12 @@ pub use sections::{
     Method, PinsSection, Project, StrainSection, Units,
 };
 
+use rhytid_core::Error;
+use rhytid_core::Face;
+use rhytid_core::InputErrorKind;
 use rhytid_core::Reach;
-use rhytid_core::{Error, Face, Result, input_file};
+use rhytid_core::Result;
+use rhytid_core::input_file;
 use rhytid_takes::tables::write_checked;
 use std::path::Path;
 
@@ -34,7 +38,8 @@ pub fn read_project(path: &Path) -> Result<Project> {
     let name = path.display().to_string();
     let text = std::str::from_utf8(&bytes).map_err(|e| {
         let line = rhytid_core::text::line_of(&bytes, e.valid_up_to());
-        Error::input(format!("{name}, line {line}: not UTF-8 text, expected a project file in TOML"))
+        Error::malformed(format!("{name}, line {line}: not UTF-8 text, expected a project file in TOML"))
+            .of_kind(InputErrorKind::Malformed { line: Some(line) })
     })?;
     parse(text, &name)
 }
@@ -45,6 +50,6 @@ pub fn read_project(path: &Path) -> Result<Project> {
 /// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
 pub fn write(path: &Path, project: &Project) -> Result<()> {
     let text = toml::to_string(project)
-        .map_err(|e| Error::input(format!("{}: not written: {e}", path.display())))?;
+        .map_err(|e| Error::malformed(format!("{}: not written: {e}", path.display())))?;
     write_checked(path, text.as_bytes(), |name| Ok(parse(&text, name)? == *project))
 }

@@ -4,8 +4,12 @@ use super::sections::{
     Method, PinsSection, Project, StrainSection, Units,
 };
 use crate::document::{File, Section, found, tables, vector_of};
+use rhytid_core::Bind;
+use rhytid_core::FoldStrains;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::UpAxis;
 use rhytid_core::text::quoted;
-use rhytid_core::{Bind, FoldStrains, Result, UpAxis};
 use rhytid_meshes::Green;
 use std::collections::HashMap;
 use toml::de::DeValue;
@@ -121,7 +125,11 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
             "cm" => Units::Centimetres,
             "mm" => Units::Millimetres,
             "in" => Units::Inches,
-            _ => return Err(section.wrong("units", &quoted(unit), expected)),
+            _ => {
+                return Err(section
+                    .wrong("units", &quoted(unit), expected)
+                    .of_kind(InputErrorKind::UnknownUnit { found: unit.to_string() }));
+            }
         },
         _ => {
             let metres = section.positive("units", expected)?;
@@ -186,13 +194,15 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         let displacement = file("displacement", "a displacement map, a PNG")?;
         let normal_map = file("normal_map", "a tangent-space normal map, a PNG")?;
         if displacement.is_some() && normal_map.is_some() {
-            return Err(section.error("has displacement and normal_map; leave one of them out"));
+            return Err(section
+                .error("has displacement and normal_map; leave one of them out")
+                .of_kind(InputErrorKind::Conflict));
         }
         for key in ["green", "strength"] {
             if section.get(key).is_some() && normal_map.is_none() {
-                return Err(
-                    section.error(&format!("has {key} without normal_map; name that too, or leave it out"))
-                );
+                return Err(section
+                    .error(&format!("has {key} without normal_map; name that too, or leave it out"))
+                    .of_kind(InputErrorKind::Conflict));
             }
         }
         let expected = "\"up\" (OpenGL) or \"down\" (DirectX)";
@@ -213,9 +223,9 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
             ("millimetres", section.get("millimetres").is_some(), "displacement", displacement.is_some()),
         ] {
             if is_there && !is_partner_there {
-                return Err(
-                    section.error(&format!("has {key} without {partner}; name that too, or leave it out"))
-                );
+                return Err(section
+                    .error(&format!("has {key} without {partner}; name that too, or leave it out"))
+                    .of_kind(InputErrorKind::Conflict));
             }
             if is_partner_there && !is_there {
                 return Err(section.lacks(key, &format!("one beside {partner}")));

@@ -22,7 +22,7 @@ pub(super) fn place_handles(
     let take = take::read(path, Some(&handles.labels), Missing::Error)?;
     if frame >= take.frames() {
         let frames = take.frames();
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "{}: has {frames} frames, counted from 0, but [[example]] {example:?} is its frame {frame}",
             path.display()
         )));

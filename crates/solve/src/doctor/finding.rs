@@ -1,5 +1,7 @@
 //! Findings: what the doctor says, and how much it matters.
 
+use rhytid_core::Error;
+
 /// How much a [`Finding`] matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -21,6 +23,26 @@ pub struct Finding {
     pub code: &'static str,
     /// One sentence: what, where, and what happens or what to do.
     pub message: String,
+}
+
+impl Finding {
+    /// The same as an [`Error::Input`], whose kind goes by the code.
+    pub fn error(&self) -> Error {
+        let message = &*self.message;
+        match self.code {
+            "no-faces" | "faces" | "uvs" | "no-area" | "no-mirror-image" => Error::bad_topology(message),
+            "no-handles" => Error::empty(message),
+            "handles" | "example" => Error::mismatch(message),
+            "duplicate-handle" => Error::conflict(message),
+            "not-finite"
+            | "handle-out-of-range"
+            | "pins"
+            | "settings"
+            | "far-from-origin"
+            | "strain-edges" => Error::out_of_range(message),
+            _ => Error::input(message),
+        }
+    }
 }
 
 /// What the doctor saw.

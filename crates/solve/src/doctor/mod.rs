@@ -10,7 +10,7 @@ mod words;
 pub use finding::{Finding, Report, Severity};
 
 use crate::mirror::with_mirror_images;
-use rhytid_core::{Error, Face, Result};
+use rhytid_core::{Face, Result};
 
 /// Looks at a face for everything that would hurt its solve. Errors are only what makes it impossible; where
 /// there are some, the finer checks are left out, since they need a whole mesh.
@@ -36,9 +36,9 @@ pub fn examine(face: &Face) -> Report {
 /// Fails with the first error of [`examine`], without looking for anything else.
 ///
 /// # Errors
-/// [`Error::Input`].
+/// [`rhytid_core::Error::Input`].
 pub fn check(face: &Face) -> Result<()> {
     let mut report = Report::default();
     impossible::examine(face, &mut report);
-    report.findings.into_iter().next().map_or(Ok(()), |finding| Err(Error::Input(finding.message)))
+    report.findings.into_iter().next().map_or(Ok(()), |finding| Err(finding.error()))
 }

@@ -95,7 +95,7 @@ impl Confidence {
     /// solution in floating point.
     pub fn new<T: Real>(rig: &Rig<T>, vertices: &[u32]) -> Result<Self> {
         let Some(learned) = rig.learned.as_ref().filter(|_| !rig.example_names.is_empty()) else {
-            return Err(Error::input(
+            return Err(Error::rig_lacks(
                 "the rig does not know how far it is to be trusted: that takes the learned method and an example; solve it again \
                  with method = \"learned\"",
             ));

@@ -67,7 +67,7 @@ pub fn plan_scans<T: Real>(
     progress: &dyn Progress,
 ) -> Result<ScanPlan> {
     let Some(learned) = &rig.learned else {
-        return Err(Error::input(
+        return Err(Error::rig_lacks(
             "scans are planned by what vertices listen to, which a rig of the chapter's method does not have; solve it again with \
              method = \"learned\"",
         ));

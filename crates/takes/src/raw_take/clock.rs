@@ -1,10 +1,15 @@
 //! The times of a file's frames: from the frames' numbers and the rate, or from a column of times that was rounded.
 use crate::tables::rows::Rows;
+use rhytid_core::Error;
+use rhytid_core::Remedy;
 use rhytid_core::Result;
 use rhytid_core::text::quoted;
 
-/// What a file without a rate is told.
-pub(super) const NO_RATE: &str = "gives no frame rate; give it to `rhytid handles` or `prepare` with --rate, or as `rate` in the take's TOML file";
+/// What a file without a rate is told, without its name.
+pub(super) fn no_rate() -> Error {
+    Error::no_frame_rate("gives no frame rate; give it with the file, or as `rate` in the take's TOML file")
+        .with_remedies(&[Remedy::GiveRate])
+}
 
 /// Whether a number is fit to be frames per second.
 pub(super) fn is_rate(rate: f64) -> bool {
@@ -62,14 +67,14 @@ impl Clock {
     /// have no rounding, unless the file's own times say otherwise. With `given` it is that rate and nothing else.
     ///
     /// # Errors
-    /// A sentence without the file's name where there is nothing to go by.
+    /// [`Error::Input`], without the file's name, where there is nothing to go by.
     pub(super) fn times(
         mut self,
         frames: usize,
         given: Option<f64>,
         said: Option<f64>,
         warnings: &mut Vec<String>,
-    ) -> Result<Vec<f64>, String> {
+    ) -> Result<Vec<f64>> {
         let rising = self.numbers.windows(2).all(|pair| pair[0] < pair[1]);
         if self.numbers.len() != frames || !rising {
             if !self.numbers.is_empty() {
@@ -123,17 +128,19 @@ impl Clock {
                 warnings.push("there is no frame rate; the column of times is taken".into());
                 Ok(times.clone())
             }
-            (None, None) => Err(NO_RATE.into()),
+            (None, None) => Err(no_rate()),
         }
     }
 }
 
 /// Numbers beyond what floats tell apart make equal times.
-fn increasing(times: Vec<f64>) -> Result<Vec<f64>, String> {
+fn increasing(times: Vec<f64>) -> Result<Vec<f64>> {
     if times.windows(2).all(|pair| pair[0] < pair[1]) {
         Ok(times)
     } else {
-        Err("has frame numbers too large to tell their times apart; export the file anew".into())
+        Err(Error::out_of_range(
+            "has frame numbers too large to tell their times apart; export the file anew",
+        ))
     }
 }
 

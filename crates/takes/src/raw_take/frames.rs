@@ -40,7 +40,7 @@ pub(super) fn read(
     let Header { labels, mut warnings, columns, .. } = header;
     let is_whole = matches!(bytes.last(), Some(b'\n' | b'\r'));
     if labels.is_empty() {
-        return Err(Error::input(format!("{name}: has no markers; export the labelled trajectories too")));
+        return Err(Error::empty(format!("{name}: has no markers; export the labelled trajectories too")));
     }
     let mut clock = Clock::from_frame(header.zero);
     let mut samples = Samples::new(columns.clone(), header.origin_is_missing, bytes.len());
@@ -65,7 +65,7 @@ pub(super) fn read(
         warnings.push("the file is cut short in its last row, which is left out".into());
     }
     if frames == 0 {
-        return Err(Error::input(format!("{name}: has no frames; copy or export the file anew")));
+        return Err(Error::empty(format!("{name}: has no frames; copy or export the file anew")));
     }
     if frames < promised {
         warnings
@@ -83,7 +83,7 @@ pub(super) fn read(
         warnings.push(units::unknown(&unit, place));
     }
     let times = clock.times(frames, rate, header.rate, &mut warnings);
-    let times = times.map_err(|message| Error::input(format!("{name}: {message}")))?;
+    let times = times.map_err(|error| error.in_file(name))?;
     let labels = labels::distinct(labels, &mut warnings);
     let tracks = Take { labels, times, positions: samples.into_positions(), ..Take::default() };
     Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })

@@ -42,7 +42,7 @@ pub fn read(path: &Path, rate: Option<f64>) -> Result<RawTake> {
 /// [`Error::Input`].
 pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
     if let Some(rate) = rate.filter(|&rate| !clock::is_rate(rate)) {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "{name}: is to be read at {rate} frames per second, expected a number from 0.001 to 1000000"
         )));
     }

@@ -26,7 +26,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
     let mut lines: Vec<Vec<String>> = Vec::new();
     loop {
         if !rows.advance()? || lines.len() > MOST_LINES {
-            return Err(Error::input(format!(
+            return Err(Error::malformed(format!(
                 "{name}: has no line that begins with Frame, as Motive's CSV has above its frames; the file may be cut \
                  short"
             )));
@@ -44,7 +44,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
         rows.error("expected lines of types, names and properties between the first line and this one")
     })?;
     if found.is_empty() {
-        return Err(Error::input(format!(
+        return Err(Error::empty(format!(
             "{name}: has no columns of type Marker and property Position; switch the markers on in Motive's export"
         )));
     }

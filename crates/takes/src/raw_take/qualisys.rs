@@ -3,7 +3,7 @@
 use super::frames::{self, Header, filled, number, text};
 use super::samples::Columns;
 use crate::tables::rows::Rows;
-use rhytid_core::{Error, RawTake, Result};
+use rhytid_core::{Error, InputErrorKind, RawTake, Result};
 
 /// Reads a file. An empty cell, or a marker at exactly 0, 0, 0, means that the marker was not seen; lengths are in
 /// millimetres, which the file does not say and the program always writes.
@@ -31,10 +31,12 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
                 has_names = true;
             }
             "DATA_INCLUDED" if !text(&rows, 1).eq_ignore_ascii_case("3D") => {
-                return Err(rows.error(&format!(
-                    "the data that is included is {}, expected 3D; export the trajectories' 3D data",
-                    rhytid_core::text::quoted(&text(&rows, 1))
-                )));
+                return Err(rows
+                    .error(&format!(
+                        "the data that is included is {}, expected 3D; export the trajectories' 3D data",
+                        rhytid_core::text::quoted(&text(&rows, 1))
+                    ))
+                    .of_kind(InputErrorKind::UnsupportedFormat));
             }
             _ if axis_of(&rows, filled(&rows).saturating_sub(1)) == Some('Z') => {
                 named = Some(named_columns(&rows));
@@ -50,7 +52,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
     header.columns = match named {
         Some(columns) => columns,
         None if more => columns_by_width(&rows, header.labels.len(), header.markers)?,
-        None => return Err(Error::input(format!("{name}: has no frames; copy or export the file anew"))),
+        None => return Err(Error::empty(format!("{name}: has no frames; copy or export the file anew"))),
     };
     let (names, markers) = (header.labels.len(), header.columns.markers.len());
     if has_names && names != markers {

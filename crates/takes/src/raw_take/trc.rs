@@ -21,7 +21,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
     let mut keys: Option<Vec<String>> = None;
     loop {
         if !rows.advance()? {
-            return Err(Error::input(format!(
+            return Err(Error::malformed(format!(
                 "{name}: has no line that begins with Frame#, as a TRC file has above its frames; the file may be cut \
                  short, or have something else than tabs between its cells"
             )));

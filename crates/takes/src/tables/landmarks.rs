@@ -1,7 +1,10 @@
 //! Which handles of two faces are at the same place: `from,to`.
 use super::rows::Rows;
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::input_file;
 use rhytid_core::text::quoted;
-use rhytid_core::{Error, Result, input_file};
 use std::path::Path;
 
 /// Reads pairs of labels, of the first face and of the second, from a CSV file with the columns `from` and `to`; a row without one of them is left out, other columns do
@@ -30,18 +33,20 @@ fn decode(bytes: &[u8], name: &str) -> Result<Vec<(String, String)>> {
             continue;
         }
         if let Some(other) = pairs.iter().find(|other| other.0 == pair.0 || other.1 == pair.1) {
-            return Err(rows.error(&format!(
-                "{} belongs to {}, but {} to {} already; each label stands once",
-                quoted(&pair.0),
-                quoted(&pair.1),
-                quoted(&other.0),
-                quoted(&other.1)
-            )));
+            return Err(rows
+                .error(&format!(
+                    "{} belongs to {}, but {} to {} already; each label stands once",
+                    quoted(&pair.0),
+                    quoted(&pair.1),
+                    quoted(&other.0),
+                    quoted(&other.1)
+                ))
+                .of_kind(InputErrorKind::Conflict));
         }
         pairs.push(pair);
     }
     if pairs.is_empty() {
-        return Err(Error::input(format!("{name}: has no pairs, expected a row from,to for each landmark")));
+        return Err(Error::empty(format!("{name}: has no pairs, expected a row from,to for each landmark")));
     }
     Ok(pairs)
 }

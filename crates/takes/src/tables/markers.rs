@@ -1,8 +1,11 @@
 //! Which marker is which handle's: `handle,marker,distance_mm,sure`, a table that is written as a proposal and that a person edits.
 use super::rows::Rows;
 use super::write_checked;
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::input_file;
 use rhytid_core::text::quoted;
-use rhytid_core::{Error, Result, input_file};
 use std::path::Path;
 
 /// A handle and its marker.
@@ -52,7 +55,7 @@ fn decode(bytes: &[u8], name: &str) -> Result<Vec<(String, String)>> {
                 quoted(&pair.1),
                 quoted(&other.0),
                 quoted(&other.1)
-            )));
+            )).of_kind(InputErrorKind::Conflict));
         }
         pairs.push(pair);
     }

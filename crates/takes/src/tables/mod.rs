@@ -8,8 +8,14 @@ pub(crate) mod rows;
 pub use curves::write_curves;
 pub use landmarks::read_landmarks;
 pub use markers::{MarkerRow, read_markers, write_markers};
-use rhytid_core::text::{did_you_mean, quoted};
-use rhytid_core::{AtomicFile, Error, Handles, Result, input_file};
+use rhytid_core::AtomicFile;
+use rhytid_core::Error;
+use rhytid_core::Handles;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::input_file;
+use rhytid_core::text::did_you_mean;
+use rhytid_core::text::quoted;
 use rows::Rows;
 use std::collections::HashMap;
 use std::io::Write;
@@ -50,11 +56,13 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
             return Err(rows.error("the label is empty, expected the name of a marker"));
         }
         if let Some(first) = seen.insert(label.to_owned(), rows.offset()) {
-            return Err(rows.error(&format!(
-                "the label {} was given in line {} already; every handle needs a label of its own",
-                quoted(label),
-                rows.line_at(first)
-            )));
+            return Err(rows
+                .error(&format!(
+                    "the label {} was given in line {} already; every handle needs a label of its own",
+                    quoted(label),
+                    rows.line_at(first)
+                ))
+                .of_kind(InputErrorKind::Conflict));
         }
         let vertex = rows.text(vertex_column)?;
         let vertex = vertex.parse().map_err(|_| {
@@ -69,7 +77,7 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
         handles.vertices.push(vertex);
     }
     if handles.labels.is_empty() {
-        return Err(Error::input(format!(
+        return Err(Error::empty(format!(
             "{name}: has no handles, expected a row label,vertex under the header for each"
         )));
     }
@@ -101,16 +109,18 @@ fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<
         match text.parse() {
             Ok(index) if index < count => found.push(index),
             _ => {
-                return Err(rows.error(&format!(
-                    "the {name_of} is {}, expected a whole number from 0 to {}, {last}",
-                    quoted(text),
-                    count.saturating_sub(1)
-                )));
+                return Err(rows
+                    .error(&format!(
+                        "the {name_of} is {}, expected a whole number from 0 to {}, {last}",
+                        quoted(text),
+                        count.saturating_sub(1)
+                    ))
+                    .of_kind(InputErrorKind::OutOfRange));
             }
         }
     }
     if found.is_empty() {
-        return Err(Error::input(format!("{name}: has no {name_of}, expected one in each row")));
+        return Err(Error::empty(format!("{name}: has no {name_of}, expected one in each row")));
     }
     Ok(found)
 }
@@ -151,7 +161,8 @@ pub fn write_handles(path: &Path, handles: &Handles, distances: Option<&[f64]>) 
 
 /// Writes `bytes` if `reads_back`, which is given the file's name, finds the same in them again.
 pub fn write_checked(path: &Path, bytes: &[u8], reads_back: impl FnOnce(&str) -> Result<bool>) -> Result<()> {
-    let refused = |reason: &str| Error::input(format!("not written, as it could not be read back: {reason}"));
+    let refused =
+        |reason: &str| Error::malformed(format!("not written, as it could not be read back: {reason}"));
     let name = path.display().to_string();
     match reads_back(&name) {
         Ok(true) => {}
@@ -197,14 +208,17 @@ pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Resul
                     quoted(label),
                     did_you_mean(label, labels.iter().map(String::as_str))
                 ))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.to_owned()] })
             })?;
         }
         let [a, b] = edge;
         if a == b {
-            return Err(rows.error(&format!(
-                "the edge joins {} to itself, expected two different handles",
-                quoted(rows.text(columns[0])?)
-            )));
+            return Err(rows
+                .error(&format!(
+                    "the edge joins {} to itself, expected two different handles",
+                    quoted(rows.text(columns[0])?)
+                ))
+                .of_kind(InputErrorKind::Conflict));
         }
         if let Some(first) = seen.insert((a.min(b), a.max(b)), rows.offset()) {
             return Err(rows.error(&format!(
@@ -212,12 +226,12 @@ pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Resul
                 quoted(rows.text(columns[0])?),
                 quoted(rows.text(columns[1])?),
                 rows.line_at(first)
-            )));
+            )).of_kind(InputErrorKind::Conflict));
         }
         edges.push(edge);
     }
     if edges.is_empty() {
-        return Err(Error::input(format!(
+        return Err(Error::empty(format!(
             "{name}: has no edges, expected a row a,b under the header for each; \
              edges = \"auto\" in the project file finds them"
         )));

@@ -1,6 +1,9 @@
 //! The rows of a CSV file under its header.
-use rhytid_core::text::{line_of, quoted};
-use rhytid_core::{Error, Result};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::text::line_of;
+use rhytid_core::text::quoted;
 
 /// Walks over the rows of a CSV file. Blank lines are skipped; blanks around cells do not count.
 pub(crate) struct Rows<'a> {
@@ -18,7 +21,7 @@ impl<'a> Rows<'a> {
         let row = csv::ByteRecord::new();
         let mut rows = Self { bytes, name, reader, row, header: Vec::new() };
         if !rows.advance()? {
-            return Err(Error::input(format!("{name}: the file is empty, expected a header and rows")));
+            return Err(Error::empty(format!("{name}: the file is empty, expected a header and rows")));
         }
         rows.header = (0..rows.row.len()).map(|i| rows.text(i).map(str::to_owned)).collect::<Result<_>>()?;
         if let [header] = &rows.header[..]
@@ -123,7 +126,9 @@ impl<'a> Rows<'a> {
 
     /// An error in the current row.
     pub(crate) fn error(&self, message: &str) -> Error {
-        Error::input(format!("{}, line {}: {message}", self.name, self.line_at(self.offset())))
+        let line = self.line_at(self.offset());
+        Error::malformed(format!("{}, line {line}: {message}", self.name))
+            .of_kind(InputErrorKind::Malformed { line: Some(line) })
     }
 
     /// Goes to the next row, however long it is; `false` after the last one.
@@ -132,7 +137,7 @@ impl<'a> Rows<'a> {
             let more = self
                 .reader
                 .read_byte_record(&mut self.row)
-                .map_err(|e| Error::input(format!("{}: is not a CSV file: {e}", self.name)))?;
+                .map_err(|e| Error::malformed(format!("{}: is not a CSV file: {e}", self.name)))?;
             if !more {
                 return Ok(false);
             }

@@ -2,8 +2,11 @@
 
 use super::{confidence, head};
 use crate::tables::rows::Rows;
+use rhytid_core::InputErrorKind;
 use rhytid_core::Result;
-use rhytid_core::text::{did_you_mean, listed, quoted};
+use rhytid_core::text::did_you_mean;
+use rhytid_core::text::listed;
+use rhytid_core::text::quoted;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// What a label's columns end with.
@@ -35,16 +38,20 @@ pub(super) fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String
         None => header.labels.clone(),
     };
     if kept.is_empty() {
-        return Err(rows.error("the header has no markers, expected LABEL_x,LABEL_y,LABEL_z for each"));
+        return Err(rows
+            .error("the header has no markers, expected LABEL_x,LABEL_y,LABEL_z for each")
+            .of_kind(InputErrorKind::Empty));
     }
     let mut complete = Vec::with_capacity(kept.len());
-    let mut lacking = Vec::new();
+    let (mut lacking, mut labels) = (Vec::new(), Vec::new());
     for label in &kept {
+        let before = lacking.len();
         match header.markers.get(label) {
             Some(&[Some(x), Some(y), Some(z)]) => complete.push([x, y, z]),
             Some(axes) => lacking.push(format!("{} (lacks {})", quoted(label), lacking_columns(label, axes))),
             None => lacking.push(quoted(label) + &did_you_mean(label, header.labels.iter().copied())),
         }
+        labels.extend((lacking.len() > before).then(|| (*label).to_owned()));
     }
     if !lacking.is_empty() {
         return Err(rows.error(&format!(
@@ -53,7 +60,7 @@ pub(super) fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String
             kept.len(),
             if wanted.is_some() { "handles are" } else { "labels have columns" },
             lacking.join(", ")
-        )));
+        )).of_kind(InputErrorKind::MissingMarkers { labels }));
     }
     let confidence = confidence::columns(rows, &header, &kept, wanted.is_some())?;
     if wanted.is_some() {
@@ -119,12 +126,14 @@ fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Head
             )));
         };
         if let Some(before) = before {
-            return Err(rows.error(&format!(
-                "the columns {} and {} of the header are both {}; keep one of them",
-                before + 1,
-                column + 1,
-                quoted(cell)
-            )));
+            return Err(rows
+                .error(&format!(
+                    "the columns {} and {} of the header are both {}; keep one of them",
+                    before + 1,
+                    column + 1,
+                    quoted(cell)
+                ))
+                .of_kind(InputErrorKind::Conflict));
         }
     }
     Ok(header)

@@ -2,8 +2,12 @@
 use super::cells::{in_frame, shown};
 use super::columns::Header;
 use crate::tables::rows::Rows;
-use rhytid_core::text::{did_you_mean, quoted};
-use rhytid_core::{Error, Result, Take};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::Take;
+use rhytid_core::text::did_you_mean;
+use rhytid_core::text::quoted;
 
 const SUFFIX: &str = "_confidence";
 
@@ -35,7 +39,7 @@ pub(super) fn columns(
             quoted(stray),
             quoted(label),
             did_you_mean(label, header.labels.iter().copied())
-        )));
+        )).of_kind(InputErrorKind::MissingMarkers { labels: vec![label.to_owned()] }));
     }
     Ok(kept.iter().map(|label| header.confidence.get(label).copied()).collect())
 }
@@ -90,14 +94,14 @@ pub(super) fn written(take: &Take, name: &str) -> Result<Vec<usize>> {
     let Some(confidence) = &take.confidence else { return Ok(Vec::new()) };
     let m = take.labels.len();
     if confidence.len() != take.positions.len() {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{name}: not written: the take has {} confidences, expected one for each of its {} positions",
             confidence.len(),
             take.positions.len()
         )));
     }
     if let Some(i) = confidence.iter().position(|x| !(0.0..=1.0).contains(x)) {
-        return Err(Error::input(format!(
+        return Err(Error::out_of_range(format!(
             "{name}: not written: frame {}: the confidence of marker {} is {}, expected 0 to 1",
             i / m,
             quoted(&take.labels[i % m]),

@@ -9,8 +9,15 @@ use crate::tables::rows::Rows;
 use crate::tables::write_checked;
 use cells::{in_frame, number, shown};
 use columns::{AXES, match_columns};
-use rhytid_core::text::{listed, quoted};
-use rhytid_core::{Error, RawTake, Result, Take, input_file};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::RawTake;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
+use rhytid_core::Take;
+use rhytid_core::input_file;
+use rhytid_core::text::listed;
+use rhytid_core::text::quoted;
 use std::path::Path;
 
 pub use rhytid_core::Missing;
@@ -67,7 +74,7 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
         take.times.push(time);
     }
     if take.times.is_empty() {
-        return Err(Error::input(format!("{name}: has no frames, expected a row for each under the header")));
+        return Err(Error::empty(format!("{name}: has no frames, expected a row for each under the header")));
     }
     let unseen: Vec<&str> = take
         .labels
@@ -77,7 +84,7 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
         .map(|(l, _)| l.as_str())
         .collect();
     if !unseen.is_empty() && missing == Missing::Hold {
-        return Err(Error::input(format!(
+        return Err(Error::missing_samples(format!(
             "{name}: missing from every frame: {}; a marker must be seen at least once to be held",
             listed(unseen.into_iter())
         )));
@@ -130,12 +137,14 @@ fn read_marker(
             _ => {
                 let message = format!(
                     "marker {} is missing: {} is {}, expected a finite number; \
-                     --missing hold keeps such a marker where it was last seen",
+                     it can be held where it was last seen",
                     quoted(label),
                     quoted(&rows.header()[column]),
                     shown(rows, column)
                 );
-                return Err(in_frame(rows, frame, &message));
+                return Err(in_frame(rows, frame, &message)
+                    .of_kind(InputErrorKind::MissingSamples)
+                    .with_remedies(&[Remedy::HoldMissing]));
             }
         }
     }
@@ -150,7 +159,7 @@ fn read_marker(
 pub fn write(path: &Path, take: &Take) -> Result<()> {
     let m = take.labels.len();
     if take.positions.len() != take.frames().saturating_mul(m) || m == 0 {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{}: not written: the take has {} positions, expected {} frames × {m} labels, at least one of each",
             path.display(),
             take.positions.len(),
@@ -161,7 +170,7 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
         && head.len() != take.frames()
     {
         let (found, expected) = (head.len(), take.frames());
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{}: not written: the take has {found} head motions, expected {expected}",
             path.display()
         )));
@@ -229,7 +238,7 @@ fn check_positions(take: &Take, name: &str) -> Result<()> {
     let is_sound = |p: &[f64; 3]| p.iter().all(|x| x.is_finite()) || p.iter().all(|x| x.is_nan());
     let Some(at) = take.positions.iter().position(|p| !is_sound(p)) else { return Ok(()) };
     let m = take.labels.len();
-    Err(Error::input(format!(
+    Err(Error::out_of_range(format!(
         "{name}: not written: frame {}: marker {} is at {:?}, expected finite numbers, or NaN alone where it is missing",
         at / m,
         quoted(&take.labels[at % m]),

@@ -39,7 +39,7 @@ impl Animation {
     pub(crate) fn new(opened: Opened, name: String) -> Result<Self> {
         let Opened { layer, mut samples } = opened;
         let found = find(&layer, samples.as_mut()).map_err(|fault| match fault {
-            Fault::Found(what) => Error::input(format!("{name}: {what}")),
+            Fault::Found(what) => Error::malformed(format!("{name}: {what}")),
             Fault::Unread(error) => error,
         });
         found.map(|(summary, numbers)| Self { name, summary, samples, numbers })
@@ -67,7 +67,7 @@ impl Animation {
 
     fn damaged(&self, what: &str, frame: usize, found: &str) -> Error {
         let (name, time) = (&self.name, self.summary.time_code(frame));
-        Error::input(format!("{name}: its {what} at time code {time} have {found}; export it again"))
+        Error::malformed(format!("{name}: its {what} at time code {time} have {found}; export it again"))
     }
 }
 

@@ -22,8 +22,11 @@ mod text;
 use animation::Animation;
 use clips::{Clips, undeclared};
 use lookup::stated_recipe;
-use rhytid_core::{Error, Result};
-use rhytid_core::{Reach, named_file};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Reach;
+use rhytid_core::Result;
+use rhytid_core::named_file;
 use rhytid_export::AnimationReader;
 use std::path::{Path, PathBuf};
 
@@ -58,20 +61,20 @@ pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationRead
     // The parts may have been written anew since, and so may the manifest, for a file that was renamed.
     let root = default_prim(&opened.layer);
     if parts.summary().recipe != root.and_then(stated_recipe) {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{name}: its parts are others than when they were stitched; stitch them again"
         )));
     }
     let manifest = named(manifest, "manifestAssetPath")?;
     if !manifest.exists() {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{name}: its manifest {} is not there, without which USD plays the first part only; stitch the parts again",
             manifest.display()
-        )));
+        )).of_kind(InputErrorKind::NotThere { file: manifest.clone() }));
     }
     let first = open(&parts.parts()[0].path)?.layer;
     if let Some(undeclared) = undeclared(&first, &open(&manifest)?.layer) {
-        return Err(Error::input(format!(
+        return Err(Error::mismatch(format!(
             "{}: does not declare {undeclared}, which has samples in the parts of {name}; stitch them again",
             manifest.display()
         )));

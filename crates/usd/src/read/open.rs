@@ -3,7 +3,7 @@
 use super::opened::Opened;
 use super::source::Source;
 use super::{crate_file, package, text};
-use rhytid_core::Result;
+use rhytid_core::{InputErrorKind, Result};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -30,9 +30,9 @@ fn of_source(mut source: Source) -> Result<Opened> {
         b"PXR-USDC" => crate_file::open(source),
         [b'P', b'K', 3, 4, ..] => of_source(package::first_member(source)?),
         b"#usda 1." => text::open(source),
-        [] => Err(source.wrong("is empty, expected a USD file; export it again")),
+        [] => Err(source.wrong("is empty, expected a USD file; export it again").of_kind(InputErrorKind::Empty)),
         _ => Err(source.wrong(
             "begins neither as binary USD (PXR-USDC) nor as text (#usda 1.0) nor as a package (zip); is it a USD file?",
-        )),
+        ).of_kind(InputErrorKind::UnsupportedFormat)),
     }
 }

@@ -1,12 +1,15 @@
-//! An animation in parts, one file each: what `rhytid stitch` puts together.
+//! An animation in parts, one file each: what [`crate::stitch()`] puts together.
 
 use super::animation::Animation;
 use super::clips::clips;
 use super::open::open;
+use rhytid_core::Error;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
 use rhytid_core::channel::Channel;
-use rhytid_core::{Error, Result};
+use rhytid_export::AnimationReader;
 use rhytid_export::StatedRecipe;
-use rhytid_export::{AnimationReader, Summary};
+use rhytid_export::Summary;
 use std::path::{Path, PathBuf};
 
 /// One file of the animation.
@@ -45,7 +48,7 @@ impl Parts {
                 Some((first, expected)) => {
                     if let Some(difference) = difference(expected, &summary) {
                         let (path, first) = (path.display(), first.display());
-                        return Err(Error::input(format!(
+                        return Err(Error::mismatch(format!(
                             "{path} and {first} are no parts of one animation: {difference}; export both anew with the \
                              same rig and settings"
                         )));
@@ -56,7 +59,7 @@ impl Parts {
             parts.push(Part { path: path.clone(), begin: 0, first_time_code, frames, recipe });
         }
         let Some((_, mut summary)) = whole else {
-            return Err(Error::input("there are no parts to put together, expected at least one file"));
+            return Err(Error::empty("there are no parts to put together, expected at least one file"));
         };
         parts.sort_by(|a, b| a.first_time_code.total_cmp(&b.first_time_code));
         for i in 1..parts.len() {
@@ -116,25 +119,25 @@ impl AnimationReader for Parts {
 fn open_part(path: &Path) -> Result<Animation> {
     let opened = open(path)?;
     if clips(&opened.layer).is_some() {
-        return Err(Error::input(format!(
+        return Err(Error::unsupported_format(format!(
             "{}: is stitched from parts itself; name its parts instead",
             path.display()
         )));
     }
     let animation = Animation::new(opened, path.display().to_string())?;
     if animation.summary().stated_error.is_some() {
-        return Err(Error::input(format!(
-            "{}: holds shapes with curves, which would be other shapes in each part; export the parts without --shapes",
+        return Err(Error::conflict(format!(
+            "{}: holds shapes with curves, which would be other shapes in each part; export the parts without shapes",
             path.display()
-        )));
+        )).with_remedies(&[Remedy::NoShapes]));
     }
     Ok(animation)
 }
 
 fn known_recipe<'a>(path: &Path, summary: &'a Summary) -> Result<&'a StatedRecipe> {
     summary.recipe.as_ref().ok_or_else(|| {
-        Error::input(format!(
-            "{}: does not say which rig and settings it was made with, expected a file of `rhytid animate`",
+        Error::unsupported_format(format!(
+            "{}: does not say which rig and settings it was made with, expected an animation that Rhytid has written",
             path.display()
         ))
     })
@@ -185,7 +188,7 @@ fn check_follows(before: &Part, after: &Part) -> Result<()> {
         return Ok(());
     }
     let (last, before, after) = (expected - 1.0, before.path.display(), after.path.display());
-    Err(Error::input(if found > expected {
+    Err(Error::mismatch(if found > expected {
         format!(
             "the frames {expected} to {} are in no part: {before} ends with {last} and {after} begins with {found}; \
              export them or leave out what does not follow",

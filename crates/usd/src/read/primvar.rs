@@ -2,8 +2,13 @@
 
 use super::lookup::{attribute, below, field};
 use super::open;
-use crate::layer::{Attribute, Prim, Property, Value};
-use rhytid_core::{Error, Result};
+use crate::layer::Attribute;
+use crate::layer::Prim;
+use crate::layer::Property;
+use crate::layer::Value;
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
 use std::path::Path;
 
 /// The numbers that the primvar `name` has at the vertices of a mesh, as it is without a time, else at its first one: those of `float[]`, or the red of a colour.
@@ -12,7 +17,7 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Input`] if not one mesh in the file has that primvar, or if it has no number for each vertex; [`Error::Io`].
 pub fn read_primvar(path: &Path, name: &str) -> Result<Vec<f32>> {
-    let fault = |what: String| Error::Input(format!("{}: {what}", path.display()));
+    let fault = |what: String| Error::malformed(format!("{}: {what}", path.display()));
     let mut opened = open(path)?;
     let meshes: Vec<&Prim> = opened.layer.prims.iter().flat_map(with_meshes_below).collect();
     let wanted = format!("primvars:{name}");
@@ -20,21 +25,24 @@ pub fn read_primvar(path: &Path, name: &str) -> Result<Vec<f32>> {
         meshes.iter().filter_map(|mesh| Some((*mesh, attribute(mesh, &wanted)?))).collect();
     let &[(mesh, found)] = &with_it[..] else {
         let names = |prims: &[&Prim]| prims.iter().map(|prim| &*prim.name).collect::<Vec<_>>().join(", ");
-        return Err(fault(match (&meshes[..], &with_it[..]) {
-            ([], _) => "has no mesh; export the painted mesh into the file itself".into(),
+        return Err(match (&meshes[..], &with_it[..]) {
+            ([], _) => fault("has no mesh; export the painted mesh into the file itself".into())
+                .of_kind(InputErrorKind::Empty),
             (meshes, []) => {
                 let known: Vec<&str> = meshes.iter().flat_map(|mesh| primvars(mesh)).collect();
                 let known = if known.is_empty() { "none".into() } else { known.join(", ") };
-                format!("no mesh has a primvar “{name}”, found {known} on {}", names(meshes))
+                fault(format!("no mesh has a primvar “{name}”, found {known} on {}", names(meshes)))
+                    .of_kind(InputErrorKind::UnknownName { name: name.to_owned() })
             }
             (_, several) => {
                 let several: Vec<&Prim> = several.iter().map(|(mesh, _)| *mesh).collect();
-                format!(
+                fault(format!(
                     "the primvar “{name}” is on several meshes, {}; leave one in the file",
                     names(&several)
-                )
+                ))
+                .of_kind(InputErrorKind::Conflict)
             }
-        }));
+        });
     };
     let interpolation = match field(&found.metadata, "interpolation") {
         Some(Value::Token(word)) => word.as_str(),

@@ -1,6 +1,6 @@
 //! Bytes at any place of a file, checked against its length.
 
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -24,7 +24,7 @@ impl Source {
     pub(super) fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path))?;
         if file.metadata().map_err(Error::io(path))?.is_dir() {
-            return Err(Error::input(format!("{}: is a folder, expected a file", path.display())));
+            return Err(Error::bad_path(format!("{}: is a folder, expected a file", path.display())));
         }
         Self::new(Box::new(file), path.display().to_string())
     }
@@ -50,14 +50,18 @@ impl Source {
 
     /// An error of the input, with the file's name before it.
     pub(super) fn wrong(&self, what: impl std::fmt::Display) -> Error {
-        Error::input(format!("{}: {what}", self.name))
+        Error::malformed(format!("{}: {what}", self.name))
     }
 
     /// `len` bytes from `at` on.
     pub(super) fn read(&mut self, at: u64, len: u64) -> Result<Vec<u8>> {
         self.check(at, len)?;
-        let mut bytes =
-            vec![0; usize::try_from(len).map_err(|_| self.wrong("is too large for this machine"))?];
+        let mut bytes = vec![
+            0;
+            usize::try_from(len).map_err(|_| self
+                .wrong("is too large for this machine")
+                .of_kind(InputErrorKind::TooLarge))?
+        ];
         self.fill_unchecked(at, &mut bytes)?;
         Ok(bytes)
     }
@@ -83,7 +87,7 @@ impl Source {
                 "has {} bytes, expected {len} more from byte {at} on; the file is cut short or damaged, export it \
                  again",
                 self.len
-            )));
+            )).of_kind(InputErrorKind::CutShort));
         }
         Ok(())
     }

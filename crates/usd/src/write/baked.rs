@@ -38,7 +38,7 @@ impl Baked {
         let others = scene.channels.iter().filter(|channel| channel.name != channel::NORMALS.name);
         let others: Vec<&str> = others.map(|channel| &*channel.name).collect();
         if !others.is_empty() {
-            return Err(Error::input(format!(
+            return Err(Error::conflict(format!(
                 "{}: shapes with curves in USD have no place for {}; leave them or the shapes out",
                 path.display(),
                 others.join(", ")

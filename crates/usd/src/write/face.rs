@@ -86,7 +86,7 @@ fn layer(scene: &Scene<'_>, channels: &[Channel]) -> Result<Layer> {
             continue;
         }
         let type_name = channels::type_name(channel).map_err(|width| {
-            Error::input(format!(
+            Error::unsupported_format(format!(
                 "the channel {}: {width} numbers at a vertex, for which USD has no type",
                 channel.name
             ))

@@ -39,7 +39,7 @@ pub(super) fn float(x: f32) -> String {
 /// USD's integers have a sign.
 pub(super) fn integer(x: usize) -> Result<i32> {
     i32::try_from(x).map_err(|_| {
-        Error::input(format!(
+        Error::too_large(format!(
             "the mesh has the number {x} in its faces, expected at most {} in USD",
             i32::MAX
         ))

@@ -3,7 +3,10 @@
 use super::crate_file::CrateWriter;
 use super::sample::Sample;
 use crate::layer::Layer;
-use rhytid_core::{AtomicFile, Error, Result};
+use rhytid_core::AtomicFile;
+use rhytid_core::Error;
+use rhytid_core::Remedy;
+use rhytid_core::Result;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek};
 use zip::write::SimpleFileOptions;
@@ -48,10 +51,11 @@ fn check_size(file: &AtomicFile, size: u64) -> Result<()> {
     if size <= LARGEST_LAYER {
         return Ok(());
     }
-    Err(Error::input(format!(
-        "{}: a USD package holds at most 4 GiB, and this is more; write .usd, or fewer frames with --frames A..B",
+    Err(Error::too_large(format!(
+        "{}: a USD package holds at most 4 GiB, and this is more; write .usd, or fewer frames",
         file.path().display()
-    )))
+    ))
+    .with_remedies(&[Remedy::FewerFrames]))
 }
 
 /// The archive with its size.

@@ -143,7 +143,7 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
         }
         "toml" => Content::Project(ProjectInfo::of(rhytid::formats::project::read(path, reach)?)),
         _ => {
-            return Err(Error::input(format!(
+            return Err(Error::unsupported_format(format!(
                 "{}: expected a mesh (.obj, .ply, .glb, .gltf), an animation (.usd, .usda, .usdc, .usdz, .glb, .gltf), a rig \
                  (.safetensors), a take (.csv, .c3d, .trc, .tsv), a table of handles or of markers (.csv), a project or a take's setup (.toml) or a \
                  report (.json)",
@@ -164,7 +164,7 @@ fn setup_keys(path: &Path) -> Result<Vec<String>> {
     let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     let text = String::from_utf8_lossy(&bytes);
     let table: toml::Table =
-        text.parse().map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
+        text.parse().map_err(|error| Error::malformed(format!("{}: {error}", path.display())))?;
     Ok(table.keys().cloned().collect())
 }
 

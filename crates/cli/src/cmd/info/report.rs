@@ -37,7 +37,7 @@ pub(super) struct ReportInfo {
 impl ReportInfo {
     pub(super) fn read(path: &Path) -> Result<Self> {
         let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
-        let refused = |what: String| Error::input(format!("{}: {what}", path.display()));
+        let refused = |what: String| Error::malformed(format!("{}: {what}", path.display()));
         let top: Map<String, Value> = serde_json::from_slice(&bytes)
             .map_err(|error| refused(format!("is no JSON object, as Rhytid's reports are: {error}")))?;
         let found = REPORTS.iter().find(|(_, keys, _)| keys.iter().all(|key| top.contains_key(*key)));

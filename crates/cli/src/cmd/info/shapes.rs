@@ -21,7 +21,7 @@ impl ShapesInfo {
         let mut shapes = Vec::new();
         layer.prims.iter().for_each(|prim| find(prim, &mut shapes));
         if shapes.is_empty() {
-            return Err(Error::input(format!(
+            return Err(Error::empty(format!(
                 "{}: has neither an animation nor blend shapes",
                 path.display()
             )));

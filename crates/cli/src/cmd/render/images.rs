@@ -19,7 +19,7 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
         return Ok(());
     }
     let uvs = rig.uvs.as_ref().ok_or_else(|| {
-        Error::input(format!(
+        Error::rig_lacks(format!(
             "{}: has no texture coordinates, which --show textured needs; solve it again of a neutral that has them (vt in .obj, \
              TEXCOORD_0 in glTF)",
             args.rig.display()
@@ -51,7 +51,7 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
                 let list = |names: &mut dyn Iterator<Item = &String>| {
                     names.map(String::as_str).collect::<Vec<_>>().join(", ")
                 };
-                return Err(Error::input(format!(
+                return Err(Error::mismatch(format!(
                     "{}: has images for the materials {}, but the rig's are {}; give the image itself",
                     path.display(),
                     list(&mut found.iter().map(|(name, _)| name)),

@@ -90,13 +90,13 @@ impl Kind {
             (Some("png"), _) if name.contains(FRAME) => Ok(Self::Each),
             (Some("png"), _) => Ok(Self::Sheet),
             (_, Some(_)) if name.contains(FRAME) => {
-                Err(Error::input(format!("{name}: {FRAME} is for .png, one picture a file; leave it out")))
+                Err(Error::conflict(format!("{name}: {FRAME} is for .png, one picture a file; leave it out")))
             }
             (_, Some(format)) => Ok(Self::Moving(format)),
-            (Some("mp4"), None) => Err(Error::input(format!(
+            (Some("mp4"), None) => Err(Error::unsupported_format(format!(
                 "{name}: this build writes no films (the feature film is off); expected .webp"
             ))),
-            _ => Err(Error::input(format!(
+            _ => Err(Error::unsupported_format(format!(
                 "{name}: expected .png for a sheet, or for a picture of each frame with {FRAME} in the name; or .mp4 or .webp, \
                  which move"
             ))),
@@ -111,20 +111,20 @@ impl Kind {
 pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let kind = Kind::of(&args.output)?;
     if args.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
-        return Err(Error::input("--show detail is for --stage full: the others have no detail"));
+        return Err(Error::conflict("--show detail is for --stage full: the others have no detail"));
     }
     let format = if let Kind::Moving(format) = kind { Some(format) } else { None };
     if format.is_some_and(|format| !format.has_opacity()) && args.background == Some(Background([0; 4])) {
         let film = args.output.display();
-        return Err(Error::input(format!(
+        return Err(Error::conflict(format!(
             "--background none: {film} would be a film, which has no transparency; write .webp or pictures instead"
         )));
     }
     if args.vertex.is_none() && args.show.contains(&Show::Influences) {
-        return Err(Error::input("--show influences: say with --vertex N of which vertex"));
+        return Err(Error::conflict("--show influences: say with --vertex N of which vertex"));
     }
     if args.compare.is_none() && args.show.contains(&Show::Error) {
-        return Err(Error::input("--show error: say with --compare TRUTH how far from what"));
+        return Err(Error::conflict("--show error: say with --compare TRUTH how far from what"));
     }
     inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
     let (draws, named) = frames::devices(args)?;
@@ -136,18 +136,18 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     rig.scale_folds(|_| args.detail);
     if let Some(vertex) = args.vertex.filter(|vertex| *vertex >= rig.vertices()) {
         let last = rig.vertices() - 1;
-        return Err(Error::input(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
+        return Err(Error::out_of_range(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
     }
     if let Some(vertex) = args.hide.iter().find(|vertex| **vertex >= rig.vertices()) {
         let last = rig.vertices() - 1;
-        return Err(Error::input(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
+        return Err(Error::out_of_range(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
     }
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
     let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
     let layers = layers.map(|layers| (layers, take.clone()));
     hide_parts(&mut rig, &args.hide);
     if rig.triangles.is_empty() {
-        return Err(Error::input(
+        return Err(Error::out_of_range(
             "--hide: nothing would be left; name vertices of the parts that are to be left out",
         ));
     }
@@ -262,7 +262,7 @@ fn spread(frames: usize, count: usize) -> impl Iterator<Item = usize> {
 fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: &Ui) -> Result<Before> {
     let is_later = |stage: StageChoice| stage as usize >= args.stage as usize;
     match before {
-        BeforeChoice::Stage(stage) if is_later(*stage) => Err(Error::input(format!(
+        BeforeChoice::Stage(stage) if is_later(*stage) => Err(Error::conflict(format!(
             "--before {}: that is not before the --stage that is shown, expected an earlier one, or another rig",
             before.words()
         ))),
@@ -275,7 +275,7 @@ fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: 
             inputs::expect(path, &[FileKind::Rig], "rhytid render RIG TAKE -o OUT.png --before OTHER_RIG")?;
             let other = ui.timed("read the rig to put it beside", || rig_file::read(path)).0?;
             if other.faces != rig.faces {
-                return Err(Error::input(format!(
+                return Err(Error::mismatch(format!(
                     "{}: has other faces than {}, expected a rig of the same mesh",
                     path.display(),
                     args.rig.display()

@@ -58,7 +58,7 @@ impl Truth {
         frames.sort_unstable();
         frames.dedup();
         match frames.is_empty() {
-            true => Err(Error::input(format!(
+            true => Err(Error::out_of_range(format!(
                 "--frames {}..{}: the truth has none of these; its first is {}",
                 range.start,
                 range.end,

@@ -26,7 +26,7 @@ pub(super) fn run(command: &mut Command) -> String {
 #[track_caller]
 pub(super) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
     match result {
-        Err(Error::Input(message)) => message,
+        Err(Error::Input(message)) => message.to_string(),
         Err(other) => panic!("expected an input error, found {other:?}"),
         Ok(_) => panic!("expected an input error, found success"),
     }

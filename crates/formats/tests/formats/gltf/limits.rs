@@ -1,8 +1,9 @@
 //! What is refused, and what the message advises.
 
 use super::cases::animation;
-use super::tools::input_error;
+use super::tools::{input_error, refused};
 use crate::animation::{Animation, UvKind};
+use rhytid_core::{InputErrorKind, Remedy};
 use rhytid_formats::animation;
 use rhytid_formats::export::{Exporter, Options, Scene};
 use std::path::Path;
@@ -30,14 +31,17 @@ fn more_than_256_targets_need_force() {
     let force = || Options { force: true, ..Options::default() };
     for extension in ["glb", "gltf"] {
         create(folder.path(), [40, 256], extension, Options::default()).unwrap();
-        let message = input_error(create(folder.path(), [40, 257], extension, Options::default()));
-        for advice in ["257 frames", "256", ".usd", "--frames", "--compressed", "--force"] {
-            assert!(message.contains(advice), "“{message}” lacks “{advice}”");
+        let error = refused(create(folder.path(), [40, 257], extension, Options::default()));
+        for advice in ["257 frames", "256", ".usd", "fewer frames", "compressing", "insist"] {
+            assert!(error.sentence().contains(advice), "“{error}” lacks “{advice}”");
         }
+        assert_eq!(error.kind(), &InputErrorKind::TooLarge);
+        assert_eq!(error.remedies(), [Remedy::FewerFrames, Remedy::Compress, Remedy::Force]);
         create(folder.path(), [40, 257], extension, force()).unwrap();
         create(folder.path(), [40, 65_535], extension, force()).unwrap();
-        let message = input_error(create(folder.path(), [40, 65_536], extension, force()));
-        assert!(message.contains("65535") && !message.contains("--force"), "{message}");
+        let error = refused(create(folder.path(), [40, 65_536], extension, force()));
+        assert!(error.sentence().contains("65535"), "{error}");
+        assert_eq!(error.remedies(), [Remedy::FewerFrames, Remedy::Compress]);
     }
 }
 
@@ -63,11 +67,16 @@ fn more_than_1_gib_needs_force_and_a_glb_ends_at_4() {
             found.unwrap();
             continue;
         }
-        let message = input_error(found);
-        for advice in [if force { "4 GiB" } else { "1 GiB" }, ".usd", "--frames", "--quantize", "--meshopt"] {
+        let error = refused(found);
+        let message = error.sentence();
+        for advice in [if force { "4 GiB" } else { "1 GiB" }, ".usd", "fewer frames", "quantised", "meshopt"]
+        {
             assert!(message.contains(advice), "“{message}” lacks “{advice}”");
         }
-        assert_eq!(message.contains("--force"), !force, "{message}");
+        for remedy in [Remedy::FewerFrames, Remedy::Compress, Remedy::Quantize, Remedy::Meshopt] {
+            assert!(error.remedies().contains(&remedy), "{remedy:?}");
+        }
+        assert_eq!(error.remedies().contains(&Remedy::Force), !force, "{message}");
         let fit =
             message.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse::<usize>().unwrap();
         assert!((200..256).contains(&fit), "{message}");
@@ -92,6 +101,7 @@ fn offsets_that_overflow_are_refused() {
     let message = input_error(animation.export_with(&path, &Options::default()));
     assert!(message.contains("frame 1 (from 0), vertex 5"), "{message}");
     let quantize = Options { quantize: true, ..Options::default() };
-    let message = input_error(animation.export_with(&path, &quantize));
-    assert!(message.contains("without --quantize"), "{message}");
+    let error = refused(animation.export_with(&path, &quantize));
+    assert!(error.sentence().contains("without quantising"), "{error}");
+    assert_eq!(error.remedies(), [Remedy::DoNotQuantize]);
 }

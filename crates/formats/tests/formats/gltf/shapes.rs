@@ -1,11 +1,11 @@
 //! Named shapes.
 
 use super::cases::animation;
-use super::tools::{input_error, unfold};
+use super::tools::{refused, unfold};
 use super::validator::assert_valid;
 use super::viewer::Viewer;
 use crate::animation::{Random, UvKind};
-use rhytid_core::{NoProgress, UpAxis};
+use rhytid_core::{InputErrorKind, NoProgress, Remedy, UpAxis};
 use rhytid_formats::animation;
 use rhytid_formats::export::{Options, Shape, Shapes};
 
@@ -89,8 +89,9 @@ fn more_than_256_shapes_need_force() {
         shapes: &shapes,
     };
     let path = folder.path().join("face.glb");
-    let message = input_error(animation::write_shapes(&path, &scene, &Options::default(), &NoProgress));
-    assert!(message.contains("257 shapes") && message.contains("--force"), "{message}");
+    let error = refused(animation::write_shapes(&path, &scene, &Options::default(), &NoProgress));
+    assert!(error.sentence().contains("257 shapes"), "{error}");
+    assert_eq!((error.kind(), error.remedies()), (&InputErrorKind::TooLarge, &[Remedy::Force][..]));
     let force = Options { force: true, ..Options::default() };
     animation::write_shapes(&path, &scene, &force, &NoProgress).unwrap();
 }

@@ -1,6 +1,6 @@
 //! The programs that the tests call.
 
-use rhytid_core::Error;
+use rhytid_core::{Error, InputError};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -41,8 +41,14 @@ pub(super) fn unfold(files: &[PathBuf]) -> Vec<PathBuf> {
 /// The sentence of an error of the caller.
 #[track_caller]
 pub(super) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
+    refused(result).to_string()
+}
+
+/// An error of the caller.
+#[track_caller]
+pub(super) fn refused<T>(result: rhytid_core::Result<T>) -> InputError {
     match result {
-        Err(Error::Input(message)) => message,
+        Err(Error::Input(error)) => error,
         Err(other) => panic!("expected an input error, found {other:?}"),
         Ok(_) => panic!("expected an input error, found success"),
     }

@@ -11,8 +11,8 @@ pub(super) fn refused(bytes: &[u8], format: Format) -> String {
 pub(super) fn message(result: rhytid_core::Result<()>) -> String {
     match result {
         Err(Error::Input(message)) => {
-            assert!(!message.contains('\n'), "{message}");
-            message
+            assert!(!message.sentence().contains('\n'), "{message}");
+            message.to_string()
         }
         Err(other) => panic!("expected an input error, found {other:?}"),
         Ok(()) => panic!("expected an error"),

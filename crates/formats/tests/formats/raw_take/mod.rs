@@ -10,7 +10,7 @@ mod shared;
 mod take_csv;
 mod trc;
 
-use rhytid_core::{Error, RawTake};
+use rhytid_core::{Error, InputErrorKind, RawTake, Remedy};
 use rhytid_formats::raw_take::decode;
 
 /// Reads a file that must be sound.
@@ -26,11 +26,20 @@ fn read(bytes: &[u8], name: &str) -> RawTake {
 fn refused(bytes: &[u8], name: &str) -> String {
     match decode(bytes, name, None) {
         Err(Error::Input(message)) => {
-            assert!(message.starts_with(name), "{message}");
-            message
+            assert!(message.sentence().starts_with(name), "{message}");
+            message.to_string()
         }
         other => panic!("expected an input error, found {other:?}"),
     }
+}
+
+/// A file that cannot be read as it gives no frame rate.
+#[track_caller]
+fn has_no_rate(bytes: &[u8], name: &str) {
+    let Err(Error::Input(error)) = decode(bytes, name, None) else { panic!("expected an input error") };
+    assert!(error.sentence().starts_with(name), "{error}");
+    assert_eq!(error.kind(), &InputErrorKind::NoFrameRate, "{error}");
+    assert_eq!(error.remedies(), [Remedy::GiveRate], "{error}");
 }
 
 /// What every raw take promises.

@@ -1,5 +1,5 @@
 //! Motive's CSV.
-use super::{is_missing, read, refused, warns};
+use super::{has_no_rate, is_missing, read, refused, warns};
 use rhytid_formats::raw_take::decode;
 
 const NAME: &str = "take.csv";
@@ -57,7 +57,7 @@ fn keys_that_are_wrong_or_missing() {
     let rate = read(FILE.replace("120.0", "100.0").as_bytes(), NAME);
     assert!(rate.tracks.times[1] == 0.008333 && warns(&rate, "the times are taken"));
     let no_rate = FILE.replace("Frame Rate", "Rate").replace("Time (Seconds)", "Something");
-    assert!(refused(no_rate.as_bytes(), NAME).contains("--rate"));
+    has_no_rate(no_rate.as_bytes(), NAME);
     assert_eq!(decode(no_rate.as_bytes(), NAME, Some(30.0)).unwrap().tracks.times[1], 1.0 / 30.0);
 }
 

@@ -27,8 +27,11 @@ pub(super) fn read_all(bytes: &[u8]) -> Option<String> {
     match read() {
         Ok(()) => None,
         Err(Error::Input(message)) => {
-            assert!(message.starts_with("face.usd") && message.len() < 1000, "{message}");
-            Some(message)
+            assert!(
+                message.sentence().starts_with("face.usd") && message.sentence().len() < 1000,
+                "{message}"
+            );
+            Some(message.to_string())
         }
         Err(other) => panic!("expected an input error, found {other:?}"),
     }

@@ -4,6 +4,7 @@
 //! combinations of claims the first one is taken that the file's size bears out.
 use super::header::{BLOCK, Header};
 use super::parameters::Parameters;
+use rhytid_core::{Error, Result};
 use std::fmt;
 
 /// The place and shape of the points.
@@ -122,7 +123,7 @@ pub(super) fn find(
     section_end: usize,
     rate: Option<f64>,
     warnings: &mut Vec<String>,
-) -> Result<Layout, String> {
+) -> Result<Layout> {
     let bytes = file.len();
     let starts = starts(bytes, header, parameters, section_end)?;
     let points = Claims::of([
@@ -135,11 +136,10 @@ pub(super) fn find(
         (scale(Some(header.scale)), "the header"),
     ]);
     if storages.0.is_empty() {
-        return Err(
+        return Err(Error::malformed(
             "neither POINT:SCALE nor the header says what the coordinates are to be multiplied by, so the \
-                    points cannot be read; export the file anew"
-                .into(),
-        );
+             points cannot be read; export the file anew",
+        ));
     }
     let analogs = analogs(header, parameters, rate);
     let claimed_frames = frames(header, parameters);
@@ -162,7 +162,9 @@ pub(super) fn find(
             }
         }
     }
-    let (_, mut layout) = best.ok_or("neither the header nor a parameter says how many frames there are")?;
+    let (_, mut layout) = best.ok_or_else(|| {
+        Error::malformed("neither the header nor a parameter says how many frames there are")
+    })?;
     starts.settle("the byte at which the points begin", layout.start, warnings);
     points.settle("the number of points", layout.points, warnings);
     storages.settle("the storage of the coordinates", layout.storage, warnings);
@@ -170,7 +172,9 @@ pub(super) fn find(
         analogs.settle("the number of analog measurements in a frame", layout.analog, warnings);
     }
     if layout.points == 0 {
-        return Err("has no markers: its number of points is 0; export the labelled trajectories too".into());
+        return Err(Error::empty(
+            "has no markers: its number of points is 0; export the labelled trajectories too",
+        ));
     }
     let mut there = (bytes - layout.start) / layout.frame_bytes();
     if layout.promised == WORD && there as u64 > WORD {
@@ -211,7 +215,7 @@ fn starts(
     header: &Header,
     parameters: &Parameters<'_>,
     section_end: usize,
-) -> Result<Claims<usize>, String> {
+) -> Result<Claims<usize>> {
     let byte = |block: f64| {
         let byte = (block as usize).saturating_sub(1).saturating_mul(BLOCK);
         (byte >= section_end).then_some(byte)
@@ -226,9 +230,9 @@ fn starts(
     let first = claims.values().min().unwrap_or(section_end);
     claims.0.retain(|(start, _)| *start <= bytes);
     if claims.0.is_empty() {
-        return Err(format!(
+        return Err(Error::cut_short(format!(
             "is cut short: it has {bytes} bytes, and its points begin at byte {first}; copy or export the file anew"
-        ));
+        )));
     }
     Ok(claims)
 }

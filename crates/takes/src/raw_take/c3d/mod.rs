@@ -28,11 +28,11 @@ pub(super) const MARK: u8 = 0x50;
 /// # Errors
 /// [`Error::Input`].
 pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
-    decode_points(bytes, rate).map_err(|message| Error::input(format!("{name}: {message}")))
+    decode_points(bytes, rate).map_err(|error| error.in_file(name))
 }
 
 /// As [`decode`]; errors lack the file's name.
-fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake, String> {
+fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
     let mut warnings = Vec::new();
     let Sections { header, parameters, end } = sections(bytes, &mut warnings)?;
     let said_rate = said_rate(&header, &parameters);
@@ -43,13 +43,13 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake, String> {
         None => settle_rate(&said_rate, &parameters, &mut warnings)?,
     };
     if layout.promised == 0 {
-        return Err("has no frames; export the file anew".into());
+        return Err(Error::empty("has no frames; export the file anew"));
     }
     if layout.frames == 0 {
-        return Err(format!(
+        return Err(Error::cut_short(format!(
             "is cut short: it ends before the first of its {} frames is complete; copy or export the file anew",
             layout.promised
-        ));
+        )));
     }
     if (layout.frames as u64) < layout.promised {
         warnings.push(format!(
@@ -86,31 +86,34 @@ struct Sections<'a> {
     end: usize,
 }
 
-fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<'a>, String> {
+fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<'a>> {
     let header = match bytes.first_chunk::<BLOCK>() {
         Some(header) if header[1] == MARK => header,
         Some(header) => {
-            return Err(format!(
+            return Err(Error::unsupported_format(format!(
                 "is no C3D file: its second byte is {:#04x}, expected {MARK:#04x}",
                 header[1]
-            ));
+            )));
         }
         None => {
-            return Err(format!(
+            return Err(Error::cut_short(format!(
                 "is cut short: it has {} bytes, and the header of a C3D file {BLOCK}; copy or export the file anew",
                 bytes.len()
-            ));
+            )));
         }
     };
     let start = usize::from(header[0]).saturating_sub(1) * BLOCK;
     if start == 0 {
-        return Err(format!("its parameters begin in block {}, expected 2 or more", header[0]));
+        return Err(Error::malformed(format!(
+            "its parameters begin in block {}, expected 2 or more",
+            header[0]
+        )));
     }
     let cut = || {
-        format!(
+        Error::cut_short(format!(
             "is cut short: it has {} bytes and ends in its parameters; copy or export the file anew",
             bytes.len()
-        )
+        ))
     };
     let preface: &[u8; 4] = bytes.get(start..).and_then(|section| section.first_chunk()).ok_or_else(cut)?;
     let processor = Processor::of(preface[3]).unwrap_or_else(|| {
@@ -147,8 +150,8 @@ fn settle_rate(
     said: &[(f64, &'static str)],
     parameters: &Parameters<'_>,
     warnings: &mut Vec<String>,
-) -> Result<f64, String> {
-    let &(rate, place) = said.first().ok_or_else(|| clock::NO_RATE.to_owned())?;
+) -> Result<f64> {
+    let &(rate, place) = said.first().ok_or_else(clock::no_rate)?;
     let others: Vec<String> = said[1..]
         .iter()
         .filter(|(other, _)| (other / rate - 1.0).abs() > 1e-3)

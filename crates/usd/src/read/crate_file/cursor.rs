@@ -2,7 +2,7 @@
 
 use super::super::source::Source;
 use super::compression;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 
 /// Reads forward in a source, up to an end.
 pub(super) struct Cursor<'a> {
@@ -104,7 +104,9 @@ impl<'a> Cursor<'a> {
     fn need(&self, len: u64) -> Result<()> {
         let left = self.left();
         if len > left {
-            return Err(self.damaged(format_args!("has {left} bytes, expected {len} more")));
+            return Err(self
+                .damaged(format_args!("has {left} bytes, expected {len} more"))
+                .of_kind(InputErrorKind::CutShort));
         }
         Ok(())
     }

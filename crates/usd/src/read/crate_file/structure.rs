@@ -4,7 +4,7 @@ use super::super::budget::Budget;
 use super::super::source::Source;
 use super::cursor::Cursor;
 use super::value_rep::ValueRep;
-use rhytid_core::Result;
+use rhytid_core::{InputErrorKind, Result};
 
 /// The header: a mark, the version, where the table of contents is.
 const HEADER: u64 = 88;
@@ -68,7 +68,7 @@ impl Structure {
         if major != 0 || !(4..=14).contains(&minor) {
             return Err(source.wrong(format_args!(
                 "is binary USD of version {major}.{minor}, expected 0.4 to 0.14; write it anew with `usdcat`"
-            )));
+            )).of_kind(InputErrorKind::UnsupportedVersion));
         }
         let contents = header.u64()?;
         let mut reader = Sections::find(source, contents, budget)?;

@@ -1,7 +1,7 @@
 //! The bytes of a text file, buffered.
 
 use super::super::source::Source;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 
 /// Bytes kept in memory at a time.
 const BUFFER: usize = 1 << 18;
@@ -33,7 +33,10 @@ impl Bytes {
 
     /// The file is not as it should be, at the line reached.
     pub(super) fn wrong(&self, what: impl std::fmt::Display) -> Error {
-        self.source.wrong(format_args!("line {}: {what}", self.line))
+        let line = usize::try_from(self.line).ok();
+        self.source
+            .wrong(format_args!("line {}: {what}", self.line))
+            .of_kind(InputErrorKind::Malformed { line })
     }
 
     pub(super) fn place(&self) -> Place {

@@ -1,7 +1,7 @@
 //! The words of USD text.
 
 use super::bytes::{Bytes, Place};
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result};
 
 /// The longest word, string or path.
 const LONGEST: usize = 1 << 20;
@@ -46,7 +46,8 @@ impl Lexer {
             Err(error) => return error,
             Ok([]) => {
                 return self
-                    .wrong(format_args!("the file ends, expected {what}; it is cut short, export it again"));
+                    .wrong(format_args!("the file ends, expected {what}; it is cut short, export it again"))
+                    .of_kind(InputErrorKind::CutShort);
             }
             Ok(rest) => String::from_utf8_lossy(&rest[..rest.len().min(40)]).into_owned(),
         };
