@@ -3,7 +3,7 @@ use crate::events::{confidence, event, filled_before, runs};
 use crate::gaps::Filled;
 use crate::head::{Head, rigid_markers};
 use crate::labels::{Matched, match_labels};
-use crate::placing::{Place, offsets};
+use crate::placing::{Place, Stated, offsets};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
@@ -96,7 +96,7 @@ pub fn clean(
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     };
     step(0)?;
-    let RawTake { tracks: mut file, metres_per_unit: stated, in_head_space, mut warnings } = raw;
+    let RawTake { tracks: mut file, metres_per_unit, in_head_space, mut warnings } = raw;
     let matched = match_labels(&target.labels, &file.labels, &settings.markers)?;
     if file.frames() == 0 {
         return Err(Error::input("the take has no frames"));
@@ -108,7 +108,7 @@ pub fn clean(
     let (head, rigid) = without_head(&mut tracks, &matched, &file.labels, in_head_space, settings)?;
     step(2)?;
     let motions = head.as_ref().map(|head| &head.motions[..]);
-    let stated = (stated, in_head_space);
+    let stated = Stated { metres_per_unit, in_head_space };
     let place = Place::find(&tracks, &matched.columns, motions, stated, target, settings, &mut warnings)?;
     let mut tracks = on_the_rig(tracks, &matched.columns, &place.to_rig);
     step(3)?;
@@ -162,8 +162,8 @@ pub fn clean(
             markers: matched.columns.iter().map(|c| c.map(|c| file.labels[c].clone())).collect(),
             rigid: names(&rigid),
             unused: names(&unused),
-            metres_per_unit: place.unit.0,
-            unit_is_guessed: place.unit.1,
+            metres_per_unit: place.unit.metres,
+            unit_is_guessed: place.unit.is_guessed,
             axes: place.axes.to_string(),
             axes_are_guessed: settings.axes.is_none() && is_aligned(in_head_space, settings),
             neutral: place.neutral.clone(),
@@ -176,7 +176,7 @@ pub fn clean(
         },
         head_residuals_mm: head.as_ref().map_or_else(
             || vec![0.0; frames],
-            |head| head.residuals.iter().map(|r| (r * place.unit.0 * 1e3) as f32).collect(),
+            |head| head.residuals.iter().map(|r| (r * place.unit.metres * 1e3) as f32).collect(),
         ),
         noise_mm,
         low_pass_hz: cutoff,

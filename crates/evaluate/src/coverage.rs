@@ -127,7 +127,8 @@ pub fn coverage(
     take: &Take,
     regions: &Regions,
     candidates: Option<&[usize]>,
-    (scans, edges): (usize, usize),
+    scans: usize,
+    edges: usize,
     progress: &dyn Progress,
 ) -> Result<Coverage> {
     let positions = take.handle_positions(&rig.labels)?;
@@ -158,7 +159,7 @@ pub fn coverage(
         regions: taken(&plan, &scan.gains, regions),
         edges: largest_strains(&f64_rig, &at(frames[scan.frame]).collect::<Vec<_>>()),
     });
-    let scans_found: Vec<Scan> = of_plan.collect();
+    let planned: Vec<Scan> = of_plan.collect();
     let mut beyond = edges_beyond(&f64_rig, take)?;
     let edges_beyond = beyond.len();
     beyond.truncate(edges);
@@ -168,7 +169,7 @@ pub fn coverage(
         frames: take.frames(),
         sigma,
         left: plan.left,
-        scans: scans_found,
+        scans: planned,
         edges_beyond,
         edges: beyond,
     })

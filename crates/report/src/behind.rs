@@ -5,8 +5,10 @@ use rhytid_render::Camera;
 /// Which of `points` a mesh of `positions` and `triangles` hides from `camera` in a picture of `size` pixels, each taken for `lift` mesh units
 /// nearer than it is. What is nowhere is not hidden.
 pub(crate) fn behind(
-    (camera, size): (&Camera, [u32; 2]),
-    (positions, triangles): (&[[f32; 3]], &[[u32; 3]]),
+    camera: &Camera,
+    size: [u32; 2],
+    positions: &[[f32; 3]],
+    triangles: &[[u32; 3]],
     lift: f32,
     points: &[[f32; 3]],
 ) -> Vec<bool> {
@@ -57,15 +59,17 @@ mod tests {
         ];
         let behind = |turn: f32| {
             let camera = Camera::around(sphere, UpAxis::Y, View { turn, ..View::default() }, 1.0);
-            behind((&camera, [200, 200]), (&square, &triangles), 0.1, &points)
+            behind(&camera, [200, 200], &square, &triangles, 0.1, &points)
         };
         assert_eq!(behind(0.0), [false, false, true, false, false, false]);
         // From the other side it is the other way round.
         assert_eq!(behind(180.0), [true, false, false, false, false, false]);
         assert!(
             super::behind(
-                (&Camera::around(sphere, UpAxis::Y, View::default(), 1.0), [200, 200]),
-                (&square, &triangles),
+                &Camera::around(sphere, UpAxis::Y, View::default(), 1.0),
+                [200, 200],
+                &square,
+                &triangles,
                 0.1,
                 &[]
             )

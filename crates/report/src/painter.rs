@@ -31,14 +31,14 @@ impl Painter {
     /// # Errors
     /// [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Input`] if the face or the pictures are too large for it.
     pub(crate) fn draw(&self, rig: &Rig, size: [u32; 2], shots: &[Shot<'_>]) -> Result<Vec<Drawn>> {
-        let mut canvas = Canvas::new(self, (&rig.faces, &rig.triangles), rig.vertices(), size)?;
+        let mut canvas = Canvas::new(self, &rig.faces, &rig.triangles, rig.vertices(), size)?;
         let handles: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
         let lift = LIFT * Sphere::around(&handles).radius;
         let drawn = |shot: &Shot<'_>| {
-            let camera = camera((&handles, &rig.rest), rig.up_axis, shot.turn, size);
-            let picture = canvas.draw(&camera, shot.positions, shot.heat, (lift, &[]))?;
+            let camera = camera(&handles, &rig.rest, rig.up_axis, shot.turn, size);
+            let picture = canvas.draw(&camera, shot.positions, shot.heat, lift, &[])?;
             let points: Vec<[f32; 3]> = shot.points.iter().map(|p| p.map(|x| x as f32)).collect();
-            let is_behind = behind((&camera, size), (shot.positions, &rig.triangles), lift, &points);
+            let is_behind = behind(&camera, size, shot.positions, &rig.triangles, lift, &points);
             let places = points.iter().zip(is_behind).map(|(point, is_behind)| {
                 let [x, y, _] = camera.project(size, *point);
                 Place { at: [x, y], is_behind }
@@ -55,9 +55,10 @@ impl Painter {
     }
 }
 
-/// Looks at the part of a face, at rest, that has handles, turned by `turn` degrees towards its left.
+/// Looks at the part of a face, at `rest`, that has `handles`, turned by `turn` degrees towards its left.
 pub(crate) fn camera(
-    (handles, rest): (&[[f32; 3]], &[[f32; 3]]),
+    handles: &[[f32; 3]],
+    rest: &[[f32; 3]],
     up: UpAxis,
     turn: f32,
     [width, height]: [u32; 2],
@@ -83,7 +84,8 @@ impl<'a> Canvas<'a> {
     /// As [`Painter::draw`].
     pub(crate) fn new(
         Painter { device, queue }: &Painter,
-        (faces, triangles): (&Faces, &'a [[u32; 3]]),
+        faces: &Faces,
+        triangles: &'a [[u32; 3]],
         vertices: usize,
         size: [u32; 2],
     ) -> Result<Self> {
@@ -98,7 +100,7 @@ impl<'a> Canvas<'a> {
     }
 
     /// Draws it as `camera` sees it, over nothing: lit, or in the colours of V numbers up to the one that has the last; and marks on it,
-    /// which are nearer than they are by so many mesh units.
+    /// which are nearer than they are by `lift` mesh units.
     ///
     /// # Errors
     /// As [`Painter::draw`].
@@ -107,7 +109,8 @@ impl<'a> Canvas<'a> {
         camera: &Camera,
         positions: &[[f32; 3]],
         heat: Option<(&[f32], f32)>,
-        (lift, marks): (f32, &[Mark]),
+        lift: f32,
+        marks: &[Mark],
     ) -> Result<Picture> {
         let normal = |v| vertex_normal(positions, self.triangles, self.at_vertices.at(v));
         let normals: Vec<[f32; 3]> = (0..positions.len()).map(normal).collect();

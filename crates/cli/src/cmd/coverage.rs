@@ -42,7 +42,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         args.candidates.as_ref().map(|path| tables::read_frames(path, take.frames())).transpose()?;
     let regions = Regions::by_handles(&rig);
     let scans = args.plan.map_or(top, |scans| scans as usize);
-    let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), (scans, top), ui)?;
+    let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), scans, top, ui)?;
     if let Some(dir) = &args.report {
         let poses = poses(&rig, &take, &found, ui)?;
         with_pictures("the plan's pictures are", |painter| {
@@ -50,7 +50,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         })?;
     }
     let lines = match (&args.take_examples, &args.output) {
-        (Some(dense), Some(dir)) => cut_out(&rig, args, dense, dir, candidates.as_deref(), (&take, &found))?,
+        (Some(dense), Some(dir)) => cut_out(&rig, args, dense, dir, candidates.as_deref(), &take, &found)?,
         _ => String::new(),
     };
     ui.clear();
@@ -87,7 +87,8 @@ fn cut_out(
     dense: &Path,
     dir: &Path,
     candidates: Option<&[usize]>,
-    (take, found): (&Take, &Coverage),
+    take: &Take,
+    found: &Coverage,
 ) -> Result<String> {
     let rest = rig.rest.iter().map(|x| x.map(f64::from)).collect();
     let neutral = Mesh {

@@ -10,6 +10,7 @@ use crate::tables::write_checked;
 use rhytid_core::{Error, Result, input_file};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What a file of edits says. Paths are relative to the file.
@@ -122,7 +123,7 @@ pub struct Hold {
     pub region: Option<String>,
     /// The first frame and the one behind the last; written as `"A..B"`.
     #[serde(serialize_with = "as_range")]
-    pub frames: (usize, usize),
+    pub frames: Range<usize>,
     /// The frame whose positions are held; the first of `frames` where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<usize>,
@@ -172,8 +173,8 @@ fn is_one(curve: &Curve) -> bool {
     curve.is_constantly(1.0)
 }
 
-fn as_range<S: serde::Serializer>(frames: &(usize, usize), serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&format_args!("{}..{}", frames.0, frames.1))
+fn as_range<S: serde::Serializer>(frames: &Range<usize>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{}..{}", frames.start, frames.end))
 }
 
 /// Reads a file of edits alone, not what it names; and its text.

@@ -16,7 +16,8 @@ pub(super) fn place_handles(
     positions: &mut [[f64; 3]],
     handles: &Handles,
     metres_per_unit: f64,
-    (path, frame): (&Path, usize),
+    path: &Path,
+    frame: usize,
     example: &str,
 ) -> Result<()> {
     let take = take::read(path, Some(&handles.labels), Missing::Error)?;
@@ -63,7 +64,8 @@ pub(super) fn displaced(
     neutral: &Mesh,
     neutral_path: &Path,
     positions: Vec<[f64; 3]>,
-    (map, full): (&Path, f64),
+    map: &Path,
+    full: f64,
 ) -> Result<Vec<[f64; 3]>> {
     let mut mesh = Mesh { positions, ..neutral.clone() };
     DisplacementMap::read(map)?
@@ -75,7 +77,7 @@ pub(super) fn displaced(
 /// Where by the other green so many times less of a normal map's slopes are no surface's, green points the other way.
 const BETTER: f64 = 0.9;
 
-/// An example's positions with the surface of a normal map, whose heights are multiplied.
+/// An example's positions with the surface of a normal map, whose heights are multiplied by `strength`.
 ///
 /// # Errors
 /// As of [`NormalMap`].
@@ -83,7 +85,9 @@ pub(super) fn with_normal_map(
     neutral: &Mesh,
     neutral_path: &Path,
     positions: Vec<[f64; 3]>,
-    (path, green, strength): (&Path, Option<Green>, f64),
+    path: &Path,
+    green: Option<Green>,
+    strength: f64,
 ) -> Result<Vec<[f64; 3]>> {
     let (map, green) = (NormalMap::read(path)?, green.unwrap_or_default());
     let displaced = |green: Green| {

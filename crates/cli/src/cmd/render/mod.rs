@@ -210,7 +210,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         truth,
         on_host: args.show.iter().any(|show| show.is_made_on_the_host()),
     };
-    let mut source = Frames::new(&rig, frames.len(), wanted, (&wgpu, &draws), named, ui)?;
+    let mut source = Frames::new(&rig, frames.len(), wanted, &wgpu, &draws, named, ui)?;
     let (start, mut drawing, mut bytes, mut done) = (Instant::now(), Duration::ZERO, 0, 0);
     let mut picture = |frame: &Evaluated<'_>| -> Result<()> {
         let begin = Instant::now();

@@ -15,12 +15,11 @@ pub(super) struct Measure {
 }
 
 impl Measure {
-    /// Vertex `at.1` of frame `at.0` was to be at `given` and is stored so that it is at `stored`, by exact
-    /// arithmetic.
-    pub(super) fn add(&mut self, at: (usize, usize), given: [f64; 3], stored: [f64; 3]) {
+    /// This `vertex` was to be at `given` in this `frame`, and is stored so that it is at `stored`, by exact arithmetic.
+    pub(super) fn add(&mut self, frame: usize, vertex: usize, given: [f64; 3], stored: [f64; 3]) {
         let squared: f64 = given.iter().zip(stored).map(|(a, b)| (a - b).powi(2)).sum();
         if squared > self.worst {
-            (self.worst, self.at) = (squared, at);
+            (self.worst, self.at) = (squared, (frame, vertex));
         }
         self.sum += squared;
         self.count += 1;
