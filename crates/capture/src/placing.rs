@@ -46,6 +46,8 @@ pub(crate) struct Place {
     pub axes: Axes,
     /// H markers at neutral, on the rig; the handle itself where the marker was not seen, and where all are on the rig as they are.
     pub markers: Vec<DVec3>,
+    /// Whether the file's markers are on the rig as they are.
+    pub in_head_space: bool,
 }
 
 /// A marker may be off by this part of the face's extent before the alignment counts it less: markers are glued on by hand.
@@ -95,7 +97,7 @@ impl Place {
         let on_rig =
             |(p, r): (&DVec3, &DVec3)| if seen(*p) && !stated.in_head_space { to_rig.apply(*p) } else { *r };
         let markers = pose.iter().zip(&target.rest).map(on_rig).collect();
-        Ok(Self { neutral, to_rig, to_world, unit, axes, markers })
+        Ok(Self { neutral, to_rig, to_world, unit, axes, markers, in_head_space: stated.in_head_space })
     }
 
     /// How large the actor is compared with the rig.
