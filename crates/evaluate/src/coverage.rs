@@ -132,7 +132,7 @@ pub fn coverage(
     progress: &dyn Progress,
 ) -> Result<Coverage> {
     let positions = take.handle_positions(&rig.labels)?;
-    let h = rig.handles.len();
+    let of_take: Vec<&[[f32; 3]]> = positions.as_chunks::<3>().0.chunks_exact(rig.handles.len()).collect();
     if let Some(frame) = candidates.and_then(|frames| frames.iter().find(|frame| **frame >= take.frames())) {
         return Err(Error::input(format!(
             "frame {frame} can't be scanned, as the take has {}",
@@ -148,7 +148,7 @@ pub fn coverage(
         }
         None => (0..frames.len()).filter(|&i| is_seen(rig, take, frames[i])).collect(),
     };
-    let at = |frame: usize| positions.as_chunks::<3>().0[frame * h..][..h].iter().map(|x| x.map(f64::from));
+    let at = |frame: usize| of_take[frame].iter().map(|x| x.map(f64::from));
     let poses: Vec<[f64; 3]> = frames.iter().flat_map(|&frame| at(frame)).collect();
     let plan = plan_scans(rig, &poses, &places, scans, progress)?;
     let f64_rig = rig.cast::<f64>();

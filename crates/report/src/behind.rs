@@ -1,5 +1,6 @@
 //! Which points a face hides.
 
+use glam::Vec3;
 use rhytid_render::Camera;
 
 /// Which of `points` a mesh of `positions` and `triangles` hides from `camera` in a picture of `size` pixels, each taken for `lift` mesh units
@@ -15,9 +16,9 @@ pub(crate) fn behind(
     if points.is_empty() {
         return Vec::new();
     }
-    let toward = camera.view().row(2);
-    let nearer = |[x, y, z]: [f32; 3]| [x + lift * toward.x, y + lift * toward.y, z + lift * toward.z];
-    let points: Vec<[f32; 3]> = points.iter().map(|p| camera.project(size, nearer(*p))).collect();
+    let toward = camera.view().row(2).truncate();
+    let nearer = |p: &[f32; 3]| (Vec3::from(*p) + lift * toward).to_array();
+    let points: Vec<[f32; 3]> = points.iter().map(|p| camera.project(size, nearer(p))).collect();
     let seen: Vec<[f32; 3]> = positions.iter().map(|p| camera.project(size, *p)).collect();
     let mut is_behind = vec![false; points.len()];
     for triangle in triangles {

@@ -63,13 +63,8 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
 /// The face in each planned frame, as the rig has it now.
 fn poses(rig: &Rig, take: &Take, found: &Coverage, ui: &Ui) -> Result<Vec<Vec<[f32; 3]>>> {
     let positions = take.handle_positions(&rig.labels)?;
-    let per_frame = 3 * rig.handles.len();
-    let handles: Vec<f32> = found
-        .scans
-        .iter()
-        .flat_map(|scan| &positions[scan.frame * per_frame..][..per_frame])
-        .copied()
-        .collect();
+    let frames: Vec<&[f32]> = positions.chunks_exact(3 * rig.handles.len()).collect();
+    let handles: Vec<f32> = found.scans.iter().flat_map(|scan| frames[scan.frame]).copied().collect();
     let devices = inputs::devices(Some(inputs::processor()?), ui)?;
     let mut playback = Playback::new(rig, &devices, found.scans.len())?;
     let mut poses = Vec::new();

@@ -2,6 +2,7 @@
 
 use crate::mesh::{DisplacementMap, Green, NormalMap};
 use crate::take::{self, Missing};
+use glam::DVec3;
 use rhytid_core::{Error, Handles, Mesh, Result};
 use std::path::Path;
 
@@ -34,8 +35,7 @@ pub(super) fn place_handles(
     for (label, &vertex) in handles.labels.iter().zip(&handles.vertices) {
         let Some(place) = at(label) else { continue };
         let x = &mut positions[vertex as usize];
-        let millimetres =
-            (0..3).map(|c| (x[c] - place[c]).powi(2)).sum::<f64>().sqrt() * metres_per_unit * 1e3;
+        let millimetres = DVec3::from(*x).distance(DVec3::from(place)) * metres_per_unit * 1e3;
         if millimetres > MOVED_MM {
             moved += 1;
             if millimetres > farthest.0 {

@@ -4,6 +4,7 @@ use super::frames::{Attribute, Frames, TASK};
 use super::linear::product;
 use super::values::{Values, Worst};
 use faer::{Mat, MatRef};
+use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -53,13 +54,13 @@ pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst
                         let targets: f64 = t[columns[c] * k..][..k].iter().map(|t| t.abs()).sum();
                         shift[c].abs() + base[c].abs() + targets
                     };
-                    let noise = rounding * length([size(0), size(1), size(2)]);
+                    let noise = rounding * DVec3::new(size(0), size(1), size(2)).length();
                     for i in 0..f {
                         let d = [0, 1, 2].map(|c| {
                             let column = columns[c];
                             shift[c] + base[c] + moved[(i, column)] - f64::from(values[column * f + i])
                         });
-                        let error = length(d);
+                        let error = DVec3::from(d).length();
                         sum += error * error;
                         if error + noise > worst.error {
                             worst = Worst { error: error + noise, frame: i, vertex: start / 3 + v };
@@ -77,8 +78,4 @@ pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst
         }
     }
     Ok((worst, (sum / (f * frames.vertices()) as f64).sqrt()))
-}
-
-fn length(d: [f64; 3]) -> f64 {
-    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
 }

@@ -1,6 +1,7 @@
 //! The distance of what is stored from what was given.
 
 use crate::export::Deviation;
+use glam::DVec3;
 
 /// Collects the distances of all vertices in all frames.
 #[derive(Debug, Default)]
@@ -17,7 +18,7 @@ pub(super) struct Measure {
 impl Measure {
     /// This `vertex` was to be at `given` in this `frame`, and is stored so that it is at `stored`, by exact arithmetic.
     pub(super) fn add(&mut self, frame: usize, vertex: usize, given: [f64; 3], stored: [f64; 3]) {
-        let squared: f64 = given.iter().zip(stored).map(|(a, b)| (a - b).powi(2)).sum();
+        let squared = DVec3::from(given).distance_squared(DVec3::from(stored));
         if squared > self.worst {
             (self.worst, self.at) = (squared, (frame, vertex));
         }
