@@ -141,11 +141,11 @@ mod tests {
         let marks = tangent_frame_marks(&rig, positions, &normal, 0.5);
         assert!(marks.len() > 3 * FRAMES / 2);
         for frame in marks.chunks(3) {
-            let axes: Vec<[f32; 3]> =
-                frame.iter().map(|m| std::array::from_fn(|c| (m.ends[1][c] - m.ends[0][c]) / 0.5)).collect();
+            let axis = |mark: &Mark| (Vec3::from(mark.ends[1]) - Vec3::from(mark.ends[0])) / 0.5;
+            let axes: Vec<Vec3> = frame.iter().map(axis).collect();
             for i in 0..3 {
                 for j in 0..3 {
-                    let dot: f32 = (0..3).map(|c| axes[i][c] * axes[j][c]).sum();
+                    let dot = axes[i].dot(axes[j]);
                     assert!((dot - if i == j { 1.0 } else { 0.0 }).abs() < 1e-3, "{axes:?}");
                 }
             }

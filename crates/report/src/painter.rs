@@ -1,7 +1,7 @@
 //! What draws the pictures: a device of wgpu's.
 
 use crate::behind::behind;
-use crate::shot::{Drawn, Place, Shot};
+use crate::shot::{Drawn, Numbers, Place, Shot};
 use rhytid_core::{Faces, Result, Rig, UpAxis};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use rhytid_render::{
@@ -99,7 +99,7 @@ impl<'a> Canvas<'a> {
         })
     }
 
-    /// Draws it as `camera` sees it, over nothing: lit, or in the colours of V numbers up to the one that has the last; and marks on it,
+    /// Draws it as `camera` sees it, over nothing: lit, or in the colours of its numbers; and marks on it,
     /// which are nearer than they are by `lift` mesh units.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl<'a> Canvas<'a> {
         &mut self,
         camera: &Camera,
         positions: &[[f32; 3]],
-        heat: Option<(&[f32], f32)>,
+        heat: Option<Numbers<'_>>,
         lift: f32,
         marks: &[Mark],
     ) -> Result<Picture> {
@@ -117,9 +117,9 @@ impl<'a> Canvas<'a> {
         let (numbers, look) = match heat {
             None => (Vec::new(), Look::Smooth),
             // What is no number is the worst.
-            Some((numbers, end)) => {
+            Some(Numbers { values, end }) => {
                 let number = |x: &f32| if x.is_nan() { end } else { *x };
-                (numbers.iter().map(number).collect(), Look::LitHeat(Heat::Signed(end)))
+                (values.iter().map(number).collect(), Look::LitHeat(Heat::Signed(end)))
             }
         };
         self.frame.set(positions.as_flattened(), normals.as_flattened(), &numbers);
