@@ -347,7 +347,7 @@ fn fit_poses(tracks: &mut Tracks, target: &Target, settings: &Settings) -> Resul
     Ok(poses)
 }
 
-/// What was filled; where it is to be left, the gaps are there again.
+/// What was filled. Where gaps are to be left, they are cut out again.
 fn of_gaps(tracks: &mut Tracks, filled: &[Filled], settings: &Settings) -> Vec<Event> {
     let leaves_gaps = settings.skip.contains(&Step::Gaps);
     if leaves_gaps {

@@ -21,15 +21,15 @@ const MAX_FILE_BYTES: usize = 1_000_000_000;
 /// An animated file.
 struct Animation {
     file: &'static str,
-    /// About how many it needs per vertex and frame while it is written.
-    bytes: usize,
+    /// About how many bytes it needs per vertex and frame while it is written.
+    bytes_per_vertex: usize,
     compressed: bool,
 }
 
 /// A web page can hold no target for each frame, so what is for it is compressed.
 const ANIMATIONS: [Animation; 2] = [
-    Animation { file: "face.usd", bytes: 24, compressed: false },
-    Animation { file: "face.glb", bytes: 24, compressed: true },
+    Animation { file: "face.usd", bytes_per_vertex: 24, compressed: false },
+    Animation { file: "face.glb", bytes_per_vertex: 24, compressed: true },
 ];
 
 /// The film, which is to be a small part of the whole on two processors.
@@ -105,7 +105,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     let (written, time) = timed(|| write_inputs(dir, &face, &take, ui));
     steps.add("write the input", written?, time);
 
-    let ranges = ANIMATIONS.map(|animation| range(&face, &take, animation.bytes));
+    let ranges = ANIMATIONS.map(|animation| range(&face, &take, animation.bytes_per_vertex));
     #[cfg(feature = "film")]
     let filmed = around_strongest(&face, &take, FILM_FRAMES);
     let frames = take.frames();
