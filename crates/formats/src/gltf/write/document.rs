@@ -302,7 +302,8 @@ impl Document {
 }
 
 /// How far positions are from those that came in, as the scene's extras say it.
-fn stated(Deviation { worst, at: (frame, vertex), rms }: Deviation, metres_per_unit: f64) -> Value {
+fn stated(error: Deviation, metres_per_unit: f64) -> Value {
+    let Deviation { worst, at: (frame, vertex), rms } = error;
     let millimetres = |x: f64| x * metres_per_unit * 1000.0;
     json!({
         "worstMillimetres": millimetres(worst), "rmsMillimetres": millimetres(rms),
