@@ -48,7 +48,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Once a frame: send the markers, then draw with the buffers that the results are in.
     let frame = take.frames() / 3;
-    animator.evaluate(&handles[frame * 3 * rig.handles.len()..][..3 * rig.handles.len()])?;
+    let mut frames = handles.chunks_exact(3 * rig.handles.len());
+    animator.evaluate(frames.nth(frame).ok_or("the take is empty")?)?;
     let pixels = draw(&device, &queue, animator.session(), &rig)?;
 
     let mut png = png::Encoder::new(std::fs::File::create(&path)?, SIZE, SIZE);
@@ -82,21 +83,8 @@ fn draw(
     let indices = buffer(indices, wgpu::BufferUsages::INDEX | copied);
     let camera = buffer(bytemuck::cast_slice(&camera(rig)), wgpu::BufferUsages::UNIFORM | copied);
 
-    let size = wgpu::Extent3d { width: SIZE, height: SIZE, depth_or_array_layers: 1 };
-    let target = |format, usage| {
-        device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-            view_formats: &[],
-        })
-    };
-    let color = target(wgpu::TextureFormat::Rgba8UnormSrgb, wgpu::TextureUsages::COPY_SRC);
-    let depth = target(wgpu::TextureFormat::Depth32Float, wgpu::TextureUsages::empty());
+    let color = target(device, wgpu::TextureFormat::Rgba8UnormSrgb, wgpu::TextureUsages::COPY_SRC);
+    let depth = target(device, wgpu::TextureFormat::Depth32Float, wgpu::TextureUsages::empty());
     let pipeline = pipeline(device, color.format(), depth.format());
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
@@ -136,7 +124,32 @@ fn draw(
     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
     pass.draw_indexed(0..rig.triangles.len() as u32 * 3, 0, 0..1);
     drop(pass);
+    read(device, queue, encoder, &color)
+}
 
+const EXTENT: wgpu::Extent3d = wgpu::Extent3d { width: SIZE, height: SIZE, depth_or_array_layers: 1 };
+
+/// A texture of the picture's size to draw into.
+fn target(device: &wgpu::Device, format: wgpu::TextureFormat, usage: wgpu::TextureUsages) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: EXTENT,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+        view_formats: &[],
+    })
+}
+
+/// Submits what `encoder` has, waits for it, and reads a texture as rows of RGBA.
+fn read(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    mut encoder: wgpu::CommandEncoder,
+    color: &wgpu::Texture,
+) -> Result<Vec<u8>, Box<dyn Error>> {
     let picture = device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: u64::from(SIZE * SIZE * 4),
@@ -146,7 +159,7 @@ fn draw(
     let layout =
         wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(SIZE * 4), rows_per_image: None };
     let to = wgpu::TexelCopyBufferInfo { buffer: &picture, layout };
-    encoder.copy_texture_to_buffer(color.as_image_copy(), to, size);
+    encoder.copy_texture_to_buffer(color.as_image_copy(), to, EXTENT);
     queue.submit([encoder.finish()]);
     picture.map_async(wgpu::MapMode::Read, .., |_| ());
     device.poll(wgpu::PollType::wait_indefinitely())?;

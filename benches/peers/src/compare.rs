@@ -7,11 +7,11 @@
 use crate::folder::read_array;
 use crate::ours::Ours;
 use crate::times::What;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use rhytid_core::{Error, Result, Rig};
 use rhytid_kernels::detail::feature_distance;
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
-use rhytid_kernels::vec3::{length, sub};
 use serde::Serialize;
 use std::path::Path;
 
@@ -134,8 +134,9 @@ impl<'a> Checker<'a> {
         let edges = &self.rig.influence_edges[v * k..][..k];
         let alphas = &self.rig.influence_weights[v * k..][..k];
         let centers = self.rig.pose_features.chunks_exact(f.len()).zip(&self.rig.rbf_weights[v * n..]);
-        let terms = centers
-            .map(|(f_j, w)| length(w.map(f64::from)) * f64::from(feature_distance(edges, alphas, f, f_j)));
+        let terms = centers.map(|(f_j, w)| {
+            Vec3::from(*w).as_dvec3().length() * f64::from(feature_distance(edges, alphas, f, f_j))
+        });
         ROUNDING * terms.sum::<f64>()
     }
 }
@@ -144,8 +145,8 @@ impl Expected {
     fn new(rig: &Rig, what: What, handles: &[f32], positions: Vec<[f32; 3]>) -> Result<Self> {
         let strains = rig.strains(handles.as_chunks().0);
         let displacements = positions.iter().zip(rig.rest.iter().cycle());
-        let largest_displacement =
-            displacements.map(|(x, rest)| length(sub(*x, *rest).map(f64::from))).fold(0.0, f64::max);
+        let displacements = displacements.map(|(x, rest)| Vec3::from(*x) - Vec3::from(*rest));
+        let largest_displacement = displacements.map(|d| d.as_dvec3().length()).fold(0.0, f64::max);
         if largest_displacement > 0.0 {
             return Ok(Self { what, strains, positions, largest_displacement });
         }
@@ -169,7 +170,8 @@ fn distances(
     expected: &[[f64; 3]],
     allowed: impl Fn(usize) -> f64,
 ) -> Result<Vec<f64>> {
-    let distances: Vec<f64> = found.iter().zip(expected).map(|(a, b)| length(sub(*a, *b))).collect();
+    let distances = found.iter().zip(expected).map(|(a, b)| DVec3::from(*a).distance(DVec3::from(*b)));
+    let distances: Vec<f64> = distances.collect();
     let wrong = |v: &usize| distances[*v].is_nan() || distances[*v] > allowed(*v);
     let worst = (0..distances.len()).filter(wrong).max_by(|&a, &b| distances[a].total_cmp(&distances[b]));
     let Some(v) = worst else { return Ok(distances) };

@@ -3,7 +3,7 @@ use crate::events::{confidence, event, filled_before, runs};
 use crate::gaps::Filled;
 use crate::head::{Head, rigid_markers};
 use crate::labels::{Matched, match_labels};
-use crate::placing::{Place, offsets};
+use crate::placing::{Place, Stated, offsets};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
@@ -105,7 +105,7 @@ pub fn clean(
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     };
     step(0)?;
-    let RawTake { tracks: mut file, metres_per_unit: stated, in_head_space, warnings } = raw;
+    let RawTake { tracks: mut file, metres_per_unit, in_head_space, warnings } = raw;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::from).collect();
     let matched = match_labels(&target.labels, &file.labels, &settings.markers)?;
     if file.frames() == 0 {
@@ -118,14 +118,13 @@ pub fn clean(
     let (head, rigid) = without_head(&mut tracks, &matched, &file.labels, in_head_space, settings)?;
     step(2)?;
     let motions = head.as_ref().map(|head| &head.motions[..]);
-    let stated = (stated, in_head_space);
+    let stated = Stated { metres_per_unit, in_head_space };
     let place = Place::find(&tracks, &matched.columns, motions, stated, target, settings, &mut warnings)?;
     let mut tracks = on_the_rig(tracks, &matched.columns, &place.to_rig);
     step(3)?;
     events.extend(mended(&mut tracks, &place, target, settings));
     step(4)?;
-    let Displaced { offsets_mm, scales } =
-        displacements(&mut tracks, &place, in_head_space, target, settings, &mut warnings);
+    let displaced = displacements(&mut tracks, &place, target, settings, &mut warnings);
     let noise = noise(&tracks);
     for held in events.iter().filter(|event| event.kind == Kind::Held) {
         gaps::hold(&mut tracks, held.marker, held.first..held.first + held.frames);
@@ -134,62 +133,29 @@ pub fn clean(
     events.extend(steps(&tracks, &filled, target));
     step(5)?;
     let noise_mm = noise * 3.0_f64.sqrt() * target.millimetres();
-    let cutoff = settings.low_pass.or((noise_mm > NOISY).then_some(LOW_PASS));
-    let cutoff = cutoff.filter(|hz| !settings.skip.contains(&Step::LowPass) && *hz < 0.4 * tracks.rate);
-    if let Some(hz) = cutoff {
-        // Who asks for a cut-off means it: all of what is faster is noise then.
-        low_pass::filter(&mut tracks, hz, settings.low_pass.is_none().then_some(noise));
-    }
-    let (poses, maps) = poses::find(&settings.poses, &tracks.columns, &target.examples, &target.rest)?;
-    if !poses.is_empty() {
-        let columns = tracks.columns.par_iter_mut().zip(maps);
-        columns.for_each(|(column, map)| column.iter_mut().for_each(|p| *p = map * *p));
-    }
+    let low_pass_hz = filter_noise(&mut tracks, settings, noise, noise_mm);
+    let poses = fit_poses(&mut tracks, target, settings)?;
     warnings.extend(unlike(&poses).map(Warning::from));
     let at = |j: usize, f: usize| target.rest[j] + tracks.columns[j][f];
     events.extend(gross_strain::events(target, tracks.frames(), at));
-    let leaves_gaps = settings.skip.contains(&Step::Gaps);
-    if leaves_gaps {
-        filled.iter().for_each(|gap| tracks.columns[gap.marker][gap.frames.clone()].fill(DVec3::NAN));
-    }
-    events.extend(filled.iter().map(|gap| of_gap(gap, leaves_gaps)));
-    if let Some(head) = &head {
-        let unseen = runs(&head.unseen).into_iter();
-        events.extend(unseen.map(|run| Event { marker: None, ..event(Kind::Head, 0, run, 0.5) }));
-    }
+    events.extend(of_gaps(&mut tracks, &filled, settings));
+    events.extend(head.iter().flat_map(of_head));
     events.sort_by_key(|e| (e.kind, e.first, e.marker, e.other));
     warnings.extend(not_to_be_trusted(&events, &target.labels, tracks.rate));
 
-    let names = |columns: &[usize]| columns.iter().map(|&c| file.labels[c].clone()).collect::<Vec<_>>();
-    let unused: Vec<usize> = matched.others.iter().copied().filter(|c| !rigid.contains(c)).collect();
     let frames = tracks.frames();
     let report = Report {
         labels: target.labels.clone(),
         frames,
         rate: tracks.rate,
         start: file.times[0],
-        setup: Found {
-            markers: matched.columns.iter().map(|c| c.map(|c| file.labels[c].clone())).collect(),
-            rigid: names(&rigid),
-            unused: names(&unused),
-            metres_per_unit: place.unit.0,
-            unit_is_guessed: place.unit.1,
-            axes: place.axes.to_string(),
-            axes_are_guessed: settings.axes.is_none() && is_aligned(in_head_space, settings),
-            neutral: place.neutral.clone(),
-            neutral_is_found: settings.neutral.is_none(),
-            scale: place.scale(),
-            in_head_space,
-            offsets_mm,
-            scales,
-            poses,
-        },
+        setup: found(&file.labels, &matched, &rigid, &place, displaced, poses, settings),
         head_residuals_mm: head.as_ref().map_or_else(
             || vec![0.0; frames],
-            |head| head.residuals.iter().map(|r| (r * place.unit.0 * 1e3) as f32).collect(),
+            |head| head.residuals.iter().map(|r| (r * place.unit.metres * 1e3) as f32).collect(),
         ),
         noise_mm,
-        low_pass_hz: cutoff,
+        low_pass_hz,
         warnings,
         events,
     };
@@ -206,6 +172,36 @@ pub fn clean(
     };
     step(STEPS)?;
     Ok(Cleaned { take, report })
+}
+
+/// How the file's markers and numbers were understood. `labels` are the file's, `rigid` the columns of the head's markers.
+fn found(
+    labels: &[String],
+    matched: &Matched,
+    rigid: &[usize],
+    place: &Place,
+    displaced: Displaced,
+    poses: Vec<Pose>,
+    settings: &Settings,
+) -> Found {
+    let names = |columns: &[usize]| columns.iter().map(|&c| labels[c].clone()).collect::<Vec<_>>();
+    let unused: Vec<usize> = matched.others.iter().copied().filter(|c| !rigid.contains(c)).collect();
+    Found {
+        markers: matched.columns.iter().map(|c| c.map(|c| labels[c].clone())).collect(),
+        rigid: names(rigid),
+        unused: names(&unused),
+        metres_per_unit: place.unit.metres,
+        unit_is_guessed: place.unit.is_guessed,
+        axes: place.axes.to_string(),
+        axes_are_guessed: settings.axes.is_none() && is_aligned(place.in_head_space, settings),
+        neutral: place.neutral.clone(),
+        neutral_is_found: settings.neutral.is_none(),
+        scale: place.scale(),
+        in_head_space: place.in_head_space,
+        offsets_mm: displaced.offsets_mm,
+        scales: displaced.scales,
+        poses,
+    }
 }
 
 /// Whether the actor is brought onto the rig.
@@ -300,7 +296,6 @@ struct Displaced {
 fn displacements(
     tracks: &mut Tracks,
     place: &Place,
-    in_head_space: bool,
     target: &Target,
     settings: &Settings,
     warnings: &mut Vec<Warning>,
@@ -308,7 +303,7 @@ fn displacements(
     let columns: Vec<Option<usize>> = (0..tracks.columns.len()).map(Some).collect();
     let pose = neutral::pose(tracks, &columns, &place.neutral);
     let offsets_mm = offsets(&pose, &target.rest, target.millimetres(), &target.labels, warnings);
-    let neutral: Vec<DVec3> = if is_aligned(in_head_space, settings) {
+    let neutral: Vec<DVec3> = if is_aligned(place.in_head_space, settings) {
         // Of what is left of the neutral frames, the mean: less noisy than the median.
         let means = tracks.columns.iter().map(|column| mean(column, &place.neutral));
         means.zip(&place.markers).map(|(mean, at)| mean.unwrap_or(*at)).collect()
@@ -316,7 +311,7 @@ fn displacements(
         target.rest.clone()
     };
     let columns = tracks.columns.par_iter_mut().zip(&neutral);
-    let scales = if is_aligned(in_head_space, settings)
+    let scales = if is_aligned(place.in_head_space, settings)
         && [Step::Head, Step::Proportions].iter().all(|step| !settings.skip.contains(step))
     {
         proportions::scales(&pose, &target.rest)
@@ -341,6 +336,40 @@ fn steps(displacements: &Tracks, filled: &[Filled], target: &Target) -> Vec<Even
         ..event(Kind::Step, step.marker, step.first..step.first + step.frames, 1.0)
     };
     found.into_iter().map(of_step).collect()
+}
+
+/// Filters markers that are noisy, or are to be filtered. The cut-off in Hz; `None` where they are not filtered.
+fn filter_noise(tracks: &mut Tracks, settings: &Settings, noise: f64, noise_mm: f64) -> Option<f64> {
+    let cutoff = settings.low_pass.or((noise_mm > NOISY).then_some(LOW_PASS));
+    let cutoff = cutoff.filter(|hz| !settings.skip.contains(&Step::LowPass) && *hz < 0.4 * tracks.rate)?;
+    // Who asks for a cut-off means it: all of what is faster is noise then.
+    low_pass::filter(tracks, cutoff, settings.low_pass.is_none().then_some(noise));
+    Some(cutoff)
+}
+
+/// Maps displacements so that the actor's poses are the examples'.
+fn fit_poses(tracks: &mut Tracks, target: &Target, settings: &Settings) -> Result<Vec<Pose>> {
+    let (poses, maps) = poses::find(&settings.poses, &tracks.columns, &target.examples, &target.rest)?;
+    if !poses.is_empty() {
+        let columns = tracks.columns.par_iter_mut().zip(maps);
+        columns.for_each(|(column, map)| column.iter_mut().for_each(|p| *p = map * *p));
+    }
+    Ok(poses)
+}
+
+/// What was filled. Where gaps are to be left, they are cut out again.
+fn of_gaps(tracks: &mut Tracks, filled: &[Filled], settings: &Settings) -> Vec<Event> {
+    let leaves_gaps = settings.skip.contains(&Step::Gaps);
+    if leaves_gaps {
+        filled.iter().for_each(|gap| tracks.columns[gap.marker][gap.frames.clone()].fill(DVec3::NAN));
+    }
+    filled.iter().map(|gap| of_gap(gap, leaves_gaps)).collect()
+}
+
+/// The frames in which too little of the head is seen.
+fn of_head(head: &Head) -> impl Iterator<Item = Event> + use<> {
+    let unseen = runs(&head.unseen).into_iter();
+    unseen.map(|run| Event { marker: None, ..event(Kind::Head, 0, run, 0.5) })
 }
 
 fn of_gap(gap: &Filled, is_left: bool) -> Event {

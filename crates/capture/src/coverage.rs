@@ -102,6 +102,7 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
         ));
     }
     let strains = strains(rig, take)?;
+    let shapes: Vec<&[f64]> = strains.chunks_exact(edges).collect();
     let to_mm: Vec<f64> = rig.rest_lengths().iter().map(|l| l * rig.metres_per_unit * 1e3).collect();
     let centers: Vec<&[f64]> = rig.pose_features.chunks_exact(edges).collect();
     let spacing = spacing(&centers);
@@ -124,7 +125,7 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
         if is_covered(distance, spacing) {
             break;
         }
-        let shape = &strains[frame * edges..][..edges];
+        let shape = shapes[frame];
         approach(&mut nearest, &strains, shape, known.len());
         expressions.push(Expression {
             frame,

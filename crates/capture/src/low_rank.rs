@@ -20,19 +20,27 @@ pub(crate) struct Model {
     noise: f64,
 }
 
-/// Frames that are learned from, and iterations at the most: a take with a handful of gaps needs a dozen; one that lacks a marker for a third of
-/// its length, a hundred.
-pub(crate) const WHOLE: (usize, usize) = (4000, 200);
+/// How much is learned from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    /// Frames that are learned from.
+    pub frames: usize,
+    /// Iterations at the most.
+    pub iterations: usize,
+}
+
+/// A take with a handful of gaps needs a dozen iterations; one that lacks a marker for a third of its length, a hundred.
+pub(crate) const WHOLE: Effort = Effort { frames: 4000, iterations: 200 };
 
 const LARGEST_RANK: usize = 40;
 
 impl Model {
-    /// Learns from so many frames of positions or displacements in so many iterations; `noise` is the least standard deviation per coordinate.
-    /// `None` where there is nothing to learn from.
-    pub(crate) fn learn(tracks: &Tracks, noise: f64, (samples, iterations): (usize, usize)) -> Option<Self> {
+    /// Learns from frames of positions or displacements with no more than this `effort`; `noise` is the least standard deviation per
+    /// coordinate. `None` where there is nothing to learn from.
+    pub(crate) fn learn(tracks: &Tracks, noise: f64, effort: Effort) -> Option<Self> {
         let frames = tracks.frames();
         // The fullest frames of as many short stretches.
-        let stretch = frames.div_ceil(samples).max(1);
+        let stretch = frames.div_ceil(effort.frames).max(1);
         let seen_in = |f: usize| tracks.columns.iter().filter(|c| seen(c[f])).count();
         let sampled: Vec<usize> = (0..frames)
             .step_by(stretch)
@@ -51,7 +59,7 @@ impl Model {
         let known: Vec<Vec<f64>> = sampled.iter().map(|&f| frame(tracks, f)).collect();
         let mut data = interpolated(&known);
         let mut model = None;
-        for _ in 0..iterations {
+        for _ in 0..effort.iterations {
             let fitted = Self::of(&data, dimensions, rank, noise)?;
             let changes: Vec<f64> = data
                 .par_iter_mut()

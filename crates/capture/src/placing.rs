@@ -10,6 +10,31 @@ use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 use std::ops::Range;
 
+/// What the file says of its space.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stated {
+    /// Metres in one unit, where the file says it.
+    pub metres_per_unit: Option<f64>,
+    /// Whether markers are on the rig as they are.
+    pub in_head_space: bool,
+}
+
+/// A unit of length.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Unit {
+    /// How many metres it is.
+    pub metres: f64,
+    /// Whether that is a guess.
+    pub is_guessed: bool,
+}
+
+impl Unit {
+    /// One that is no guess.
+    fn known(metres: f64) -> Self {
+        Self { metres, is_guessed: false }
+    }
+}
+
 /// How the file's space, with the head's motion taken out, becomes the rig's.
 pub(crate) struct Place {
     /// The neutral frames.
@@ -18,20 +43,22 @@ pub(crate) struct Place {
     pub to_rig: Similarity,
     /// The file's unit and axes to the mesh's.
     pub to_world: Similarity,
-    /// Metres in one unit of the file, and whether that is a guess.
-    pub unit: (f64, bool),
+    /// The file's unit.
+    pub unit: Unit,
     /// The file's axes.
     pub axes: Axes,
     /// H markers at neutral, on the rig; the handle itself where the marker was not seen, and where all are on the rig as they are.
     pub markers: Vec<DVec3>,
+    /// Whether the file's markers are on the rig as they are.
+    pub in_head_space: bool,
 }
 
 /// A marker may be off by this part of the face's extent before the alignment counts it less: markers are glued on by hand.
 const TOLERANCE: f64 = 0.03;
 
 impl Place {
-    /// Finds what the settings do not give. `columns` are the handles', `head` the head's motions, if any were taken out, `stated` the metres
-    /// in a unit that the file says; what is `in_head_space` is on the rig as it is.
+    /// Finds what the settings do not give. `columns` are the handles', `head` the head's motions, if any were taken out, `stated` what the file
+    /// says of its space.
     ///
     /// # Errors
     /// [`Error::Input`] if the settings' neutral frames are not in the take, or show too little, or none can be found.
@@ -39,7 +66,7 @@ impl Place {
         tracks: &Tracks,
         columns: &[Option<usize>],
         head: Option<&[Similarity]>,
-        (stated, in_head_space): (Option<f64>, bool),
+        stated: Stated,
         target: &Target,
         settings: &Settings,
         warnings: &mut Vec<Warning>,
@@ -48,14 +75,14 @@ impl Place {
         let pose = neutral::pose(tracks, columns, &neutral);
         let mesh = target.metres_per_unit;
         let (to_rig, to_world, unit, axes);
-        if in_head_space {
-            (unit, axes) = ((mesh, false), settings.axes.unwrap_or(Axes::SAME));
+        if stated.in_head_space {
+            (unit, axes) = (Unit::known(mesh), settings.axes.unwrap_or(Axes::SAME));
             (to_rig, to_world) = (Similarity::IDENTITY, Similarity::IDENTITY);
         } else if settings.skip.contains(&Step::Align) {
             // Without an alignment there are still the unit and the axes.
-            unit = (settings.metres_per_unit.or(stated).unwrap_or(mesh), false);
+            unit = Unit::known(settings.metres_per_unit.or(stated.metres_per_unit).unwrap_or(mesh));
             axes = settings.axes.unwrap_or(Axes::SAME);
-            to_world = world(unit.0 / mesh, axes);
+            to_world = world(unit.metres / mesh, axes);
             to_rig = to_world;
         } else {
             let tolerance = TOLERANCE * extent(target.rest.iter().copied());
@@ -65,15 +92,15 @@ impl Place {
                 )
             })?;
             let turned = head.map_or(Similarity::IDENTITY, |head| head[(neutral.start + neutral.end) / 2]);
-            unit = self::unit(stated, settings, mesh, &fitted, warnings);
+            unit = self::unit(stated.metres_per_unit, settings, mesh, &fitted, warnings);
             axes =
                 settings.axes.unwrap_or_else(|| Axes::nearest(fitted.rotation * turned.rotation.conjugate()));
-            (to_rig, to_world) = (fitted, world(unit.0 / mesh, axes));
+            (to_rig, to_world) = (fitted, world(unit.metres / mesh, axes));
         }
         let on_rig =
-            |(p, r): (&DVec3, &DVec3)| if seen(*p) && !in_head_space { to_rig.apply(*p) } else { *r };
+            |(p, r): (&DVec3, &DVec3)| if seen(*p) && !stated.in_head_space { to_rig.apply(*p) } else { *r };
         let markers = pose.iter().zip(&target.rest).map(on_rig).collect();
-        Ok(Self { neutral, to_rig, to_world, unit, axes, markers })
+        Ok(Self { neutral, to_rig, to_world, unit, axes, markers, in_head_space: stated.in_head_space })
     }
 
     /// How large the actor is compared with the rig.
@@ -112,22 +139,23 @@ fn neutral_frames(
     }
 }
 
-/// Metres in one unit of the file, and whether that is a guess. `fitted` takes the file's space to the mesh's, whose unit is `mesh` metres.
+/// The file's unit, where it says or is told one, else the one that suits. `fitted` takes the file's space to the mesh's, whose unit is `mesh`
+/// metres.
 fn unit(
     stated: Option<f64>,
     settings: &Settings,
     mesh: f64,
     fitted: &Similarity,
     warnings: &mut Vec<Warning>,
-) -> (f64, bool) {
+) -> Unit {
     const UNITS: [(&str, f64); 5] = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254), ("ft", 0.3048)];
     if let Some(given) = settings.metres_per_unit {
-        return (given, false);
+        return Unit::known(given);
     }
     let scale = |unit: f64| unit / (mesh * fitted.scale);
     if let Some(stated) = stated {
         if (0.4..2.5).contains(&scale(stated)) {
-            return (stated, false);
+            return Unit::known(stated);
         }
         warnings.push(
             format!(
@@ -147,7 +175,7 @@ fn unit(
         )
         .into(),
     );
-    (unit, true)
+    Unit { metres: unit, is_guessed: true }
 }
 
 /// How far each handle's marker is from its handle, in millimetres; `None` where it was not seen at neutral. Warns where it looks like another label.

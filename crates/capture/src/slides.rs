@@ -4,7 +4,7 @@
 //! while is off by far more than its marker ever is; what makes it a slide rather than an expression of its own is that it ends at another
 //! marker, or in a jump, or farther away than skin goes alone. One that lasts for more than about a tenth of the take is part of what the model
 //! learns, and not found.
-use crate::low_rank::{LeaveOneOut, Model};
+use crate::low_rank::{Effort, LeaveOneOut, Model};
 use crate::tracks::{Tracks, median, median_of, seen};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ const BRIEF: f64 = 0.1;
 const UNSEEN: f64 = 0.25;
 
 /// Frames that the model learns from, and rounds of filling gaps.
-const EFFORT: (usize, usize) = (1200, 4);
+const EFFORT: Effort = Effort { frames: 1200, iterations: 4 };
 
 /// Fewer frames tell too little of how the markers go together.
 const FEWEST: usize = 60;

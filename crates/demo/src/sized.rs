@@ -1,5 +1,6 @@
 //! A rig of any size, made without solving: for measuring, not for looking at.
 use crate::sized_learned;
+use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Faces, Method, Rig, UpAxis};
 use rhytid_geometry::Topology;
@@ -56,7 +57,7 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
     let mut basis = vec![0.0; rest.len() * handles.len()];
     basis.par_chunks_mut(handles.len()).zip(&rest).for_each(|(row, v)| {
         for (b, h) in row.iter_mut().zip(&handle_rest) {
-            let square: f64 = (0..3).map(|c| (v[c] - h[c]).powi(2)).sum();
+            let square = DVec3::from(*v).distance_squared(DVec3::from(*h));
             *b = (-square / (spacing * spacing)).exp();
         }
         let sum: f64 = row.iter().sum();

@@ -1,4 +1,5 @@
 //! What the learned method adds to a rig that is made without solving.
+use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{FoldStrains, Learned, Rig};
 
@@ -25,10 +26,8 @@ pub(crate) fn learned(mut rig: Rig<f64>, handle_rest: &[[f64; 3]], rest_lengths:
     let of_anchors = anchors.par_chunks_mut(a).zip(anchor_weights.par_chunks_mut(a));
     of_edges.zip(of_anchors).zip(&rig.rest).for_each(
         |(((edges, weights), (anchors, anchor_weights)), vertex)| {
-            let to_handle: Vec<f64> = handle_rest
-                .iter()
-                .map(|h| (0..3).map(|c| (vertex[c] - h[c]).powi(2)).sum::<f64>().sqrt())
-                .collect();
+            let to_handle: Vec<f64> =
+                handle_rest.iter().map(|h| DVec3::from(*vertex).distance(DVec3::from(*h))).collect();
             let excess = rig.strain_edges.iter().zip(rest_lengths);
             let excess =
                 excess.map(|(&[a, b], length)| to_handle[a as usize] + to_handle[b as usize] - length);

@@ -127,11 +127,12 @@ pub fn coverage(
     take: &Take,
     regions: &Regions,
     candidates: Option<&[usize]>,
-    (scans, edges): (usize, usize),
+    scans: usize,
+    edges: usize,
     progress: &dyn Progress,
 ) -> Result<Coverage> {
     let positions = take.handle_positions(&rig.labels)?;
-    let h = rig.handles.len();
+    let of_take: Vec<&[[f32; 3]]> = positions.as_chunks::<3>().0.chunks_exact(rig.handles.len()).collect();
     if let Some(frame) = candidates.and_then(|frames| frames.iter().find(|frame| **frame >= take.frames())) {
         return Err(Error::out_of_range(format!(
             "frame {frame} can't be scanned, as the take has {}",
@@ -147,7 +148,7 @@ pub fn coverage(
         }
         None => (0..frames.len()).filter(|&i| is_seen(rig, take, frames[i])).collect(),
     };
-    let at = |frame: usize| positions.as_chunks::<3>().0[frame * h..][..h].iter().map(|x| x.map(f64::from));
+    let at = |frame: usize| of_take[frame].iter().map(|x| x.map(f64::from));
     let poses: Vec<[f64; 3]> = frames.iter().flat_map(|&frame| at(frame)).collect();
     let plan = plan_scans(rig, &poses, &places, scans, progress)?;
     let f64_rig = rig.cast::<f64>();
@@ -158,7 +159,7 @@ pub fn coverage(
         regions: taken(&plan, &scan.gains, regions),
         edges: largest_strains(&f64_rig, &at(frames[scan.frame]).collect::<Vec<_>>()),
     });
-    let scans_found: Vec<Scan> = of_plan.collect();
+    let planned: Vec<Scan> = of_plan.collect();
     let mut beyond = edges_beyond(&f64_rig, take)?;
     let edges_beyond = beyond.len();
     beyond.truncate(edges);
@@ -168,7 +169,7 @@ pub fn coverage(
         frames: take.frames(),
         sigma,
         left: plan.left,
-        scans: scans_found,
+        scans: planned,
         edges_beyond,
         edges: beyond,
     })

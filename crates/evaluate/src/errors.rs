@@ -1,6 +1,7 @@
 //! Distances between what a rig gives and what it should: over all vertices, by region and by vertex.
 
 use crate::Regions;
+use glam::Vec3;
 use serde::Serialize;
 
 /// How far vertices are from where they should be, in millimetres.
@@ -116,7 +117,7 @@ impl<'a> Sum<'a> {
 /// The distance of each vertex between two fields of 3V numbers.
 pub(crate) fn distances(a: &[f32], b: &[f32]) -> impl Iterator<Item = f64> {
     let pairs = a.as_chunks::<3>().0.iter().zip(b.as_chunks::<3>().0);
-    pairs.map(|(a, b)| (0..3).map(|c| (f64::from(a[c]) - f64::from(b[c])).powi(2)).sum::<f64>().sqrt())
+    pairs.map(|(a, b)| Vec3::from(*a).as_dvec3().distance(Vec3::from(*b).as_dvec3()))
 }
 
 #[cfg(test)]

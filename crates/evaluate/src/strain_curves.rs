@@ -76,6 +76,7 @@ impl<'a> StrainCurves<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
     use rhytid_core::NoProgress;
 
     #[test]
@@ -125,10 +126,8 @@ mod tests {
         curves.frame(&Frame::new(positions).with(&channel::STRAIN, &strains));
         let (mut sum, mut area) = (0.0, 0.0);
         for triangle in &rig.triangles {
-            let [a, b, c] = triangle.map(|v| rig.rest[v as usize].map(f64::from));
-            let [u, w] = [b, c].map(|x| [0, 1, 2].map(|i| x[i] - a[i]));
-            let cross = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
-            let size = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let [a, b, c] = triangle.map(|v| Vec3::from(rig.rest[v as usize]).as_dvec3());
+            let size = (b - a).cross(c - a).length();
             for v in triangle.iter().filter(|v| inside(**v)) {
                 (sum, area) = (sum + size * height(*v), area + size);
             }

@@ -77,12 +77,8 @@ pub(crate) fn compare(
     progress: &dyn Progress,
 ) -> Result<Vec<(Comparison, Vec<f32>)>> {
     let all = truth.take.handle_positions(&rig.labels)?;
-    let per_frame = 3 * rig.handles.len();
-    let handles: Vec<f32> = truth
-        .frames
-        .iter()
-        .flat_map(|&frame| all[frame * per_frame..][..per_frame].iter().copied())
-        .collect();
+    let all: Vec<&[f32]> = all.chunks_exact(3 * rig.handles.len()).collect();
+    let handles: Vec<f32> = truth.frames.iter().flat_map(|&frame| all[frame]).copied().collect();
     let smoothing = Smoothing::new(rig, &NoProgress)?;
     let millimetres = 1e3 * face.metres_per_unit;
     let mut against =

@@ -249,11 +249,11 @@ impl Texels {
         let rows = cells.len().div_ceil(columns);
         let width = columns * self.size;
         let mut pixels = vec![0_u8; width * rows * self.size];
+        let lines: Vec<_> = self.places.chunks_exact(self.size).collect();
         pixels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
             for (column, row) in row.chunks_exact_mut(self.size).enumerate() {
                 let Some(numbers) = cells.get(y / self.size * columns + column) else { continue };
-                let places = &self.places[y % self.size * self.size..][..self.size];
-                for (pixel, (triangle, [second, third])) in row.iter_mut().zip(places) {
+                for (pixel, (triangle, [second, third])) in row.iter_mut().zip(lines[y % self.size]) {
                     if *triangle != Self::NONE {
                         let [a, b, c] = self.triangles[*triangle as usize].map(|v| numbers[v as usize]);
                         let number = a + second * (b - a) + third * (c - a);

@@ -2,6 +2,7 @@
 
 use crate::heat::Heat;
 use crate::overlay::Mark;
+use glam::Vec3;
 use rhytid_core::Rig;
 
 const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
@@ -20,7 +21,10 @@ pub fn handles_at_rest(rig: &Rig) -> Vec<[f32; 3]> {
 /// The strain edges in the colours of their strains, and the markers over them, in a frame of V × 3 `positions`.
 pub fn marker_marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
     let (markers, rest) = (markers_of(rig, positions), handles_at_rest(rig));
-    let length = |points: &[[f32; 3]], [a, b]: [u32; 2]| distance(points[a as usize], points[b as usize]);
+    let length = |points: &[[f32; 3]], edge: [u32; 2]| {
+        let [a, b] = edge.map(|handle| Vec3::from(points[handle as usize]));
+        a.distance(b)
+    };
     let edge = |&edge: &[u32; 2]| Mark {
         ends: edge.map(|handle| markers[handle as usize]),
         colour: heat.colour(length(&markers, edge) / length(&rest, edge) - 1.0),
@@ -73,19 +77,16 @@ pub fn tangent_frame_marks(rig: &Rig, positions: &[f32], normals: &[f32], length
     let step = (points.len() / FRAMES).max(1);
     let mut marks = Vec::new();
     for v in (0..points.len()).step_by(step) {
-        let (at, n) = (points[v], normals[v]);
-        let neighbour = points[rig.tangent_neighbors[v] as usize];
-        let e: [f32; 3] = std::array::from_fn(|c| neighbour[c] - at[c]);
-        let along = (0..3).map(|c| e[c] * n[c]).sum::<f32>();
-        let t: [f32; 3] = std::array::from_fn(|c| e[c] - along * n[c]);
-        let size = t.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let (at, n) = (Vec3::from(points[v]), Vec3::from(normals[v]));
+        let e = Vec3::from(points[rig.tangent_neighbors[v] as usize]) - at;
+        let t = e - e.dot(n) * n;
+        let size = t.length();
         if size == 0.0 {
             continue;
         }
-        let t = t.map(|x| x / size);
-        let b = std::array::from_fn(|c| n[(c + 1) % 3] * t[(c + 2) % 3] - n[(c + 2) % 3] * t[(c + 1) % 3]);
-        marks.extend([t, b, n].into_iter().zip(AXES).map(|(axis, colour)| Mark {
-            ends: [at, std::array::from_fn(|c| at[c] + length * axis[c])],
+        let t = t / size;
+        marks.extend([t, n.cross(t), n].into_iter().zip(AXES).map(|(axis, colour)| Mark {
+            ends: [at, at + length * axis].map(Into::into),
             colour,
             width: 2.0,
         }));
@@ -96,10 +97,6 @@ pub fn tangent_frame_marks(rig: &Rig, positions: &[f32], normals: &[f32], length
 fn markers_of(rig: &Rig, positions: &[f32]) -> Vec<[f32; 3]> {
     let (points, _) = positions.as_chunks::<3>();
     rig.handles.iter().map(|&v| points[v as usize]).collect()
-}
-
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt()
 }
 
 #[cfg(test)]
@@ -144,11 +141,11 @@ mod tests {
         let marks = tangent_frame_marks(&rig, positions, &normal, 0.5);
         assert!(marks.len() > 3 * FRAMES / 2);
         for frame in marks.chunks(3) {
-            let axes: Vec<[f32; 3]> =
-                frame.iter().map(|m| std::array::from_fn(|c| (m.ends[1][c] - m.ends[0][c]) / 0.5)).collect();
+            let axis = |mark: &Mark| (Vec3::from(mark.ends[1]) - Vec3::from(mark.ends[0])) / 0.5;
+            let axes: Vec<Vec3> = frame.iter().map(axis).collect();
             for i in 0..3 {
                 for j in 0..3 {
-                    let dot: f32 = (0..3).map(|c| axes[i][c] * axes[j][c]).sum();
+                    let dot = axes[i].dot(axes[j]);
                     assert!((dot - if i == j { 1.0 } else { 0.0 }).abs() < 1e-3, "{axes:?}");
                 }
             }

@@ -1,6 +1,7 @@
 //! Numbers at vertices, for heat maps.
 
 use crate::renderer::edges;
+use glam::Vec3;
 use rhytid_core::Faces;
 
 /// How much longer or shorter skin is than at rest.
@@ -14,7 +15,10 @@ pub struct Strains {
 impl Strains {
     /// For a mesh whose V vertices are at `rest`. An edge that has no length there counts for nothing.
     pub fn new(faces: &Faces, rest: &[[f32; 3]]) -> Self {
-        let length = |[a, b]: [u32; 2]| distance(&rest[a as usize], &rest[b as usize]);
+        let length = |edge: [u32; 2]| {
+            let [a, b] = edge.map(|v| Vec3::from(rest[v as usize]));
+            a.distance(b)
+        };
         let edges =
             edges(faces).into_iter().map(|edge| (edge, length(edge))).filter(|(_, length)| *length > 0.0);
         Self { edges: edges.collect(), vertices: rest.len() }
@@ -30,7 +34,7 @@ impl Strains {
         let (mut strains, mut counts) = (vec![0.0_f32; self.vertices], vec![0_u32; self.vertices]);
         for &(edge, rest) in &self.edges {
             let [a, b] = edge.map(|v| v as usize);
-            let strain = distance(&points[a], &points[b]) / rest - 1.0;
+            let strain = Vec3::from(points[a]).distance(Vec3::from(points[b])) / rest - 1.0;
             for v in [a, b] {
                 strains[v] += strain;
                 counts[v] += 1;
@@ -45,11 +49,8 @@ impl Strains {
 
 /// How far V vertices are apart in two frames of V × 3 positions, times `scale`.
 pub fn distances(a: &[f32], b: &[f32], scale: f32) -> Vec<f32> {
-    a.as_chunks::<3>().0.iter().zip(b.as_chunks::<3>().0).map(|(a, b)| scale * distance(a, b)).collect()
-}
-
-fn distance(a: &[f32; 3], b: &[f32; 3]) -> f32 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt()
+    let pairs = a.as_chunks::<3>().0.iter().zip(b.as_chunks::<3>().0);
+    pairs.map(|(a, b)| scale * Vec3::from(*a).distance(Vec3::from(*b))).collect()
 }
 
 #[cfg(test)]

@@ -1,21 +1,24 @@
 //! Which points a face hides.
 
+use glam::Vec3;
 use rhytid_render::Camera;
 
 /// Which of `points` a mesh of `positions` and `triangles` hides from `camera` in a picture of `size` pixels, each taken for `lift` mesh units
 /// nearer than it is. What is nowhere is not hidden.
 pub(crate) fn behind(
-    (camera, size): (&Camera, [u32; 2]),
-    (positions, triangles): (&[[f32; 3]], &[[u32; 3]]),
+    camera: &Camera,
+    size: [u32; 2],
+    positions: &[[f32; 3]],
+    triangles: &[[u32; 3]],
     lift: f32,
     points: &[[f32; 3]],
 ) -> Vec<bool> {
     if points.is_empty() {
         return Vec::new();
     }
-    let toward = camera.view().row(2);
-    let nearer = |[x, y, z]: [f32; 3]| [x + lift * toward.x, y + lift * toward.y, z + lift * toward.z];
-    let points: Vec<[f32; 3]> = points.iter().map(|p| camera.project(size, nearer(*p))).collect();
+    let toward = camera.view().row(2).truncate();
+    let nearer = |p: &[f32; 3]| (Vec3::from(*p) + lift * toward).to_array();
+    let points: Vec<[f32; 3]> = points.iter().map(|p| camera.project(size, nearer(p))).collect();
     let seen: Vec<[f32; 3]> = positions.iter().map(|p| camera.project(size, *p)).collect();
     let mut is_behind = vec![false; points.len()];
     for triangle in triangles {
@@ -57,15 +60,17 @@ mod tests {
         ];
         let behind = |turn: f32| {
             let camera = Camera::around(sphere, UpAxis::Y, View { turn, ..View::default() }, 1.0);
-            behind((&camera, [200, 200]), (&square, &triangles), 0.1, &points)
+            behind(&camera, [200, 200], &square, &triangles, 0.1, &points)
         };
         assert_eq!(behind(0.0), [false, false, true, false, false, false]);
         // From the other side it is the other way round.
         assert_eq!(behind(180.0), [true, false, false, false, false, false]);
         assert!(
             super::behind(
-                (&Camera::around(sphere, UpAxis::Y, View::default(), 1.0), [200, 200]),
-                (&square, &triangles),
+                &Camera::around(sphere, UpAxis::Y, View::default(), 1.0),
+                [200, 200],
+                &square,
+                &triangles,
                 0.1,
                 &[]
             )

@@ -42,12 +42,12 @@ pub fn write_handles(
     };
     let marks: Vec<Mark> = of_markers.chain(of_handles).flat_map(dot).collect();
 
-    let mut canvas = Canvas::new(painter, (&face.neutral.faces, &triangles), rest.len(), SIZE)?;
+    let mut canvas = Canvas::new(painter, &face.neutral.faces, &triangles, rest.len(), SIZE)?;
     let [width, height] = SIZE;
     let mut picture = Picture::filled([VIEWS.len() as u32 * width, height], [0; 4]);
     for (i, turn) in (0..).zip(VIEWS) {
-        let camera = camera((&handles, &rest), face.up_axis, turn, SIZE);
-        picture.put(&canvas.draw(&camera, &rest, None, (lift, &marks))?, [i * width, 0]);
+        let camera = camera(&handles, &rest, face.up_axis, turn, SIZE);
+        picture.put(&canvas.draw(&camera, &rest, None, lift, &marks)?, [i * width, 0]);
     }
     let mut file = AtomicFile::create(path)?;
     file.write_all(&picture.png()?).map_err(file.error())?;

@@ -1,7 +1,7 @@
 //! Maps: numbers on a face, as colours.
 
 use crate::painter::Painter;
-use crate::shot::{Drawn, Shot};
+use crate::shot::{Drawn, Numbers, Shot};
 use maud::{Markup, html};
 use rhytid_core::{Result, Rig};
 
@@ -35,7 +35,7 @@ pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>]) -> Result<
             Shot {
                 turn,
                 positions: map.positions,
-                heat: Some((&map.values, map.end)),
+                heat: Some(Numbers { values: &map.values, end: map.end }),
                 points: markers.map(|&v| map.positions[v as usize].map(f64::from)).collect(),
             }
         })

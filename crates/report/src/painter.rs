@@ -1,7 +1,7 @@
 //! What draws the pictures: a device of wgpu's.
 
 use crate::behind::behind;
-use crate::shot::{Drawn, Place, Shot};
+use crate::shot::{Drawn, Numbers, Place, Shot};
 use rhytid_core::{Faces, Result, Rig, UpAxis};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use rhytid_render::{
@@ -31,14 +31,14 @@ impl Painter {
     /// # Errors
     /// [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Input`] if the face or the pictures are too large for it.
     pub(crate) fn draw(&self, rig: &Rig, size: [u32; 2], shots: &[Shot<'_>]) -> Result<Vec<Drawn>> {
-        let mut canvas = Canvas::new(self, (&rig.faces, &rig.triangles), rig.vertices(), size)?;
+        let mut canvas = Canvas::new(self, &rig.faces, &rig.triangles, rig.vertices(), size)?;
         let handles: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
         let lift = LIFT * Sphere::around(&handles).radius;
         let drawn = |shot: &Shot<'_>| {
-            let camera = camera((&handles, &rig.rest), rig.up_axis, shot.turn, size);
-            let picture = canvas.draw(&camera, shot.positions, shot.heat, (lift, &[]))?;
+            let camera = camera(&handles, &rig.rest, rig.up_axis, shot.turn, size);
+            let picture = canvas.draw(&camera, shot.positions, shot.heat, lift, &[])?;
             let points: Vec<[f32; 3]> = shot.points.iter().map(|p| p.map(|x| x as f32)).collect();
-            let is_behind = behind((&camera, size), (shot.positions, &rig.triangles), lift, &points);
+            let is_behind = behind(&camera, size, shot.positions, &rig.triangles, lift, &points);
             let places = points.iter().zip(is_behind).map(|(point, is_behind)| {
                 let [x, y, _] = camera.project(size, *point);
                 Place { at: [x, y], is_behind }
@@ -55,9 +55,10 @@ impl Painter {
     }
 }
 
-/// Looks at the part of a face, at rest, that has handles, turned by `turn` degrees towards its left.
+/// Looks at the part of a face, at `rest`, that has `handles`, turned by `turn` degrees towards its left.
 pub(crate) fn camera(
-    (handles, rest): (&[[f32; 3]], &[[f32; 3]]),
+    handles: &[[f32; 3]],
+    rest: &[[f32; 3]],
     up: UpAxis,
     turn: f32,
     [width, height]: [u32; 2],
@@ -83,7 +84,8 @@ impl<'a> Canvas<'a> {
     /// As [`Painter::draw`].
     pub(crate) fn new(
         Painter { device, queue }: &Painter,
-        (faces, triangles): (&Faces, &'a [[u32; 3]]),
+        faces: &Faces,
+        triangles: &'a [[u32; 3]],
         vertices: usize,
         size: [u32; 2],
     ) -> Result<Self> {
@@ -97,8 +99,8 @@ impl<'a> Canvas<'a> {
         })
     }
 
-    /// Draws it as `camera` sees it, over nothing: lit, or in the colours of V numbers up to the one that has the last; and marks on it,
-    /// which are nearer than they are by so many mesh units.
+    /// Draws it as `camera` sees it, over nothing: lit, or in the colours of its numbers; and marks on it,
+    /// which are nearer than they are by `lift` mesh units.
     ///
     /// # Errors
     /// As [`Painter::draw`].
@@ -106,17 +108,18 @@ impl<'a> Canvas<'a> {
         &mut self,
         camera: &Camera,
         positions: &[[f32; 3]],
-        heat: Option<(&[f32], f32)>,
-        (lift, marks): (f32, &[Mark]),
+        heat: Option<Numbers<'_>>,
+        lift: f32,
+        marks: &[Mark],
     ) -> Result<Picture> {
         let normal = |v| vertex_normal(positions, self.triangles, self.at_vertices.at(v));
         let normals: Vec<[f32; 3]> = (0..positions.len()).map(normal).collect();
         let (numbers, look) = match heat {
             None => (Vec::new(), Look::Smooth),
             // What is no number is the worst.
-            Some((numbers, end)) => {
+            Some(Numbers { values, end }) => {
                 let number = |x: &f32| if x.is_nan() { end } else { *x };
-                (numbers.iter().map(number).collect(), Look::LitHeat(Heat::Signed(end)))
+                (values.iter().map(number).collect(), Look::LitHeat(Heat::Signed(end)))
             }
         };
         self.frame.set(positions.as_flattened(), normals.as_flattened(), &numbers);

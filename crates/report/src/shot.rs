@@ -11,10 +11,20 @@ pub(crate) struct Shot<'a> {
     pub turn: f32,
     /// V places.
     pub positions: &'a [[f32; 3]],
-    /// V numbers to colour it by, and the one above 0 that has the last colour; lit where there are none.
-    pub heat: Option<(&'a [f32], f32)>,
+    /// What to colour it by; lit where there is nothing.
+    pub heat: Option<Numbers<'a>>,
     /// What is to be found in the picture, in the mesh's space.
     pub points: Vec<[f64; 3]>,
+}
+
+/// Numbers that a face is coloured by.
+#[derive(Clone, Copy)]
+#[cfg_attr(not(feature = "render"), expect(dead_code, reason = "nothing reads what nothing draws"))]
+pub(crate) struct Numbers<'a> {
+    /// Of the V vertices.
+    pub values: &'a [f32],
+    /// The one above 0 that has the last colour.
+    pub end: f32,
 }
 
 /// A picture, transparent where there is no face.

@@ -1,5 +1,6 @@
 //! Strains: how far the clean take stretches the rig's strain edges (section 3 of the method).
 
+use glam::DVec3;
 use rhytid_core::{Error, Result, Rig, Take};
 use serde::Serialize;
 
@@ -45,10 +46,10 @@ impl<'a> Strains<'a> {
             found.ok_or_else(|| Error::Internal(format!("the clean take lacks the handle {label:?}")))
         };
         let columns = rig.labels.iter().map(column).collect::<Result<Vec<_>>>()?;
-        let rest = |handle: usize| rig.rest[rig.handles[handle] as usize].map(f64::from);
+        let rest = |handle: usize| DVec3::from(rig.rest[rig.handles[handle] as usize].map(f64::from));
         let pairs: Vec<([usize; 2], f64)> = (rig.strain_edges.iter())
             .map(|edge| edge.map(|handle| handle as usize))
-            .map(|[a, b]| ([a, b], distance(rest(a), rest(b))))
+            .map(|[a, b]| ([a, b], rest(a).distance(rest(b))))
             .collect();
         let mut strains = Self { take, columns, pairs, edges: Vec::new() };
         let start = take.times.first().copied().unwrap_or(0.0);
@@ -71,7 +72,8 @@ impl<'a> Strains<'a> {
 
     fn at(&self, index: usize, frame: usize) -> f64 {
         let ([a, b], length) = self.pairs[index];
-        (distance(self.position(a, frame), self.position(b, frame)) - length) / length
+        let [a, b] = [a, b].map(|handle| DVec3::from(self.position(handle, frame)));
+        (a.distance(b) - length) / length
     }
 
     /// Where a handle's marker is in a frame of the clean take.
@@ -124,8 +126,4 @@ impl Edge {
     pub(crate) fn peak(&self) -> f64 {
         if self.greatest >= -self.least { self.greatest } else { self.least }
     }
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }

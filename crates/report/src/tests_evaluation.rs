@@ -67,7 +67,7 @@ fn a_plan_shows_each_frame() {
     let rig = rig();
     let take = rhytid_demo::performance(&rhytid_demo::face(2_000));
     let regions = Regions::by_handles(&rig);
-    let found = coverage(&rig, &take, &regions, None, (3, 3), &NoProgress).unwrap();
+    let found = coverage(&rig, &take, &regions, None, 3, 3, &NoProgress).unwrap();
     let poses = vec![rig.rest.clone(); 3];
     let folder = TempDir::new().unwrap();
     write_plan(folder.path(), "<take>.csv", &found, &regions, &poses, &rig, None).unwrap();

@@ -41,7 +41,7 @@ fn handles(rig: &Rig) -> Vec<[f32; 3]> {
 }
 
 fn camera_of(rig: &Rig, turn: f32, size: [u32; 2]) -> Camera {
-    camera((&handles(rig), &rig.rest), rig.up_axis, turn, size)
+    camera(&handles(rig), &rig.rest, rig.up_axis, turn, size)
 }
 
 /// Where a point is in a picture.
@@ -109,14 +109,14 @@ fn what_is_behind_is_what_a_device_hides() {
     let points: Vec<[f32; 3]> = rig.rest.iter().step_by(rig.vertices() / 150).copied().collect();
     let lift = LIFT * Sphere::around(&handles(rig)).radius;
     each_painter(|device, painter| {
-        let mut canvas = Canvas::new(painter, (&rig.faces, &rig.triangles), rig.vertices(), SIZE).unwrap();
+        let mut canvas = Canvas::new(painter, &rig.faces, &rig.triangles, rig.vertices(), SIZE).unwrap();
         let (mut seen, mut cut) = ([0; 2], 0);
         for turn in [0.0, 70.0] {
             let camera = camera_of(rig, turn, SIZE);
-            let found = behind((&camera, SIZE), (&rig.rest, &rig.triangles), lift, &points);
+            let found = behind(&camera, SIZE, &rig.rest, &rig.triangles, lift, &points);
             for (&point, is_behind) in points.iter().zip(found) {
                 let dot = [Mark::dot(point, GREEN, 6.0)];
-                let picture = canvas.draw(&camera, &rig.rest, None, (lift, &dot)).unwrap();
+                let picture = canvas.draw(&camera, &rig.rest, None, lift, &dot).unwrap();
                 let [r, g, b, _] = picture.pixel(place(&camera, SIZE, point));
                 match (r, g, b) {
                     (..=2, 253.., ..=2) => seen[1] += usize::from(!is_behind),
@@ -218,7 +218,7 @@ fn maps_have_the_colours_of_their_numbers() {
 fn a_plan_shows_each_frame_with_its_markers() {
     let (rig, take) = &*DEMO;
     let regions = Regions::by_handles(rig);
-    let found = coverage(rig, take, &regions, None, (3, 3), &NoProgress).unwrap();
+    let found = coverage(rig, take, &regions, None, 3, 3, &NoProgress).unwrap();
     let poses = vec![rig.rest.clone(); 3];
     each_painter(|device, painter| {
         let folder = TempDir::new().unwrap();
@@ -262,9 +262,9 @@ fn handles_are_dots_on_the_neutral() {
         assert_eq!(picture.size, [3 * SIZE[0], SIZE[1]]);
         let lift = LIFT * Sphere::around(&at).radius;
         for (i, turn) in (0..).zip([-50.0, 0.0, 50.0]) {
-            let camera = camera((&at, &rest), face.up_axis, turn, SIZE);
+            let camera = camera(&at, &rest, face.up_axis, turn, SIZE);
             let triangles = rhytid_geometry::triangulate(&face.neutral);
-            let hidden = behind((&camera, SIZE), (&rest, &triangles), lift, &at);
+            let hidden = behind(&camera, SIZE, &rest, &triangles, lift, &at);
             let (mut shown, mut right) = (0, 0);
             for (h, point) in at.iter().enumerate().filter(|(h, _)| !hidden[*h]) {
                 let [x, y] = place(&camera, SIZE, *point);
@@ -285,7 +285,7 @@ fn handles_are_dots_on_the_neutral() {
             assert!(shown > 40 && shown - right <= 3, "{device}: {right} of {shown} in view {i}");
             assert_eq!(picture.pixel([i * SIZE[0], 0])[3], 0);
         }
-        let [x, y] = place(&camera((&at, &rest), face.up_axis, 0.0, SIZE), SIZE, marker);
+        let [x, y] = place(&camera(&at, &rest, face.up_axis, 0.0, SIZE), SIZE, marker);
         let [r, g, b, _] = picture.pixel([SIZE[0] + x, y]);
         assert!(r > 220 && g > 150 && b < 80, "{device}: yellow at the marker: {r} {g} {b}");
     });

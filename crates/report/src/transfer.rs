@@ -31,8 +31,8 @@ pub fn write_transfer(
     };
     let per_cent: Vec<f32> = maps.stretch.iter().map(|x| 100.0 * x).collect();
     let [distance, stretch] = [
-        section(("mm", &maps.distance_mm), found.distance_mm, rig, painter)?,
-        section(("%", &per_cent), times(found.stretch, 100.0), rig, painter)?,
+        section("mm", &maps.distance_mm, found.distance_mm, rig, painter)?,
+        section("%", &per_cent, times(found.stretch, 100.0), rig, painter)?,
     ];
     let main = html! {
         section {
@@ -62,7 +62,8 @@ fn times(spread: Spread, factor: f64) -> Spread {
 
 /// A map, and its numbers in words.
 fn section(
-    (unit, values): (&str, &[f32]),
+    unit: &str,
+    values: &[f32],
     spread: Spread,
     rig: &Rig,
     painter: Option<&Painter>,

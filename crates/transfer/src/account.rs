@@ -98,13 +98,22 @@ pub struct Maps {
     pub stretch: Vec<f32>,
 }
 
+/// The second face, as it is measured.
+pub(crate) struct Measures<'a> {
+    /// The area at each of its V vertices.
+    pub area: &'a [f64],
+    /// How far handles of the first are apart once it lies on the second, in mesh units.
+    pub spacing: f64,
+}
+
 impl Account {
     pub(crate) fn new(
-        (from, to): (&Rig, &Face),
+        from: &Rig,
+        to: &Face,
         landmarks: &Landmarks,
         is_mirrored: bool,
         found: &Correspondence,
-        (area, spacing): (&[f64], f64),
+        measures: &Measures<'_>,
         smooth_band: bool,
     ) -> (Self, Maps) {
         let millimetres = to.metres_per_unit * 1e3;
@@ -120,8 +129,9 @@ impl Account {
         let spread = |i: usize| Spread::of(numbers.iter().flatten().map(|n| n[i]).collect());
         let (mut skin, mut covered) = (0.0, 0.0);
         for (v, place) in found.places.iter().enumerate().filter(|(v, _)| found.takes_part[*v]) {
-            skin += area[v];
-            covered += if place.is_ok() { area[v] } else { 0.0 };
+            let area = measures.area[v];
+            skin += area;
+            covered += if place.is_ok() { area } else { 0.0 };
         }
         let whys = [
             Missing::OtherPart,
@@ -153,7 +163,7 @@ impl Account {
             turned_over: found.turned_over.len(),
             warnings: Vec::new(),
         };
-        account.warn(found, landmarks, is_mirrored, spacing, millimetres);
+        account.warn(found, landmarks, is_mirrored, measures.spacing, millimetres);
         (account, Maps { distance_mm: map(0), stretch: map(1) })
     }
 

@@ -189,9 +189,10 @@ impl Maker<'_> {
         let filled =
             SoftShell::new(rest, self.triangles, takes_part, fades).drawn(&weights, field, progress)?;
         let count = self.shapes.len();
-        for (v, place) in places.iter().enumerate() {
+        let rows = field.chunks_exact_mut(count).zip(filled.chunks_exact(count));
+        for ((row, filled), place) in rows.zip(places) {
             if place.is_err() {
-                field[v * count..][..count].copy_from_slice(&filled[v * count..][..count]);
+                row.copy_from_slice(filled);
             }
         }
         Ok(())

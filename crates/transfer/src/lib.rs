@@ -35,6 +35,7 @@ mod warp;
 pub use account::{Account, Bare, Maps, Spread};
 pub use correspondence::Missing;
 
+use account::Measures;
 use correspondence::{Place, correspondence, stretches};
 use examples::{Maker, carried_everywhere};
 use glam::DVec3;
@@ -95,8 +96,9 @@ pub fn transfer(
         found.take_out_tears(&to.neutral.positions, &triangles, &moved);
     }
     let area = laplacian::laplacian(&to.neutral.positions, &triangles).mass;
+    let measures = Measures { area: &area, spacing };
     let (mut account, maps) =
-        Account::new((from, to), &landmarks, is_mirrored, &found, (&area, spacing), settings.smooth_band);
+        Account::new(from, to, &landmarks, is_mirrored, &found, &measures, settings.smooth_band);
     let maker = Maker {
         from,
         rest: &rest,

@@ -1,4 +1,5 @@
 //! The first face in each of its examples, as its rig has it, and what of that are wrinkles.
+use glam::DVec3;
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig};
 use rhytid_formats::export::OutputStage;
 use rhytid_playback::Playback;
@@ -38,11 +39,11 @@ pub(crate) fn evaluated(
     let shell = played(&rig.clone().shell(), OutputStage::Shell, devices, progress)?;
     progress.step("evaluate the examples", 2, 2)?;
     let left = |v: usize| (0..count).map(move |p| (p, v));
-    let difference = |(p, v): (usize, usize)| [0, 1, 2].map(|c| full[p][v][c] - shell[p][v][c]);
+    let difference = |(p, v): (usize, usize)| (DVec3::from(full[p][v]) - DVec3::from(shell[p][v])).to_array();
     let mut wide: Vec<[f64; 3]> = (0..rig.vertices()).flat_map(left).map(difference).collect();
     Smoothing::over(&rig.cast(), WIDE * spacing(rig), progress)?.apply(&mut wide, progress)?;
     let smooth = |(p, shell): (usize, Vec<[f64; 3]>)| {
-        let at = |(v, x): (usize, [f64; 3])| [0, 1, 2].map(|c| x[c] + wide[v * count + p][c]);
+        let at = |(v, x): (usize, [f64; 3])| (DVec3::from(x) + DVec3::from(wide[v * count + p])).to_array();
         shell.into_iter().enumerate().map(at).collect()
     };
     let smooth = shell.into_iter().enumerate().map(smooth);

@@ -115,9 +115,9 @@ impl ViewApp {
         let rig = document.map(|document| document.rig.clone());
         // A copy is for those who edit it.
         let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
-        let open = (rig, take.map(|open| open.take.clone()));
+        let take = take.map(|open| open.take.clone());
         let context = self.context.clone();
-        self.opening = Some(Opening::new(sources, open, move || context.request_repaint()));
+        self.opening = Some(Opening::new(sources, rig, take, move || context.request_repaint()));
     }
 
     /// Opens what is in the memory, a rig and takes for it: names say which, as files' names do.
@@ -240,7 +240,7 @@ impl ViewApp {
                     self.settings.show = Show::default();
                 }
                 let other = self.other_device(&rig)?;
-                self.scene = Some(Scene::new(rig, &name, (&self.wgpu, &self.state), other)?);
+                self.scene = Some(Scene::new(rig, &name, &self.wgpu, &self.state, other)?);
                 self.note = None;
                 #[cfg(not(target_arch = "wasm32"))]
                 self.listen_again();

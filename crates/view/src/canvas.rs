@@ -17,6 +17,17 @@ pub(crate) enum Drawn {
     Skin,
 }
 
+/// How a picture shows a frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shown<'a> {
+    pub camera: &'a Camera,
+    pub drawn: Drawn,
+    /// What is drawn over the face.
+    pub marks: &'a [Mark],
+    /// Red, green, blue and opacity.
+    pub background: [u8; 4],
+}
+
 /// Draws one rig's frames, each side of a comparison into a texture of its own.
 pub(crate) struct Canvas {
     state: RenderState,
@@ -90,35 +101,34 @@ impl Canvas {
         side: usize,
         rig: &Rig,
         vertices: Vertices<'_>,
-        (camera, drawn): (&Camera, Drawn),
-        (marks, background): (&[Mark], [u8; 4]),
+        shown: Shown<'_>,
     ) -> Result<Took> {
         let Some(page) = &self.page else { return Ok(Took::default()) };
         let mut took = Took::default();
         let begin = Instant::now();
         let (device, queue) = (self.wgpu.device(), self.wgpu.queue());
-        let skin = match (drawn, &mut self.skin) {
+        let skin = match (shown.drawn, &mut self.skin) {
             (Drawn::Look(_), _) => None,
             (Drawn::Skin, Some(skin)) => Some(&*skin),
             (Drawn::Skin, none) => Some(&*none.insert(skin(rig, &self.wgpu)?)),
         };
         if let Some(skin) = skin {
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            skin.light(&mut encoder, vertices, (camera, page.aspect()), &self.lights)?;
+            skin.light(&mut encoder, vertices, shown.camera, page.aspect(), &self.lights)?;
             skin.wait(queue.submit([encoder.finish()]))?;
             took.lighting = begin.elapsed();
         }
         let begin = Instant::now();
-        if let Drawn::Look(look) = drawn {
-            self.renderer.show(camera, page.aspect(), look);
+        if let Drawn::Look(look) = shown.drawn {
+            self.renderer.show(shown.camera, page.aspect(), look);
         }
-        self.overlay.show(camera, page.size(), self.lift, marks)?;
-        page.paint(background, |pass| {
+        self.overlay.show(shown.camera, page.size(), self.lift, shown.marks)?;
+        page.paint(shown.background, |pass| {
             match skin {
                 Some(skin) => skin.draw(pass, vertices),
                 None => self.renderer.draw(pass, vertices)?,
             }
-            if !marks.is_empty() {
+            if !shown.marks.is_empty() {
                 self.overlay.draw(pass);
             }
             Ok(())
@@ -189,10 +199,10 @@ impl Side {
 }
 
 fn skin(rig: &Rig, wgpu: &Wgpu) -> Result<SkinRenderer> {
-    let (mesh, millimetres) = ((&rig.rest[..], &rig.triangles[..]), 1e3 * rig.metres_per_unit);
-    let skin = Skin::default();
-    let renderer =
-        SkinRenderer::new(wgpu.device(), wgpu.queue(), mesh, millimetres, Offscreen::TARGET, skin)?;
+    let (device, queue) = (wgpu.device(), wgpu.queue());
+    let (millimetres, skin) = (1e3 * rig.metres_per_unit, Skin::default());
+    let target = Offscreen::TARGET;
+    let renderer = SkinRenderer::new(device, queue, &rig.rest, &rig.triangles, millimetres, target, skin)?;
     renderer.paint(&albedos(rig, skin.albedo));
     Ok(renderer)
 }

@@ -4,6 +4,7 @@ use crate::edits::{EditedFrame, OpenEdits};
 use crate::history::History;
 use crate::pull::{Drag, Pull};
 use crate::transport::Transport;
+use glam::Vec3;
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
 use rhytid_render::handles_at_rest;
@@ -152,8 +153,7 @@ impl Document {
     pub(crate) fn frame_edits(&self) -> Option<EditedFrame<'_>> {
         let edits = &self.shown_edits()?.on_frames;
         let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
-        let add = |(x, o): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| x[c] + o[c]);
-        let without: Vec<[f32; 3]> = self.handles(false).iter().zip(&self.pose.offsets).map(add).collect();
+        let without = sums(&self.handles(false), &self.pose.offsets);
         let without = Some(without).filter(|without| edits.has_falloff() && *without != self.handles(true));
         (without.is_some() || edits.touches(time)).then_some(EditedFrame { edits, time, without })
     }
@@ -203,8 +203,7 @@ impl Document {
         if !pulled {
             return base.to_vec();
         }
-        let add = |(x, o): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| x[c] + o[c]);
-        base.iter().zip(&self.pose.offsets).map(add).collect()
+        sums(base, &self.pose.offsets)
     }
 
     /// How markers were pulled.
@@ -225,9 +224,8 @@ impl Document {
     /// Drags handles by so much since the drag began, or in all where none has.
     pub fn drag(&mut self, drag: Drag<'_>) {
         let moved = self.pull.drag(drag);
-        let from = self.before_drag.as_ref().unwrap_or(&self.pose).offsets.clone();
-        let add = |(o, m): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| o[c] + m[c]);
-        self.pose.offsets = from.iter().zip(&moved).map(add).collect();
+        let from = self.before_drag.as_ref().unwrap_or(&self.pose);
+        self.pose.offsets = sums(&from.offsets, &moved);
     }
 
     /// The drag is over. `keep` is false where it is taken back.
@@ -314,6 +312,11 @@ impl Document {
             materials: self.rig.materials.clone(),
         }
     }
+}
+
+/// The sum of each pair of vectors.
+fn sums(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    a.iter().zip(b).map(|(a, b)| (Vec3::from(*a) + Vec3::from(*b)).to_array()).collect()
 }
 
 #[cfg(test)]

@@ -145,17 +145,18 @@ pub(crate) struct Opening {
 }
 
 impl Opening {
-    /// Reads a rig, takes and edits, which are for those among them, or for what is `open`. `done` is called at the end.
+    /// Reads a rig, takes and edits, which are for those among them, or else for `rig` and `take`, which are open. `done` is called at the end.
     pub(crate) fn new(
         sources: Vec<Source>,
-        open: (Option<Arc<Rig>>, Option<Take>),
+        rig: Option<Arc<Rig>>,
+        take: Option<Take>,
         done: impl FnOnce() + Send + 'static,
     ) -> Self {
         let (sender, result) = channel();
         let name = sources.iter().map(Source::name).collect::<Vec<_>>().join(", ");
         let read = move || {
             // Nobody may be waiting any more.
-            let _ = sender.send(read(sources, open));
+            let _ = sender.send(read(sources, rig, take));
             done();
         };
         #[cfg(not(target_arch = "wasm32"))]
@@ -177,10 +178,7 @@ impl Opening {
     }
 }
 
-fn read(
-    mut sources: Vec<Source>,
-    (mut rig, mut take): (Option<Arc<Rig>>, Option<Take>),
-) -> Result<Vec<Opened>> {
+fn read(mut sources: Vec<Source>, mut rig: Option<Arc<Rig>>, mut take: Option<Take>) -> Result<Vec<Opened>> {
     sources.sort_by_key(|source| (!source.is_rig(), source.is_edits()));
     let mut opened = Vec::new();
     for source in sources {
@@ -203,7 +201,7 @@ mod tests {
     use rhytid_core::NoProgress;
 
     fn open(sources: Vec<Source>) -> Result<Vec<Opened>> {
-        let opening = Opening::new(sources, (None, None), || ());
+        let opening = Opening::new(sources, None, None, || ());
         opening.result.recv_timeout(std::time::Duration::from_secs(60)).unwrap()
     }
 

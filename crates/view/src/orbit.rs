@@ -154,8 +154,8 @@ mod tests {
         let [x, y, _] = orbit.camera().project(SIZE, point);
         // A point that is dragged.
         let moved = orbit.moved(point, [31.0, -17.0], 600.0);
-        let dragged = std::array::from_fn(|c| point[c] + moved[c]);
-        let [a, b, _] = orbit.camera().project(SIZE, dragged);
+        let dragged = Vec3::from(point) + Vec3::from(moved);
+        let [a, b, _] = orbit.camera().project(SIZE, dragged.to_array());
         assert!((a - x - 31.0).abs() < 0.02 && (b - y + 17.0).abs() < 0.02, "{a} {b}");
         // The target, when the camera moves sideways.
         let target = orbit.target.to_array();

@@ -1,5 +1,6 @@
 //! What a marker that is dragged takes with it.
 
+use glam::Vec3;
 use rhytid_core::Rig;
 use rhytid_geometry::dijkstra::shortest_ways;
 use rhytid_render::{Sphere, handles_at_rest};
@@ -35,7 +36,7 @@ impl Pull {
         let mut neighbours = vec![Vec::new(); rest.len()];
         for &[a, b] in &rig.strain_edges {
             let (a, b) = (a as usize, b as usize);
-            let length = distance(rest[a], rest[b]);
+            let length = Vec3::from(rest[a]).distance(rest[b].into());
             neighbours[a].push((b, length));
             neighbours[b].push((a, length));
         }
@@ -95,8 +96,8 @@ impl Pull {
 fn mirrored(rest: &[[f32; 3]], neighbours: &[Vec<(usize, f32)>]) -> Vec<Option<usize>> {
     let nearest = |center: f32, handle: usize| {
         let [x, y, z] = rest[handle];
-        let image = [2.0 * center - x, y, z];
-        let distances = rest.iter().map(|&other| distance(image, other));
+        let image = Vec3::new(2.0 * center - x, y, z);
+        let distances = rest.iter().map(|&other| image.distance(other.into()));
         distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
     };
     let apart = |center: f32| -> f32 {
@@ -115,10 +116,6 @@ fn mirrored(rest: &[[f32; 3]], neighbours: &[Vec<(usize, f32)>]) -> Vec<Option<u
         .collect()
 }
 
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,7 +130,7 @@ mod tests {
             .collect();
         let mut neighbours = vec![Vec::new(); 6];
         for (a, b) in [(0, 1), (1, 2), (2, 3), (3, 4), (2, 5)] {
-            let length = distance(rest[a], rest[b]);
+            let length = Vec3::from(rest[a]).distance(rest[b].into());
             neighbours[a].push((b, length));
             neighbours[b].push((a, length));
         }

@@ -1,6 +1,6 @@
 //! What is open, evaluated and drawn.
 
-use crate::canvas::{Canvas, Drawn, Took};
+use crate::canvas::{Canvas, Drawn, Shown, Took};
 use crate::document::Document;
 use crate::frame_source::{FrameSource, OtherDevice, Wanted};
 use crate::orbit::Orbit;
@@ -79,7 +79,8 @@ impl Scene {
     pub(crate) fn new(
         rig: Arc<Rig>,
         name: &str,
-        (wgpu, state): (&Wgpu, &RenderState),
+        wgpu: &Wgpu,
+        state: &RenderState,
         other: Option<OtherDevice>,
     ) -> Result<Self> {
         Ok(Self {
@@ -138,26 +139,27 @@ impl Scene {
         self.times = Times::default();
         match settings.before {
             Before::Off => {}
-            Before::Shell => self.side(1, &seen, &seen.handles, (1.0, true))?,
-            Before::LargeScale => self.side(1, &seen, &seen.handles, (0.0, false))?,
+            Before::Shell => self.side(1, &seen, &seen.handles, 1.0, true)?,
+            Before::LargeScale => self.side(1, &seen, &seen.handles, 0.0, false)?,
             Before::Take => {
                 let unpulled = seen.unpulled.as_deref().unwrap_or(&seen.handles);
-                self.side(1, &seen, unpulled, (settings.gain, false))?;
+                self.side(1, &seen, unpulled, settings.gain, false)?;
             }
         }
-        self.side(0, &seen, &seen.handles, (settings.gain, false))?;
+        self.side(0, &seen, &seen.handles, settings.gain, false)?;
         self.drawn += 1;
         self.seen = Some(seen);
         Ok(true)
     }
 
-    /// Draws one side: of the shell's rig or of the rig itself.
+    /// Draws one side: of the shell's rig or of the rig itself. `gain` is what folds are multiplied by.
     fn side(
         &mut self,
         side: usize,
         seen: &Seen,
         handles: &[[f32; 3]],
-        (gain, of_shell): (f32, bool),
+        gain: f32,
+        of_shell: bool,
     ) -> Result<()> {
         let settings = &seen.settings;
         let rig = self.document.rig.clone();
@@ -207,8 +209,8 @@ impl Scene {
             marks.extend(dots(seen, handles));
         }
         let drawn = settings.look().map_or(Drawn::Skin, Drawn::Look);
-        let over = (&marks[..], seen.background);
-        let took = self.canvas.draw(side, &rig, source.vertices()?, (&seen.camera, drawn), over)?;
+        let shown = Shown { camera: &seen.camera, drawn, marks: &marks, background: seen.background };
+        let took = self.canvas.draw(side, &rig, source.vertices()?, shown)?;
         let Took { lighting, drawing } = took;
         self.times.lighting += lighting;
         self.times.drawing += drawing + begin.elapsed().saturating_sub(lighting + drawing);

@@ -83,22 +83,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let format = Format::of(&args.output)?;
     check_options(args, format)?;
     let count = listen::count(args)?;
-    match &args.take {
-        Some(take) => inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?,
-        None => {
-            inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
-        }
-    }
-    let edits = inputs::edit_files(args.edit.as_deref())?;
-    let inputs = [Some(&args.rig), args.take.as_ref(), args.reading.setup.as_ref(), args.groups.as_ref()];
-    let inputs = inputs.into_iter().flatten().chain(&edits).map(PathBuf::as_path);
-    let masks = masks::outputs(args);
-    let others = args.live.record.iter().chain(&args.strain_curves).chain(&masks);
-    let outputs: Vec<&Path> = std::iter::once(&args.output).chain(others).map(PathBuf::as_path).collect();
-    refuse_inputs(&outputs, inputs)?;
-    for output in outputs {
-        drop(AtomicFile::create(output)?);
-    }
+    check_files(args)?;
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let layers = inputs::layers(args.edit.as_deref(), &rig, &args.reading)?;
@@ -120,19 +105,8 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let Performance { rig, take, selection, .. } = &performance;
     let is_far = warn_far(rig, &take.take, &range, ui)?;
     say_what_changes_nothing(args, &take.take, is_far);
-    if format == Format::Pc2 && args.head == HeadChoice::Keep && take.take.head.is_some() {
-        log::warn!(
-            "{}: a point cache has no place for the head's motion, which is left out; --head bake puts it into the vertices",
-            args.output.display()
-        );
-    }
-    let options = export::Options {
-        max_error: args.compressed.then_some(args.max_error * 1e-3 / rig.metres_per_unit),
-        quantize: args.quantize,
-        meshopt: args.meshopt,
-        force: args.force,
-        shapes: args.shapes,
-    };
+    warn_head_left_out(args, format, &take.take);
+    let options = export_options(args, rig.metres_per_unit);
     let devices = inputs::devices(device, ui)?;
     let mut playback = performance.playback(&devices, ui)?;
     let start = Instant::now();
@@ -160,6 +134,46 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         time: start.elapsed(),
         written,
     })
+}
+
+/// That the inputs are what they should be, and that every output can be written and is none of them.
+fn check_files(args: &args::Animate) -> Result<()> {
+    match &args.take {
+        Some(take) => inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?,
+        None => {
+            inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
+        }
+    }
+    let edits = inputs::edit_files(args.edit.as_deref())?;
+    let inputs = [Some(&args.rig), args.take.as_ref(), args.reading.setup.as_ref(), args.groups.as_ref()];
+    let inputs = inputs.into_iter().flatten().chain(&edits).map(PathBuf::as_path);
+    let masks = masks::outputs(args);
+    let others = args.live.record.iter().chain(&args.strain_curves).chain(&masks);
+    let outputs: Vec<&Path> = std::iter::once(&args.output).chain(others).map(PathBuf::as_path).collect();
+    refuse_inputs(&outputs, inputs)?;
+    for output in outputs {
+        drop(AtomicFile::create(output)?);
+    }
+    Ok(())
+}
+
+fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options {
+    export::Options {
+        max_error: args.compressed.then_some(args.max_error * 1e-3 / metres_per_unit),
+        quantize: args.quantize,
+        meshopt: args.meshopt,
+        force: args.force,
+        shapes: args.shapes,
+    }
+}
+
+fn warn_head_left_out(args: &args::Animate, format: Format, take: &Take) {
+    if format == Format::Pc2 && args.head == HeadChoice::Keep && take.head.is_some() {
+        log::warn!(
+            "{}: a point cache has no place for the head's motion, which is left out; --head bake puts it into the vertices",
+            args.output.display()
+        );
+    }
 }
 
 /// The recipe that the options say; of which frames is known with the take.

@@ -43,7 +43,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         args.candidates.as_ref().map(|path| tables::read_frames(path, take.frames())).transpose()?;
     let regions = Regions::by_handles(&rig);
     let scans = args.plan.map_or(top, |scans| scans as usize);
-    let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), (scans, top), ui)?;
+    let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), scans, top, ui)?;
     if let Some(dir) = &args.report {
         let poses = poses(&rig, &take, &found, ui)?;
         with_pictures("the plan's pictures are", |painter| {
@@ -51,7 +51,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         })?;
     }
     let lines = match (&args.take_examples, &args.output) {
-        (Some(dense), Some(dir)) => cut_out(&rig, args, dense, dir, candidates.as_deref(), (&take, &found))?,
+        (Some(dense), Some(dir)) => cut_out(&rig, args, dense, dir, candidates.as_deref(), &take, &found)?,
         _ => String::new(),
     };
     ui.clear();
@@ -64,13 +64,8 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
 /// The face in each planned frame, as the rig has it now.
 fn poses(rig: &Rig, take: &Take, found: &Coverage, ui: &Ui) -> Result<Vec<Vec<[f32; 3]>>> {
     let positions = take.handle_positions(&rig.labels)?;
-    let per_frame = 3 * rig.handles.len();
-    let handles: Vec<f32> = found
-        .scans
-        .iter()
-        .flat_map(|scan| &positions[scan.frame * per_frame..][..per_frame])
-        .copied()
-        .collect();
+    let frames: Vec<&[f32]> = positions.chunks_exact(3 * rig.handles.len()).collect();
+    let handles: Vec<f32> = found.scans.iter().flat_map(|scan| frames[scan.frame]).copied().collect();
     let devices = inputs::devices(Some(inputs::processor()?), ui)?;
     let mut playback = Playback::new(rig, &devices, found.scans.len())?;
     let mut poses = Vec::new();
@@ -88,7 +83,8 @@ fn cut_out(
     dense: &Path,
     dir: &Path,
     candidates: Option<&[usize]>,
-    (take, found): (&Take, &Coverage),
+    take: &Take,
+    found: &Coverage,
 ) -> Result<String> {
     let rest = rig.rest.iter().map(|x| x.map(f64::from)).collect();
     let neutral = Mesh {

@@ -19,9 +19,19 @@ use std::time::Duration;
 /// No animated file is to become larger than about this: longer ones are cut to a range of frames.
 const MAX_FILE_BYTES: usize = 1_000_000_000;
 
-/// The animated files, about how many bytes each needs per vertex and frame while it is written, and whether it is
-/// compressed: a web page can hold no target for each frame.
-const ANIMATIONS: [(&str, usize, bool); 2] = [("face.usd", 24, false), ("face.glb", 24, true)];
+/// An animated file.
+struct Animation {
+    file: &'static str,
+    /// About how many bytes it needs per vertex and frame while it is written.
+    bytes_per_vertex: usize,
+    compressed: bool,
+}
+
+/// A web page can hold no target for each frame, so what is for it is compressed.
+const ANIMATIONS: [Animation; 2] = [
+    Animation { file: "face.usd", bytes_per_vertex: 24, compressed: false },
+    Animation { file: "face.glb", bytes_per_vertex: 24, compressed: true },
+];
 
 /// The film, which is to be a small part of the whole on two processors.
 #[cfg(feature = "film")]
@@ -36,6 +46,22 @@ struct Steps(Vec<[String; 3]>);
 impl Steps {
     fn add(&mut self, name: &str, what: String, time: Duration) {
         self.0.push([name.to_owned(), human::duration(time), what]);
+    }
+
+    /// The steps from the project file to the rig file.
+    fn add_solved(&mut self, solved: &solve::Solved) {
+        let made = format!(
+            "{}, {}, bending length {} {}",
+            human::counted(solved.rig.strain_edges.len(), "strain edge"),
+            human::counted(solved.rig.influences(), "influence"),
+            human::number(solved.rig.bending_length),
+            human::unit(solved.rig.metres_per_unit)
+        );
+        let written = format!("face.safetensors, {}", human::bytes(solved.bytes));
+        self.add("read it back", "face.toml and the files it names".to_owned(), solved.reading);
+        self.add("examine the face", "no errors: it can be solved".to_owned(), solved.examining);
+        self.add("solve", made, solved.solving);
+        self.add("write the rig", written, solved.writing);
     }
 }
 
@@ -80,69 +106,16 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     let (written, time) = timed(|| write_inputs(dir, &face, &take, ui));
     steps.add("write the input", written?, time);
 
-    let ranges = ANIMATIONS.map(|(file, bytes, compressed)| (file, range(&face, &take, bytes), compressed));
+    let ranges = ANIMATIONS.map(|animation| range(&face, &take, animation.bytes_per_vertex));
     #[cfg(feature = "film")]
     let filmed = around_strongest(&face, &take, FILM_FRAMES);
     let frames = take.frames();
     drop((face, take));
 
     let rig = dir.join("face.safetensors");
-    let solved = solve::solve(&dir.join("face.toml"), &rig, Reach::Below, ui)?;
-    steps.add("read it back", "face.toml and the files it names".to_owned(), solved.reading);
-    steps.add("examine the face", "no errors: it can be solved".to_owned(), solved.examining);
-    let made = format!(
-        "{}, {}, bending length {} {}",
-        human::counted(solved.rig.strain_edges.len(), "strain edge"),
-        human::counted(solved.rig.influences(), "influence"),
-        human::number(solved.rig.bending_length),
-        human::unit(solved.rig.metres_per_unit)
-    );
-    steps.add("solve", made, solved.solving);
-    steps.add("write the rig", format!("face.safetensors, {}", human::bytes(solved.bytes)), solved.writing);
-    drop(solved);
-
-    for (file, range, compressed) in ranges {
-        let whole = range == FrameRange::default();
-        let job = args::Animate {
-            reading: args::TakeReading::default(),
-            rig: rig.clone(),
-            take: Some(dir.join("performance.csv")),
-            live: args::Listen::default(),
-            output: dir.join(file),
-            device: "auto".to_owned(),
-            frames: args::FramesChoice::Range(range),
-            stage: StageChoice::Full,
-            fps: None,
-            fade_detail: false,
-            detail: 1.0,
-            detail_of: Vec::new(),
-            edit: None,
-            head: HeadChoice::Keep,
-            channels: args::Channels::default(),
-            wrinkle_group: Vec::new(),
-            masks: None,
-            masks_to: None,
-            strain_curves: None,
-            groups: None,
-            refine: false,
-            compressed,
-            max_error: 0.1,
-            quantize: false,
-            meshopt: false,
-            force: false,
-            shapes: None,
-        };
-        let done = animate::animate(&job, ui)?;
-        let mut made =
-            format!("{file}, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.written.bytes));
-        if !whole {
-            let first = range.start.unwrap_or(0);
-            made += &format!(
-                " (frames {first} to {} of {frames}: with all of them the file would exceed 1 GB)",
-                first + done.frames - 1
-            );
-        }
-        steps.add(&format!("animate on {}", done.device.id()), made, done.time);
+    steps.add_solved(&solve::solve(&dir.join("face.toml"), &rig, Reach::Below, ui)?);
+    for (animation, range) in ANIMATIONS.iter().zip(ranges) {
+        animate(dir, &rig, animation, range, frames, ui, steps)?;
     }
     #[cfg(feature = "wgpu")]
     {
@@ -150,6 +123,60 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
         #[cfg(feature = "film")]
         draw(dir, &rig, "face.mp4", filmed, Some(FILM_SIZE), ui, steps)?;
     }
+    Ok(())
+}
+
+/// An animated file of a range of all `frames`.
+fn animate(
+    dir: &Path,
+    rig: &Path,
+    animation: &Animation,
+    range: FrameRange,
+    frames: usize,
+    ui: &Ui,
+    steps: &mut Steps,
+) -> Result<()> {
+    let Animation { file, compressed, .. } = *animation;
+    let job = args::Animate {
+        reading: args::TakeReading::default(),
+        rig: rig.to_owned(),
+        take: Some(dir.join("performance.csv")),
+        live: args::Listen::default(),
+        output: dir.join(file),
+        device: "auto".to_owned(),
+        frames: args::FramesChoice::Range(range),
+        stage: StageChoice::Full,
+        fps: None,
+        fade_detail: false,
+        detail: 1.0,
+        detail_of: Vec::new(),
+        edit: None,
+        head: HeadChoice::Keep,
+        channels: args::Channels::default(),
+        wrinkle_group: Vec::new(),
+        masks: None,
+        masks_to: None,
+        strain_curves: None,
+        groups: None,
+        refine: false,
+        compressed,
+        max_error: 0.1,
+        quantize: false,
+        meshopt: false,
+        force: false,
+        shapes: None,
+    };
+    let done = animate::animate(&job, ui)?;
+    let mut made =
+        format!("{file}, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.written.bytes));
+    if range != FrameRange::default() {
+        let first = range.start.unwrap_or(0);
+        made += &format!(
+            " (frames {first} to {} of {frames}: with all of them the file would exceed 1 GB)",
+            first + done.frames - 1
+        );
+    }
+    steps.add(&format!("animate on {}", done.device.id()), made, done.time);
     Ok(())
 }
 

@@ -105,12 +105,13 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         }
         _ => format!("{}, spread over the face: no take was found", face.handles.labels.len()),
     };
-    say((folder, elsewhere), &face, unit_name, &left_out, handles, take.as_deref())
+    say(folder, elsewhere, &face, unit_name, &left_out, handles, take.as_deref())
 }
 
-/// What was decided, and what comes next.
+/// What was decided, and what comes next. `elsewhere` is the flag that the solve needs for files beside the project's folder, or nothing.
 fn say(
-    (folder, elsewhere): (&Path, &str),
+    folder: &Path,
+    elsewhere: &str,
     face: &Face,
     unit: &str,
     left_out: &[PathBuf],

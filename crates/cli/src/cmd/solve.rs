@@ -117,7 +117,7 @@ pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result
     let sculpted = project.examples.iter().find_map(|example| Some((example.take.clone()?, example.frame?)));
     if let (Some(without), Some((take, frame))) = (without, sculpted) {
         let take = rhytid::formats::named_file(path, &take, "[[example]] take", reach)?;
-        solved.sculpted = Some(what_is_sculpted(&without, &names, &solved.rig, (&take, frame), ui)?);
+        solved.sculpted = Some(what_is_sculpted(&without, &names, &solved.rig, &take, frame, ui)?);
     }
     Ok(solved)
 }
@@ -169,7 +169,8 @@ fn what_is_sculpted(
     without: &Face,
     names: &[&str],
     rig: &Rig,
-    (path, frame): (&Path, usize),
+    path: &Path,
+    frame: usize,
     ui: &Ui,
 ) -> Result<String> {
     let before: Rig = rhytid::solve::solve(without, ui)?.cast();

@@ -58,7 +58,7 @@ fn the_performance_that_the_examples_are_of_is_covered_and_a_thrown_one_is_not()
     let rig = rig(&face);
     let regions = Regions::by_handles(&rig);
     let take = rhytid_demo::performance(&face);
-    let found = coverage(&rig, &take, &regions, None, (3, 3), &NoProgress).unwrap();
+    let found = coverage(&rig, &take, &regions, None, 3, 3, &NoProgress).unwrap();
     let sigma = found.sigma.unwrap();
     assert_eq!(sigma.far, [], "{:?}", sigma.far);
     assert!(found.left < 1.0 && found.scans.len() == 3);
@@ -85,12 +85,12 @@ fn the_performance_that_the_examples_are_of_is_covered_and_a_thrown_one_is_not()
     assert!(worst > 2.0 * FAR, "{worst}");
     // Candidates are all that is chosen from, whether their markers were seen or not.
     let candidates = [7, 3, 50];
-    let found = coverage(&rig, &take, &regions, Some(&candidates), (9, 9), &NoProgress).unwrap();
+    let found = coverage(&rig, &take, &regions, Some(&candidates), 9, 9, &NoProgress).unwrap();
     let mut chosen: Vec<usize> = found.scans.iter().map(|scan| scan.frame).collect();
     chosen.sort();
     assert_eq!(chosen, [3, 7, 50]);
-    let error = coverage(&rig, &take, &regions, Some(&[take.frames()]), (1, 1), &NoProgress).unwrap_err();
+    let error = coverage(&rig, &take, &regions, Some(&[take.frames()]), 1, 1, &NoProgress).unwrap_err();
     assert!(error.to_string().contains("can't be scanned"), "{error}");
     let guessed = Take { confidence: Some(vec![0.5; take.positions.len()]), ..take };
-    assert_eq!(coverage(&rig, &guessed, &regions, None, (9, 9), &NoProgress).unwrap().scans, []);
+    assert_eq!(coverage(&rig, &guessed, &regions, None, 9, 9, &NoProgress).unwrap().scans, []);
 }

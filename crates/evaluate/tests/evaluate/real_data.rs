@@ -116,7 +116,7 @@ fn scans_that_markers_alone_choose_are_good_ones() {
     let candidates = tables::read_frames(&shared.join("data/truth/rom_3_frames.csv"), take.frames()).unwrap();
     let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
     let regions = Regions::by_handles(&rig);
-    let plan = coverage(&rig, &take, &regions, Some(&candidates), (6, 6), &NoProgress).unwrap();
+    let plan = coverage(&rig, &take, &regions, Some(&candidates), 6, 6, &NoProgress).unwrap();
     assert_eq!((plan.sigma, plan.left), (None, 1.0));
     let mut meshes = sequence(&shared, &face);
     let chosen: Vec<usize> =

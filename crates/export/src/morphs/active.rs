@@ -12,6 +12,7 @@
 use super::fit::{Fit, combine, distances, follow, narrow, outer};
 use super::linear::{eigen, extend, product};
 use faer::Mat;
+use glam::Vec3;
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -29,7 +30,7 @@ const GROUP: usize = 32;
 #[derive(Clone, Copy)]
 pub(super) struct Pull {
     frame: u32,
-    u: [f32; 3],
+    u: Vec3,
 }
 
 /// Vertices near the bound or beyond it.
@@ -49,7 +50,7 @@ struct Entry {
     /// Counted among the active ones of the part.
     vertex: usize,
     frame: usize,
-    d: [f32; 3],
+    d: Vec3,
 }
 
 /// What pulling the vertices of one part came to.
@@ -144,13 +145,13 @@ fn pull(q: &Mat<f64>, t: &mut [f32], y: &[f32], pulls: &mut [Vec<Pull>], bound: 
                 let t = &mut t[3 * group[0].vertex * n..][..3 * n];
                 for entry in group {
                     let q = &rows[entry.frame * n..][..n];
-                    for (t, d) in t.chunks_exact_mut(n).zip(entry.d) {
+                    for (t, d) in t.chunks_exact_mut(n).zip(entry.d.to_array()) {
                         t.iter_mut().zip(q).for_each(|(t, q)| *t += d * q);
                     }
                 }
                 for entry in group {
                     let b = &mut part.b[entry.frame * n..][..n];
-                    for (t, d) in t.chunks_exact(n).zip(entry.d) {
+                    for (t, d) in t.chunks_exact(n).zip(entry.d.to_array()) {
                         b.iter_mut().zip(t).for_each(|(b, t)| *b += d * t);
                     }
                 }
@@ -182,14 +183,14 @@ impl Part {
             }
             self.over += usize::from(square > bound * bound);
             let old = old.unwrap_or_default();
-            let r = [0, 1, 2].map(|c| y[c * f + frame] - m[c * f + frame] - old[c]);
-            let length = (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).sqrt();
-            let beyond = (1.0 - radius / length).max(0.0);
-            let u = r.map(|r| -r * beyond);
+            let at = |x: &[f32]| Vec3::new(x[frame], x[f + frame], x[2 * f + frame]);
+            let r = at(y) - at(m) - old;
+            let beyond = (1.0 - radius / r.length()).max(0.0);
+            let u = -r * beyond;
             if beyond > 0.0 {
                 pulls.push(Pull { frame: frame as u32, u });
             }
-            self.entries.push(Entry { vertex, frame, d: [0, 1, 2].map(|c| old[c] - 2.0 * u[c]) });
+            self.entries.push(Entry { vertex, frame, d: old - 2.0 * u });
         }
     }
 }
@@ -221,7 +222,9 @@ fn extended(s: &Mat<f64>, p: &[f32], n: usize, parts: &[Part]) -> Vec<f32> {
         }
         for entry in &part.entries {
             let s = &rows[entry.frame * new..][..new];
-            for (r, d) in r[3 * entry.vertex * width..][..3 * width].chunks_exact_mut(width).zip(entry.d) {
+            for (r, d) in
+                r[3 * entry.vertex * width..][..3 * width].chunks_exact_mut(width).zip(entry.d.to_array())
+            {
                 r[n..].iter_mut().zip(s).for_each(|(r, s)| *r += d * s);
             }
         }

@@ -151,8 +151,8 @@ fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
                 y.chunks(3 * f).zip(m.chunks(3 * f)).map(largest).collect()
             })
             .collect();
-        for (i, (error, over)) in found.into_iter().flatten().enumerate() {
-            let vertex = first + i;
+        let vertices = found.into_iter().flatten().zip(block.values.chunks_exact(3 * f));
+        for (vertex, ((error, over), y)) in (first..).zip(vertices) {
             active.over += over;
             if error <= NEAR * bound && fit.pulls[vertex].is_empty() {
                 continue;
@@ -162,7 +162,7 @@ fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
                 continue;
             }
             active.vertices.push(vertex);
-            active.y.extend(&block.values[i * 3 * f..][..3 * f]);
+            active.y.extend(y);
         }
     }
     Ok(active)

@@ -4,6 +4,7 @@ use super::frames::{Attribute, Frames, TASK};
 use super::linear::product;
 use super::values::{Values, Worst};
 use faer::{Mat, MatRef};
+use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -47,19 +48,15 @@ pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst
                 let mut sum = 0.0;
                 for v in 0..columns / 3 {
                     let columns = [3 * v, 3 * v + 1, 3 * v + 2];
-                    let shift = [0, 1, 2].map(|c| f64::from(stored.translation[c]));
-                    let base = columns.map(|c| scale * stored.base.get(start + c));
-                    let size = |c: usize| {
-                        let targets: f64 = t[columns[c] * k..][..k].iter().map(|t| t.abs()).sum();
-                        shift[c].abs() + base[c].abs() + targets
-                    };
-                    let noise = rounding * length([size(0), size(1), size(2)]);
+                    let shift = DVec3::from(stored.translation.map(f64::from));
+                    let base = DVec3::from(columns.map(|c| scale * stored.base.get(start + c)));
+                    let targets = |c: usize| t[c * k..][..k].iter().map(|t| t.abs()).sum::<f64>();
+                    let size = shift.abs() + base.abs() + DVec3::from(columns.map(targets));
+                    let noise = rounding * size.length();
                     for i in 0..f {
-                        let d = [0, 1, 2].map(|c| {
-                            let column = columns[c];
-                            shift[c] + base[c] + moved[(i, column)] - f64::from(values[column * f + i])
-                        });
-                        let error = length(d);
+                        let moved = DVec3::from(columns.map(|c| moved[(i, c)]));
+                        let given = DVec3::from(columns.map(|c| f64::from(values[c * f + i])));
+                        let error = (shift + base + moved - given).length();
                         sum += error * error;
                         if error + noise > worst.error {
                             worst = Worst { error: error + noise, frame: i, vertex: start / 3 + v };
@@ -77,8 +74,4 @@ pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst
         }
     }
     Ok((worst, (sum / (f * frames.vertices()) as f64).sqrt()))
-}
-
-fn length(d: [f64; 3]) -> f64 {
-    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
 }

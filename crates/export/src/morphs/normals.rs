@@ -5,6 +5,7 @@ use super::fit::{follow, project};
 use super::frames::{Attribute, Frames};
 use super::rounding::{Span, to_i8};
 use super::values::Values;
+use glam::DVec3;
 use rhytid_core::Result;
 
 /// A base normal shorter than this is made longer only by as much, or its vertex's offsets would grow without bound.
@@ -19,7 +20,7 @@ pub(super) struct Normals {
     t: Vec<f32>,
     spans: Vec<Span>,
     /// V×3, not yet of length 1: the sums at weights 0.
-    base: Vec<[f64; 3]>,
+    base: Vec<DVec3>,
     /// What the offsets of each vertex are multiplied with, V.
     scales: Vec<f64>,
     /// For each target, its largest offset at the full range of its weights.
@@ -44,19 +45,19 @@ impl Normals {
             let mut components = vertex.chunks(n).map(|t| {
                 f64::from(t[0]) + t[1..].iter().zip(weights).map(|(&t, w)| f64::from(t) * w).sum::<f64>()
             });
-            [0, 1, 2].map(|_| components.next().unwrap_or(0.0))
+            DVec3::from([0, 1, 2].map(|_| components.next().unwrap_or(0.0)))
         };
         let (mut base, mut scales) = (Vec::new(), Vec::new());
         for vertex in t.chunks(3 * n) {
             let at_zero = at(vertex, &zeros);
             let offsets = vertex.chunks(n).flat_map(|t| t[1..].iter().zip(spans));
             let largest = offsets.map(|(&t, span)| (f64::from(t) * span.range).abs()).fold(0.0, f64::max);
-            if quantize && largest > length(at_zero) {
-                let (part, turned) = turning(at(vertex, &means), at_zero, largest);
-                scales.push(part / length(turned).max(f64::MIN_POSITIVE));
-                base.push(turned);
+            if quantize && largest > at_zero.length() {
+                let turned = turning(at(vertex, &means), at_zero, largest);
+                scales.push(turned.part / turned.base.length().max(f64::MIN_POSITIVE));
+                base.push(turned.base);
             } else {
-                scales.push(1.0 / length(at_zero).max(SHORTEST));
+                scales.push(1.0 / at_zero.length().max(SHORTEST));
                 base.push(at_zero);
             }
         }
@@ -95,8 +96,8 @@ impl Normals {
     /// The unit normals of the base mesh; (0, 0, 1) where there is none.
     pub(super) fn base(&self, quantize: bool) -> Values {
         let unit = self.base.iter().flat_map(|&n| {
-            let l = length(n);
-            if l > 1e-6 { n.map(|x| x / l) } else { [0.0, 0.0, 1.0] }
+            let length = n.length();
+            if length > 1e-6 { (n / length).to_array() } else { [0.0, 0.0, 1.0] }
         });
         if quantize {
             Values::I8(unit.map(to_i8).collect())
@@ -106,19 +107,22 @@ impl Normals {
     }
 }
 
+/// A vertex that turns less.
+struct Turned {
+    /// Of its turning, from 0 to 1.
+    part: f64,
+    base: DVec3,
+}
+
 /// Where a vertex's normals nearly cancel at weights 0, its offsets are longer than its base, and no normalised integer holds
 /// them; for a handful of such vertices whole targets would be of 32 bits. So these turn less about their mean over the frames: the
 /// largest part of their turning with which the base is as long as the `largest` offset, and the base with that.
-fn turning(mean: [f64; 3], at_zero: [f64; 3], largest: f64) -> (f64, [f64; 3]) {
-    let base = |part: f64| [0, 1, 2].map(|c| (1.0 - part) * mean[c] + part * at_zero[c]);
+fn turning(mean: DVec3, at_zero: DVec3, largest: f64) -> Turned {
+    let base = |part: f64| (1.0 - part) * mean + part * at_zero;
     let (mut enough, mut most) = (0.0, 1.0);
     for _ in 0..HALVINGS {
         let part = f64::midpoint(enough, most);
-        if part * largest <= length(base(part)) { enough = part } else { most = part }
+        if part * largest <= base(part).length() { enough = part } else { most = part }
     }
-    (enough, base(enough))
-}
-
-fn length(n: [f64; 3]) -> f64 {
-    (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt()
+    Turned { part: enough, base: base(enough) }
 }

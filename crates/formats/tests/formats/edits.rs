@@ -99,7 +99,7 @@ fn full() -> Edits {
             amount: curve(&[(0.0, 2.0)], step),
             ease: step,
         }],
-        holds: vec![Hold { region: some("lids"), frames: (100, 110), at: Some(99), ease: 3 }],
+        holds: vec![Hold { region: some("lids"), frames: 100..110, at: Some(99), ease: 3 }],
         corrections: vec![Correction {
             mesh: "smile.obj".into(),
             frame: 120,

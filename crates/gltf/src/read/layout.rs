@@ -91,51 +91,66 @@ enum Axis {
     Z,
 }
 
-impl Layout {
-    pub(super) fn of(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
-        let fault = |what: &str| Error::malformed(format!("{name}: {what}"));
-        let ours = |what: &str| {
-            fault(&format!("{what}; expected a file that Rhytid has written"))
-                .of_kind(InputErrorKind::UnsupportedFormat)
-        };
-        let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
-        if let Some(unknown) = root.extensions_required.iter().find(|name| !known.contains(&name.as_str())) {
-            return Err(fault(&format!("requires the extension {unknown}, which Rhytid never writes"))
-                .of_kind(InputErrorKind::UnsupportedFormat));
-        }
-        let scene =
-            root.scenes.get(root.scene.map_or(0, |scene| scene.value())).ok_or(ours("has no scene"))?;
-        let extras = scene.extras.as_ref().ok_or(ours("says nothing of its frames"))?;
-        let extras: Extras = serde_json::from_str(extras.get())
-            .map_err(|e| ours(&format!("does not say of its frames what it should ({e})")))?;
+/// Makes errors of a file.
+#[derive(Clone, Copy)]
+struct Faults<'a> {
+    /// What the file is called.
+    name: &'a str,
+}
+
+impl Faults<'_> {
+    /// What is wrong with a file.
+    fn of_file(self, what: &str) -> Error {
+        Error::malformed(format!("{}: {what}", self.name))
+    }
+
+    /// What other programs' files have, or lack.
+    fn of_others(self, what: &str) -> Error {
+        self.of_file(&format!("{what}; expected a file that Rhytid has written"))
+            .of_kind(InputErrorKind::UnsupportedFormat)
+    }
+}
+
+impl Extras {
+    /// Those of a scene, whose numbers are in their range.
+    fn of(scene: &::gltf::json::Scene, faults: Faults<'_>) -> Result<Self> {
+        let extras = scene.extras.as_ref().ok_or(faults.of_others("says nothing of its frames"))?;
+        let extras: Self = serde_json::from_str(extras.get())
+            .map_err(|e| faults.of_others(&format!("does not say of its frames what it should ({e})")))?;
         if extras.frames == 0 {
-            return Err(fault("has 0 frames, expected at least 1"));
+            return Err(faults.of_file("has 0 frames, expected at least 1"));
         }
         for (what, number) in [("rate", extras.frames_per_second), ("unit", extras.metres_per_unit)] {
             if !(number.is_finite() && number > 0.0) {
-                return Err(fault(&format!("has a {what} of {number}, expected a number above 0")));
+                let what = format!("has a {what} of {number}, expected a number above 0");
+                return Err(faults.of_file(&what));
             }
         }
         if !extras.first_time_code.is_finite() {
-            return Err(fault("has a first time code that is not finite"));
+            return Err(faults.of_file("has a first time code that is not finite"));
         }
+        Ok(extras)
+    }
+}
 
-        let (head, mesh_node) =
-            nodes(root, scene).ok_or(ours("has other nodes than a head and a mesh on it"))?;
-        let node = root.nodes.get(mesh_node).ok_or(ours("has no node with a mesh"))?;
-        let mesh_index = node.mesh.ok_or(ours("has no mesh"))?.value();
-        let mesh = root.meshes.get(mesh_index).ok_or(ours("has no mesh"))?;
-        let [primitive] = &mesh.primitives[..] else {
-            return Err(ours(&format!("has {} parts of a mesh", mesh.primitives.len())));
-        };
-        let attribute = |semantic| primitive.attributes.get(&Valid(semantic)).map(::gltf::json::Index::value);
-        let extra = |name: &str| attribute(Semantic::Extras(name.trim_start_matches('_').into()));
-        let mut base = vec![attribute(Semantic::Positions), attribute(Semantic::Normals)];
+/// What the base mesh has.
+struct Base {
+    /// Of positions, normals and each of the attributes.
+    accessors: Vec<Option<usize>>,
+    /// What it has besides positions and normals.
+    attributes: Vec<Attribute>,
+}
+
+impl Base {
+    /// `stated` is what the file says of its attributes' channels.
+    fn of(primitive: &Primitive, stated: &BTreeMap<String, Vec<Stated>>) -> Self {
+        let mut accessors =
+            vec![accessor(primitive, Semantic::Positions), accessor(primitive, Semantic::Normals)];
         let mut attributes: Vec<Attribute> = Vec::new();
         for (semantic, accessor) in &primitive.attributes {
             let Valid(Semantic::Extras(name)) = semantic else { continue };
             let name = format!("_{name}");
-            let Some(found) = Attribute::of_file(&name, extras.attributes.get(&name)) else { continue };
+            let Some(found) = Attribute::of_file(&name, stated.get(&name)) else { continue };
             // A channel is in one place.
             let of_others = attributes.iter().flat_map(|other| &other.channels);
             let others: Vec<&Channel> =
@@ -145,30 +160,41 @@ impl Layout {
             };
             if !found.channels.iter().enumerate().any(is_known) {
                 attributes.push(found);
-                base.push(Some(accessor.value()));
+                accessors.push(Some(accessor.value()));
             }
         }
-        let (ids, indices) = (extra("_VERTEX_ID"), primitive.indices);
+        Self { accessors, attributes }
+    }
+}
+
+impl Layout {
+    pub(super) fn of(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
+        let faults = Faults { name };
+        let ours = |what: &str| faults.of_others(what);
+        refuse_unknown_extensions(root, faults)?;
+        let scene =
+            root.scenes.get(root.scene.map_or(0, |scene| scene.value())).ok_or(ours("has no scene"))?;
+        let extras = Extras::of(scene, faults)?;
+
+        let (head, mesh_node) =
+            nodes(root, scene).ok_or(ours("has other nodes than a head and a mesh on it"))?;
+        let node = root.nodes.get(mesh_node).ok_or(ours("has no node with a mesh"))?;
+        let mesh_index = node.mesh.ok_or(ours("has no mesh"))?.value();
+        let mesh = root.meshes.get(mesh_index).ok_or(ours("has no mesh"))?;
+        let [primitive] = &mesh.primitives[..] else {
+            return Err(ours(&format!("has {} parts of a mesh", mesh.primitives.len())));
+        };
+        let Base { accessors: base, mut attributes } = Base::of(primitive, &extras.attributes);
+        let ids = accessor(primitive, Semantic::Extras("VERTEX_ID".into()));
         let (Some(ids), Some(indices), Some(_), Valid(Mode::Triangles)) =
-            (ids, indices, base[0], primitive.mode)
+            (ids, primitive.indices, base[0], primitive.mode)
         else {
             return Err(ours("has no triangles of vertices with positions and _VERTEX_ID"));
         };
         let targets =
             self::targets(primitive, targets.get(mesh_index).map_or(&[], Vec::as_slice), &attributes);
-        // What no target has is the same in all frames.
-        for (i, attribute) in attributes.iter_mut().enumerate() {
-            if !targets.is_empty() && targets.iter().all(|target| target[2 + i].is_none()) {
-                attribute.channels.iter_mut().for_each(|channel| channel.timing = Timing::Constant);
-            }
-        }
-        let is_expected = |(i, base): (usize, &Option<usize>)| {
-            base.is_some() && (i < 2 || !attributes[i - 2].is_constant())
-        };
-        let expected: Vec<bool> = base.iter().enumerate().map(is_expected).collect();
-        let same =
-            |target: &Vec<Option<usize>>| target.iter().map(Option::is_some).eq(expected.iter().copied());
-        if let Some(odd) = targets.iter().position(|target| !same(target)) {
+        hold_what_no_target_has(&mut attributes, &targets);
+        if let Some(odd) = odd_target(&targets, &base, &attributes) {
             return Err(ours(&format!("has a target {odd} (from 0) with other attributes than the mesh")));
         }
 
@@ -199,7 +225,7 @@ impl Layout {
         };
         layout.find_channels(root, mesh_node, head).ok_or(ours("animates something else than a face"))?;
         if !(layout.to_mesh * layout.node).is_finite() {
-            return Err(fault("has a node whose numbers are not finite; the file is damaged"));
+            return Err(faults.of_file("has a node whose numbers are not finite; the file is damaged"));
         }
         if layout.weights.is_some() == layout.targets.is_empty() || layout.head.is_some() != head.is_some() {
             return Err(ours("has targets or a head that nothing moves, or the other way round"));
@@ -238,6 +264,42 @@ impl Layout {
         };
         Some(())
     }
+}
+
+fn refuse_unknown_extensions(root: &Root, faults: Faults<'_>) -> Result<()> {
+    let known = ["KHR_mesh_quantization", meshopt::EXTENSION];
+    match root.extensions_required.iter().find(|name| !known.contains(&name.as_str())) {
+        Some(unknown) => Err(faults
+            .of_file(&format!("requires the extension {unknown}, which Rhytid never writes"))
+            .of_kind(InputErrorKind::UnsupportedFormat)),
+        None => Ok(()),
+    }
+}
+
+fn accessor(primitive: &Primitive, semantic: Semantic) -> Option<usize> {
+    primitive.attributes.get(&Valid(semantic)).map(::gltf::json::Index::value)
+}
+
+/// What no target has is the same in all frames.
+fn hold_what_no_target_has(attributes: &mut [Attribute], targets: &[Vec<Option<usize>>]) {
+    for (i, attribute) in attributes.iter_mut().enumerate() {
+        if !targets.is_empty() && targets.iter().all(|target| target[2 + i].is_none()) {
+            attribute.channels.iter_mut().for_each(|channel| channel.timing = Timing::Constant);
+        }
+    }
+}
+
+/// The first target that has other attributes than those of the mesh that change.
+fn odd_target(
+    targets: &[Vec<Option<usize>>],
+    base: &[Option<usize>],
+    attributes: &[Attribute],
+) -> Option<usize> {
+    let is_expected =
+        |(i, base): (usize, &Option<usize>)| base.is_some() && (i < 2 || !attributes[i - 2].is_constant());
+    let expected: Vec<bool> = base.iter().enumerate().map(is_expected).collect();
+    let same = |target: &Vec<Option<usize>>| target.iter().map(Option::is_some).eq(expected.iter().copied());
+    targets.iter().position(|target| !same(target))
 }
 
 /// The head's node, if there is one, and the mesh's; `None` if there are others.

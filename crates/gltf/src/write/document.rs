@@ -246,20 +246,10 @@ impl Document {
             }
             None => None,
         };
-        if let Some(Deviation { worst, at: (frame, vertex), rms }) = error {
-            let millimetres = |x: f64| x * metres_per_unit * 1000.0;
-            extras["error"] = json!({
-                "worstMillimetres": millimetres(worst), "rmsMillimetres": millimetres(rms),
-                "frame": frame, "vertex": vertex,
-            });
+        if let Some(error) = error {
+            extras["error"] = stated(error, metres_per_unit);
         }
-        let mut extensions = Vec::new();
-        if self.quantized {
-            extensions.push(QUANTIZATION.to_owned());
-        }
-        if self.buffers.meshopt {
-            extensions.push(meshopt::EXTENSION.to_owned());
-        }
+        let extensions = extensions(self.quantized, self.buffers.meshopt);
         let targets = self.targets.len();
         let primitive = Primitive {
             attributes: self
@@ -306,17 +296,42 @@ impl Document {
             extensions_required: extensions,
             ..Root::default()
         };
-        let internal = |e: serde_json::Error| Error::Internal(format!("a glTF document: {e}"));
-        let json = if self.target_extras.is_empty() {
-            root.to_vec().map_err(internal)?
-        } else {
-            let mut document = serde_json::to_value(&root).map_err(internal)?;
-            attributes::add_to_targets(&mut document, &self.target_extras);
-            serde_json::to_vec(&document).map_err(internal)?
-        };
-        let bytes = self.buffers.container.finish(json, progress)?;
+        let bytes = self.buffers.container.finish(text(&root, &self.target_extras)?, progress)?;
         Ok(Written { bytes, targets: Some(targets), error })
     }
+}
+
+/// How far positions are from those that came in, as the scene's extras say it.
+fn stated(error: Deviation, metres_per_unit: f64) -> Value {
+    let Deviation { worst, at: (frame, vertex), rms } = error;
+    let millimetres = |x: f64| x * metres_per_unit * 1000.0;
+    json!({
+        "worstMillimetres": millimetres(worst), "rmsMillimetres": millimetres(rms),
+        "frame": frame, "vertex": vertex,
+    })
+}
+
+/// The extensions that a reader has to know.
+fn extensions(is_quantized: bool, is_meshopt: bool) -> Vec<String> {
+    let mut extensions = Vec::new();
+    if is_quantized {
+        extensions.push(QUANTIZATION.to_owned());
+    }
+    if is_meshopt {
+        extensions.push(meshopt::EXTENSION.to_owned());
+    }
+    extensions
+}
+
+/// The JSON, with what targets have besides, for which `root` has no place.
+fn text(root: &Root, target_extras: &[Extras]) -> Result<Vec<u8>> {
+    let internal = |e: serde_json::Error| Error::Internal(format!("a glTF document: {e}"));
+    if target_extras.is_empty() {
+        return root.to_vec().map_err(internal);
+    }
+    let mut document = serde_json::to_value(root).map_err(internal)?;
+    attributes::add_to_targets(&mut document, target_extras);
+    serde_json::to_vec(&document).map_err(internal)
 }
 
 /// A node that takes what is stored to metres with Y up.

@@ -121,7 +121,7 @@ impl Exporter for Exact {
         let stored = vectors(&self.base).iter().zip(vectors(&offsets));
         for (v, (given, (base, offset))) in vectors(positions).iter().zip(stored).enumerate() {
             let stored = std::array::from_fn(|axis| f64::from(base[axis]) + f64::from(offset[axis]));
-            self.measure.add((k, v), given.map(f64::from), stored);
+            self.measure.add(k, v, given.map(f64::from), stored);
         }
         let normals = normals.map(|normals| floats(normal_differences(&self.base_normals, normals)));
         self.document.target(self.timing.name(k), &floats(offsets), normals.as_ref())?;

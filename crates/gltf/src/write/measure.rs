@@ -1,5 +1,6 @@
 //! The distance of what is stored from what was given.
 
+use glam::DVec3;
 use rhytid_export::Deviation;
 
 /// Collects the distances of all vertices in all frames.
@@ -15,12 +16,11 @@ pub(super) struct Measure {
 }
 
 impl Measure {
-    /// Vertex `at.1` of frame `at.0` was to be at `given` and is stored so that it is at `stored`, by exact
-    /// arithmetic.
-    pub(super) fn add(&mut self, at: (usize, usize), given: [f64; 3], stored: [f64; 3]) {
-        let squared: f64 = given.iter().zip(stored).map(|(a, b)| (a - b).powi(2)).sum();
+    /// This `vertex` was to be at `given` in this `frame`, and is stored so that it is at `stored`, by exact arithmetic.
+    pub(super) fn add(&mut self, frame: usize, vertex: usize, given: [f64; 3], stored: [f64; 3]) {
+        let squared = DVec3::from(given).distance_squared(DVec3::from(stored));
         if squared > self.worst {
-            (self.worst, self.at) = (squared, at);
+            (self.worst, self.at) = (squared, (frame, vertex));
         }
         self.sum += squared;
         self.count += 1;

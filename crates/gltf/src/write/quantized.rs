@@ -129,7 +129,7 @@ fn add(measure: &mut Measure, grid: &Grid, k: usize, positions: &[f32], [base, p
     let stored = vectors(base).iter().zip(vectors(points));
     for (v, (given, (base, offset))) in positions.as_chunks::<3>().0.iter().zip(stored).enumerate() {
         let point = std::array::from_fn(|axis| i32::from(base[axis]) + i32::from(offset[axis]));
-        measure.add((k, v), given.map(f64::from), grid.position(point));
+        measure.add(k, v, given.map(f64::from), grid.position(point));
     }
 }
 

@@ -95,7 +95,7 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
         for (v, ((rest, offset), (base, point))) in given.zip(stored).enumerate() {
             let given = std::array::from_fn(|axis| f64::from(rest[axis]) + f64::from(offset[axis]));
             let point = std::array::from_fn(|axis| i32::from(base[axis]) + i32::from(point[axis]));
-            measure.add((k, v), given, grid.position(point));
+            measure.add(k, v, given, grid.position(point));
         }
         let to_normals = shape.normal_offsets.as_ref().map(|offsets| {
             let to: Vec<f32> = normals.iter().zip(offsets.as_flattened()).map(|(a, b)| a + b).collect();

@@ -79,8 +79,7 @@ impl Header {
     }
 
     pub(super) fn parse(file: &[u8], name: &str) -> Result<Self> {
-        let mut encoding = None;
-        let mut elements: Vec<Element> = Vec::new();
+        let mut statements = Statements::default();
         let (mut bytes, mut lines) = (0, 0);
         loop {
             let rest = file.get(bytes..).unwrap_or_default();
@@ -99,74 +98,94 @@ impl Header {
             };
             bytes += end + 1;
             lines += 1;
-            let fail = |what: &str| {
-                let line = String::from_utf8_lossy(&line[..line.len().min(60)]).into_owned();
-                Err(Error::malformed(format!("{name}, line {lines}: found {line:?}, {what}"))
-                    .of_kind(InputErrorKind::Malformed { line: Some(lines) }))
-            };
             // Comments may be in any encoding; all else is ASCII.
             let text = String::from_utf8_lossy(line);
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             match words.as_slice() {
                 ["ply"] if lines == 1 => {}
-                [] | ["comment" | "obj_info", ..] => {}
                 ["end_header"] => break,
-                ["format", kind, "1.0"] => {
-                    encoding = Some(match *kind {
-                        "ascii" => Encoding::Ascii,
-                        "binary_little_endian" => Encoding::LittleEndian,
-                        "binary_big_endian" => Encoding::BigEndian,
-                        _ => {
-                            return fail("expected ascii, binary_little_endian or binary_big_endian");
-                        }
-                    });
-                }
-                ["format", ..] => return fail("expected a format of version 1.0"),
-                ["element", element, count] => {
-                    let Ok(count) = count.parse() else { return fail("expected a whole number at the end") };
-                    if elements.iter().any(|e| e.name == *element) {
-                        return fail("but there is such an element already");
-                    }
-                    if elements.len() == MOST {
-                        return fail("expected at most 256 elements; the header may be damaged");
-                    }
-                    elements.push(Element { name: (*element).into(), count, properties: Vec::new() });
-                }
-                ["property", types @ .., property] => {
-                    let Some(element) = elements.last_mut() else {
-                        return fail("expected an element before its properties");
-                    };
-                    let (list, scalar) = match *types {
-                        [scalar] => (None, Scalar::parse(scalar)),
-                        ["list", count, scalar] => (Some(Scalar::parse(count)), Scalar::parse(scalar)),
-                        _ => (None, None),
-                    };
-                    let (Some(scalar), false) = (scalar, list == Some(None)) else {
-                        return fail("expected known types, as in \"property float x\"");
-                    };
-                    if matches!(list, Some(Some(Scalar::F32 | Scalar::F64))) {
-                        return fail("expected a whole number's type for the length of a list");
-                    }
-                    if element.properties.len() == MOST {
-                        return fail(
-                            "expected at most 256 properties of an element; the header may be damaged",
-                        );
-                    }
-                    element.properties.push(Property {
-                        name: (*property).into(),
-                        list: list.flatten(),
-                        scalar,
-                    });
-                }
-                _ => return fail("expected a PLY header line; the file may be damaged"),
+                words => statements.add(words).map_err(|expected| {
+                    let line = String::from_utf8_lossy(&line[..line.len().min(60)]).into_owned();
+                    Error::malformed(format!("{name}, line {lines}: found {line:?}, {expected}"))
+                        .of_kind(InputErrorKind::Malformed { line: Some(lines) })
+                })?,
             }
         }
-        let Some(encoding) = encoding else {
+        let Statements { encoding: Some(encoding), elements } = statements else {
             return Err(Error::malformed(format!(
                 "{name}: its header has no line \"format\", expected one such as \"format ascii 1.0\"; export \
                  the mesh again"
             )));
         };
         Ok(Self { encoding, elements, bytes, lines })
+    }
+}
+
+/// What the lines of a header have said so far.
+#[derive(Default)]
+struct Statements {
+    encoding: Option<Encoding>,
+    elements: Vec<Element>,
+}
+
+/// Nothing, or what was expected of a line.
+type Stated = std::result::Result<(), &'static str>;
+
+impl Statements {
+    /// Adds what a line says, in its words.
+    fn add(&mut self, words: &[&str]) -> Stated {
+        match words {
+            [] | ["comment" | "obj_info", ..] => Ok(()),
+            ["format", kind, "1.0"] => self.add_format(kind),
+            ["format", ..] => Err("expected a format of version 1.0"),
+            ["element", name, count] => self.add_element(name, count),
+            ["property", types @ .., name] => self.add_property(types, name),
+            _ => Err("expected a PLY header line; the file may be damaged"),
+        }
+    }
+
+    fn add_format(&mut self, kind: &str) -> Stated {
+        self.encoding = Some(match kind {
+            "ascii" => Encoding::Ascii,
+            "binary_little_endian" => Encoding::LittleEndian,
+            "binary_big_endian" => Encoding::BigEndian,
+            _ => return Err("expected ascii, binary_little_endian or binary_big_endian"),
+        });
+        Ok(())
+    }
+
+    fn add_element(&mut self, name: &str, count: &str) -> Stated {
+        let Ok(count) = count.parse() else { return Err("expected a whole number at the end") };
+        if self.elements.iter().any(|e| e.name == name) {
+            return Err("but there is such an element already");
+        }
+        if self.elements.len() == MOST {
+            return Err("expected at most 256 elements; the header may be damaged");
+        }
+        self.elements.push(Element { name: name.into(), count, properties: Vec::new() });
+        Ok(())
+    }
+
+    /// Adds a property to the last element.
+    fn add_property(&mut self, types: &[&str], name: &str) -> Stated {
+        let Some(element) = self.elements.last_mut() else {
+            return Err("expected an element before its properties");
+        };
+        let (list, scalar) = match *types {
+            [scalar] => (None, Scalar::parse(scalar)),
+            ["list", count, scalar] => (Some(Scalar::parse(count)), Scalar::parse(scalar)),
+            _ => (None, None),
+        };
+        let (Some(scalar), false) = (scalar, list == Some(None)) else {
+            return Err("expected known types, as in \"property float x\"");
+        };
+        if matches!(list, Some(Some(Scalar::F32 | Scalar::F64))) {
+            return Err("expected a whole number's type for the length of a list");
+        }
+        if element.properties.len() == MOST {
+            return Err("expected at most 256 properties of an element; the header may be damaged");
+        }
+        element.properties.push(Property { name: name.into(), list: list.flatten(), scalar });
+        Ok(())
     }
 }

@@ -4,6 +4,7 @@ use super::{Layers, time_of};
 use crate::EditedTake;
 use rhytid_core::{Error, Result, Rig, Take};
 use rhytid_formats::edits::{Added, Curve, Ease, Hold};
+use std::ops::Range;
 
 /// Another take's displacements, which are added.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,7 +112,7 @@ fn factors<'a>(gains: impl Iterator<Item = (&'a Vec<f64>, f64)>) -> Option<Vec<f
 
 /// Keeps handles where they are in one frame, and goes over before and behind.
 fn hold(held: &Held, take: &mut Take, columns: &[usize]) -> Result<()> {
-    let Hold { frames: (first, end), at, ease, .. } = held.hold;
+    let Hold { frames: Range { start: first, end }, at, ease, .. } = held.hold;
     let at = at.unwrap_or(first);
     let markers = take.labels.len();
     let frames = take.frames();

@@ -13,6 +13,7 @@ use rhytid_core::input_file;
 use rhytid_takes::tables::write_checked;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What a file of edits says. Paths are relative to the file.
@@ -125,7 +126,7 @@ pub struct Hold {
     pub region: Option<String>,
     /// The first frame and the one behind the last; written as `"A..B"`.
     #[serde(serialize_with = "as_range")]
-    pub frames: (usize, usize),
+    pub frames: Range<usize>,
     /// The frame whose positions are held; the first of `frames` where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<usize>,
@@ -175,8 +176,8 @@ fn is_one(curve: &Curve) -> bool {
     curve.is_constantly(1.0)
 }
 
-fn as_range<S: serde::Serializer>(frames: &(usize, usize), serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&format_args!("{}..{}", frames.0, frames.1))
+fn as_range<S: serde::Serializer>(frames: &Range<usize>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{}..{}", frames.start, frames.end))
 }
 
 /// Reads a file of edits alone, not what it names; and its text.

@@ -159,10 +159,10 @@ fn hold(section: &Section<'_>) -> Result<Hold> {
     let text = section.text("frames", expected)?.ok_or_else(|| section.lacks("frames", expected))?;
     let number = |text: &str| text.trim().parse::<usize>().ok();
     let frames = text.split_once("..").and_then(|(a, b)| number(a).zip(number(b))).filter(|(a, b)| a < b);
-    let frames = frames.ok_or_else(|| section.wrong("frames", &quoted(text), expected))?;
+    let (start, end) = frames.ok_or_else(|| section.wrong("frames", &quoted(text), expected))?;
     Ok(Hold {
         region: name_of(section)?,
-        frames,
+        frames: start..end,
         at: section.whole("at", FRAME)?,
         ease: section.whole("ease", "a whole number of frames")?.unwrap_or_default(),
     })

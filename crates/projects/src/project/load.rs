@@ -41,7 +41,8 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
                 &mut example.positions,
                 &face.handles,
                 unit,
-                (&take, frame),
+                &take,
+                frame,
                 &section.name,
             )?;
         }
@@ -70,12 +71,13 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
             let key = format!("[[example]] {:?}: displacement", example.name);
             let map = existing(path, map, &key, reach)?;
             let full = millimetres * 1e-3 / project.mesh.units.metres_per_unit();
-            positions = sculpted::displaced(&neutral, &neutral_path, positions, (&map, full))?;
+            positions = sculpted::displaced(&neutral, &neutral_path, positions, &map, full)?;
         }
         if let Some(map) = &example.normal_map {
             let map = existing(path, map, &format!("[[example]] {:?}: normal_map", example.name), reach)?;
-            let of_map = (&*map, example.green, example.strength.unwrap_or(1.0));
-            positions = sculpted::with_normal_map(&neutral, &neutral_path, positions, of_map)?;
+            let strength = example.strength.unwrap_or(1.0);
+            positions =
+                sculpted::with_normal_map(&neutral, &neutral_path, positions, &map, example.green, strength)?;
         }
         Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
     };

@@ -12,6 +12,7 @@ use rhytid_core::UpAxis;
 use rhytid_core::text::quoted;
 use rhytid_meshes::Green;
 use std::collections::HashMap;
+use std::path::PathBuf;
 use toml::de::DeValue;
 
 /// Checks the text of a project file; `name` names the file in errors.
@@ -172,87 +173,101 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
             "green",
             "strength",
         ])?;
-        let expected = "a name that no other example has";
-        let name = match section.text("name", expected)? {
-            None => return Err(section.lacks("name", expected)),
-            Some(name) if name.trim().is_empty() => {
-                return Err(section.wrong("name", &quoted(name), "a name that is not empty"));
-            }
-            Some(name) => name,
-        };
+        let name = example_name(section)?;
         if let Some(first) = seen.insert(name, section) {
             let line = first.line("name");
-            return Err(section.wrong("name", &quoted(name), &format!("{expected}, but see line {line}")));
+            let expected = format!("{EXAMPLE_NAME}, but see line {line}");
+            return Err(section.wrong("name", &quoted(name), &expected));
         }
-        let mesh = section.path("mesh", "the file of the example's mesh")?;
-        let mirror = section.truth("mirror")?.unwrap_or(false);
-        let file = |key: &str, expected: &str| match section.get(key) {
-            None => Ok(None),
-            Some(_) => section.path(key, expected).map(Some),
-        };
-        let take = file("take", "the take's CSV that the mesh is a frame of")?;
-        let displacement = file("displacement", "a displacement map, a PNG")?;
-        let normal_map = file("normal_map", "a tangent-space normal map, a PNG")?;
-        if displacement.is_some() && normal_map.is_some() {
-            return Err(section
-                .error("has displacement and normal_map; leave one of them out")
-                .of_kind(InputErrorKind::Conflict));
-        }
-        for key in ["green", "strength"] {
-            if section.get(key).is_some() && normal_map.is_none() {
-                return Err(section
-                    .error(&format!("has {key} without normal_map; name that too, or leave it out"))
-                    .of_kind(InputErrorKind::Conflict));
-            }
-        }
-        let expected = "\"up\" (OpenGL) or \"down\" (DirectX)";
-        let green = match section.text("green", expected)? {
-            None => None,
-            Some("up") => Some(Green::Up),
-            Some("down") => Some(Green::Down),
-            Some(other) => return Err(section.wrong("green", &quoted(other), expected)),
-        };
-        let strength = match section.get("strength") {
-            None => None,
-            Some(_) => {
-                Some(section.positive("strength", "what heights are multiplied by, a number above 0")?)
-            }
-        };
-        for (key, is_there, partner, is_partner_there) in [
-            ("frame", section.get("frame").is_some(), "take", take.is_some()),
-            ("millimetres", section.get("millimetres").is_some(), "displacement", displacement.is_some()),
-        ] {
-            if is_there && !is_partner_there {
-                return Err(section
-                    .error(&format!("has {key} without {partner}; name that too, or leave it out"))
-                    .of_kind(InputErrorKind::Conflict));
-            }
-            if is_partner_there && !is_there {
-                return Err(section.lacks(key, &format!("one beside {partner}")));
-            }
-        }
-        let millimetres = match section.get("millimetres") {
-            None => None,
-            Some(_) => {
-                Some(section.positive("millimetres", "how far white moves a vertex, a number above 0")?)
-            }
-        };
-        let frame = section.whole("frame", "a frame of the take, counted from 0")?;
-        let name = name.to_owned();
-        examples.push(ExampleSection {
-            name,
-            mesh,
-            mirror,
-            take,
-            frame,
-            displacement,
-            millimetres,
-            normal_map,
-            green,
-            strength,
-        });
+        examples.push(example(section, name)?);
     }
     Ok(examples)
+}
+
+const EXAMPLE_NAME: &str = "a name that no other example has";
+
+fn example_name<'a>(section: &Section<'a>) -> Result<&'a str> {
+    match section.text("name", EXAMPLE_NAME)? {
+        None => Err(section.lacks("name", EXAMPLE_NAME)),
+        Some(name) if name.trim().is_empty() => {
+            Err(section.wrong("name", &quoted(name), "a name that is not empty"))
+        }
+        Some(name) => Ok(name),
+    }
+}
+
+fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
+    let mesh = section.path("mesh", "the file of the example's mesh")?;
+    let mirror = section.truth("mirror")?.unwrap_or(false);
+    let take = file(section, "take", "the take's CSV that the mesh is a frame of")?;
+    let displacement = file(section, "displacement", "a displacement map, a PNG")?;
+    let normal_map = file(section, "normal_map", "a tangent-space normal map, a PNG")?;
+    if displacement.is_some() && normal_map.is_some() {
+        return Err(section
+            .error("has displacement and normal_map; leave one of them out")
+            .of_kind(InputErrorKind::Conflict));
+    }
+    for key in ["green", "strength"] {
+        needs(section, key, "normal_map")?;
+    }
+    let green = green(section)?;
+    let strength = positive(section, "strength", "what heights are multiplied by, a number above 0")?;
+    for (key, partner) in [("frame", "take"), ("millimetres", "displacement")] {
+        needs(section, key, partner)?;
+        if section.get(partner).is_some() && section.get(key).is_none() {
+            return Err(section.lacks(key, &format!("one beside {partner}")));
+        }
+    }
+    let millimetres = positive(section, "millimetres", "how far white moves a vertex, a number above 0")?;
+    let frame = section.whole("frame", "a frame of the take, counted from 0")?;
+    Ok(ExampleSection {
+        name: name.to_owned(),
+        mesh,
+        mirror,
+        take,
+        frame,
+        displacement,
+        millimetres,
+        normal_map,
+        green,
+        strength,
+    })
+}
+
+/// A file that need not be named.
+fn file(section: &Section<'_>, key: &str, expected: &str) -> Result<Option<PathBuf>> {
+    match section.get(key) {
+        None => Ok(None),
+        Some(_) => section.path(key, expected).map(Some),
+    }
+}
+
+/// A number above 0 that need not be there.
+fn positive(section: &Section<'_>, key: &str, expected: &str) -> Result<Option<f64>> {
+    match section.get(key) {
+        None => Ok(None),
+        Some(_) => section.positive(key, expected).map(Some),
+    }
+}
+
+/// A key that is of no use without its partner.
+fn needs(section: &Section<'_>, key: &str, partner: &str) -> Result<()> {
+    if section.get(key).is_some() && section.get(partner).is_none() {
+        return Err(section
+            .error(&format!("has {key} without {partner}; name that too, or leave it out"))
+            .of_kind(InputErrorKind::Conflict));
+    }
+    Ok(())
+}
+
+fn green(section: &Section<'_>) -> Result<Option<Green>> {
+    let expected = "\"up\" (OpenGL) or \"down\" (DirectX)";
+    match section.text("green", expected)? {
+        None => Ok(None),
+        Some("up") => Ok(Some(Green::Up)),
+        Some("down") => Ok(Some(Green::Down)),
+        Some(other) => Err(section.wrong("green", &quoted(other), expected)),
+    }
 }
 
 fn pins(section: &Section<'_>) -> Result<PinsSection> {

@@ -1,5 +1,6 @@
 //! Examples that were sculpted: a frame of a take, whose handles are known; a displacement map put onto a mesh.
 
+use glam::DVec3;
 use rhytid_core::{Error, Handles, Mesh, Result};
 use rhytid_meshes::{DisplacementMap, Green, NormalMap};
 use rhytid_takes::take::{self, Missing};
@@ -16,7 +17,8 @@ pub(super) fn place_handles(
     positions: &mut [[f64; 3]],
     handles: &Handles,
     metres_per_unit: f64,
-    (path, frame): (&Path, usize),
+    path: &Path,
+    frame: usize,
     example: &str,
 ) -> Result<()> {
     let take = take::read(path, Some(&handles.labels), Missing::Error)?;
@@ -33,8 +35,7 @@ pub(super) fn place_handles(
     for (label, &vertex) in handles.labels.iter().zip(&handles.vertices) {
         let Some(place) = at(label) else { continue };
         let x = &mut positions[vertex as usize];
-        let millimetres =
-            (0..3).map(|c| (x[c] - place[c]).powi(2)).sum::<f64>().sqrt() * metres_per_unit * 1e3;
+        let millimetres = DVec3::from(*x).distance(DVec3::from(place)) * metres_per_unit * 1e3;
         if millimetres > MOVED_MM {
             moved += 1;
             if millimetres > farthest.0 {
@@ -63,7 +64,8 @@ pub(super) fn displaced(
     neutral: &Mesh,
     neutral_path: &Path,
     positions: Vec<[f64; 3]>,
-    (map, full): (&Path, f64),
+    map: &Path,
+    full: f64,
 ) -> Result<Vec<[f64; 3]>> {
     let mut mesh = Mesh { positions, ..neutral.clone() };
     DisplacementMap::read(map)?
@@ -75,7 +77,7 @@ pub(super) fn displaced(
 /// Where by the other green so many times less of a normal map's slopes are no surface's, green points the other way.
 const BETTER: f64 = 0.9;
 
-/// An example's positions with the surface of a normal map, whose heights are multiplied.
+/// An example's positions with the surface of a normal map, whose heights are multiplied by `strength`.
 ///
 /// # Errors
 /// As of [`NormalMap`].
@@ -83,7 +85,9 @@ pub(super) fn with_normal_map(
     neutral: &Mesh,
     neutral_path: &Path,
     positions: Vec<[f64; 3]>,
-    (path, green, strength): (&Path, Option<Green>, f64),
+    path: &Path,
+    green: Option<Green>,
+    strength: f64,
 ) -> Result<Vec<[f64; 3]>> {
     let (map, green) = (NormalMap::read(path)?, green.unwrap_or_default());
     let displaced = |green: Green| {

@@ -48,7 +48,7 @@ impl Diffusion {
         profile: &[Gaussian],
         effort: Effort,
     ) -> Result<Self> {
-        let matrix = Matrix::new(rest, triangles, millimetres, (profile, effort));
+        let matrix = Matrix::new(rest, triangles, millimetres, profile, effort);
         let links = 8 * matrix.links.len().max(1) as u64;
         super::allowed(device, rest.len(), links)?;
         crate::checked(device, "preparing skin", || {
@@ -156,7 +156,8 @@ impl Matrix {
         rest: &[[f32; 3]],
         triangles: &[[u32; 3]],
         millimetres: f64,
-        (profile, effort): (&[Gaussian], Effort),
+        profile: &[Gaussian],
+        effort: Effort,
     ) -> Self {
         let positions: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|x| millimetres * f64::from(x))).collect();
         let mut laplacian = laplacian(&positions, triangles);

@@ -21,7 +21,7 @@ use compute::Bind;
 use diffusion::{Diffusion, Effort};
 use glam::Vec3;
 use rhytid_core::{DeviceErrorKind, Error, Result, human};
-use visibility::{Arrays, Visibility};
+use visibility::{Arrays, KeyLight, SkyLight, Visibility};
 
 /// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the surface and the display.
 const SCENE_WORDS: usize = 16 + 16 + 4 + 4 + 36 + 4 + 4;
@@ -163,7 +163,8 @@ impl SkinRenderer {
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        (rest, triangles): (&[[f32; 3]], &[[u32; 3]]),
+        rest: &[[f32; 3]],
+        triangles: &[[u32; 3]],
         millimetres: f64,
         target: Target,
         skin: Skin,
@@ -173,7 +174,7 @@ impl SkinRenderer {
         let limits = [("max_buffer_size", 12 * triangles.len() as u64, device.limits().max_buffer_size)];
         crate::allowed(&what, &limits, crate::FEWER)?;
         let diffusion = Diffusion::new(device, queue, rest, triangles, millimetres, &skin.profile, EFFORT)?;
-        let visibility = Visibility::new(device, queue, (rest, triangles))?;
+        let visibility = Visibility::new(device, queue, rest, triangles)?;
         crate::checked(device, "preparing skin", || {
             let buffer = |label, size: usize, usage| {
                 device.create_buffer(&wgpu::BufferDescriptor {
@@ -244,7 +245,8 @@ impl SkinRenderer {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         vertices: Vertices<'_>,
-        (camera, aspect): (&Camera, f32),
+        camera: &Camera,
+        aspect: f32,
         lights: &Lights,
     ) -> Result<()> {
         let view = camera.view();
@@ -252,7 +254,7 @@ impl SkinRenderer {
         self.queue.write_buffer(
             &self.scene,
             0,
-            bytemuck::cast_slice(&self.words((camera, aspect), toward, lights)),
+            bytemuck::cast_slice(&self.words(camera, aspect, toward, lights)),
         );
 
         let alignment = u64::from(self.device.limits().min_storage_buffer_offset_alignment);
@@ -278,16 +280,19 @@ impl SkinRenderer {
             corners: vertices.positions,
         };
         let to_mesh = view.inverse();
-        let sky: Vec<(Vec3, f32)> = sky::directions(visibility::SKY)
+        let sky: Vec<SkyLight> = sky::directions(visibility::SKY)
             .into_iter()
             .map(|direction| {
-                let direction = Vec3::from_array(direction);
-                let [r, g, b] = lights.sky.radiance(view.transform_vector3(direction).to_array());
-                (direction, 0.2126 * r + 0.7152 * g + 0.0722 * b)
+                let toward = Vec3::from_array(direction);
+                let [r, g, b] = lights.sky.radiance(view.transform_vector3(toward).to_array());
+                SkyLight { toward, brings: 0.2126 * r + 0.7152 * g + 0.0722 * b }
             })
             .collect();
         crate::checked(&self.device, "lighting skin", || {
-            let key = (to_mesh.transform_vector3(toward), lights.penumbra / self.millimetres);
+            let key = KeyLight {
+                toward: to_mesh.transform_vector3(toward),
+                penumbra: lights.penumbra / self.millimetres,
+            };
             self.visibility.run(&self.device, encoder, &arrays, &self.triangles, key, &sky);
             let group = compute::group(
                 &self.device,
@@ -335,7 +340,7 @@ impl SkinRenderer {
         pass.draw_indexed(0..(self.triangles.size() / 4) as u32, 0, 0..1);
     }
 
-    fn words(&self, (camera, aspect): (&Camera, f32), toward: Vec3, lights: &Lights) -> Vec<f32> {
+    fn words(&self, camera: &Camera, aspect: f32, toward: Vec3, lights: &Lights) -> Vec<f32> {
         let view = camera.view();
         let [first, second] = self.skin.roughness;
         let opaque = |[r, g, b]: [f32; 3]| [r, g, b, 1.0];

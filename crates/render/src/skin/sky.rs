@@ -108,7 +108,7 @@ mod tests {
         let directions = directions(100_000);
         let mut expected = [0.0_f64; 3];
         for d in &directions {
-            let cosine: f32 = (0..3).map(|c| d[c] * normal[c]).sum();
+            let cosine = glam::Vec3::from(*d).dot(normal.into());
             let light = sky.radiance(*d);
             for c in 0..3 {
                 expected[c] += f64::from(cosine.max(0.0) * light[c]) * 4.0 * std::f64::consts::PI / 100_000.0;

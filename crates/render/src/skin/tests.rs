@@ -254,9 +254,9 @@ fn shaders_are_valid() {
     for info in Wgpu::devices().unwrap() {
         let wgpu = Wgpu::open(&info).unwrap();
         let mesh = plane(2, 2, 1.0);
-        let (mesh, target) = ((&mesh.rest[..], &mesh.triangles[..]), crate::Offscreen::TARGET);
-        let skin = super::Skin::default();
-        super::SkinRenderer::new(wgpu.device(), wgpu.queue(), mesh, 1.0, target, skin).unwrap();
+        let (target, skin) = (crate::Offscreen::TARGET, super::Skin::default());
+        let (device, queue) = (wgpu.device(), wgpu.queue());
+        super::SkinRenderer::new(device, queue, &mesh.rest, &mesh.triangles, 1.0, target, skin).unwrap();
     }
 }
 

@@ -40,11 +40,30 @@ pub(super) struct Arrays<'a> {
     pub corners: wgpu::BufferSlice<'a>,
 }
 
+/// The key light, in the mesh's space.
+#[derive(Clone, Copy)]
+pub(super) struct KeyLight {
+    /// Points to it.
+    pub toward: Vec3,
+    /// Mesh units over which its shadows are soft.
+    pub penumbra: f32,
+}
+
+/// A direction of the sky, in the mesh's space.
+#[derive(Clone, Copy)]
+pub(super) struct SkyLight {
+    /// Points to it.
+    pub toward: Vec3,
+    /// The luminance that comes from there.
+    pub brings: f32,
+}
+
 impl Visibility {
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        (rest, triangles): (&[[f32; 3]], &[[u32; 3]]),
+        rest: &[[f32; 3]],
+        triangles: &[[u32; 3]],
     ) -> Result<Self> {
         let spacings: Vec<[f32; 4]> =
             spacings(rest, triangles).into_iter().map(|spacing| [0.0, 0.0, 1.0, spacing]).collect();
@@ -116,26 +135,22 @@ impl Visibility {
         })
     }
 
-    /// Finds it. `toward` points to the key light, whose shadows are soft over `penumbra` mesh units; `sky` are directions with what
-    /// each brings; all in the mesh's space.
+    /// Finds it for the `key` light and the `sky`.
     pub(super) fn run(
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         arrays: &Arrays<'_>,
         triangles: &wgpu::Buffer,
-        (toward, penumbra): (Vec3, f32),
-        sky: &[(Vec3, f32)],
+        key: KeyLight,
+        sky: &[SkyLight],
     ) {
         let vertices = (arrays.corners.size() / 12) as u32;
         let mut bytes = Vec::with_capacity(self.stride as usize * (sky.len() + 1));
-        for (i, &(toward, brings)) in std::iter::once(&(toward, 0.0)).chain(sky).enumerate() {
+        bytes.extend_from_slice(bytemuck::bytes_of(&self.direction(key.toward, 0.0, Some(key.penumbra))));
+        for (i, light) in (1..).zip(sky) {
             bytes.resize(self.stride as usize * i, 0);
-            bytes.extend(bytemuck::cast_slice::<f32, u8>(&self.direction(
-                toward,
-                brings,
-                (i == 0).then_some(penumbra),
-            )));
+            bytes.extend_from_slice(bytemuck::bytes_of(&self.direction(light.toward, light.brings, None)));
         }
         self.queue.write_buffer(&self.directions, 0, &bytes);
         let groups = self.maps.each_ref().map(|[map, _]| {

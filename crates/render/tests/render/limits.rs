@@ -47,8 +47,7 @@ fn a_mesh_that_is_too_large_is_refused() {
     // 40 × 40 quads: 1,681 vertices, 3,200 triangles, 3,280 edges.
     let (rest, faces, triangles) = sheet(40);
     let skin = |device: &wgpu::Device, queue: &wgpu::Queue| {
-        let mesh = (&rest[..], &triangles[..]);
-        SkinRenderer::new(device, queue, mesh, 1.0, Offscreen::TARGET, Skin::default())
+        SkinRenderer::new(device, queue, &rest, &triangles, 1.0, Offscreen::TARGET, Skin::default())
     };
     let with = |bytes: u64| move |limits: &mut wgpu::Limits| limits.max_buffer_size = bytes;
     each_device(with(38_399), |device, queue| {
@@ -91,7 +90,7 @@ fn a_device_without_kernels_draws_but_has_no_skin() {
     let lower = |limits: &mut wgpu::Limits| limits.max_storage_buffers_per_shader_stage = 4;
     each_device(lower, |device, queue| {
         let skin =
-            SkinRenderer::new(device, queue, (&rest, &triangles), 1.0, Offscreen::TARGET, Skin::default());
+            SkinRenderer::new(device, queue, &rest, &triangles, 1.0, Offscreen::TARGET, Skin::default());
         let words = ["max_storage_buffers_per_shader_stage of 5", "allows 4", "draw without skin"];
         assert_refused(skin, &words);
         let renderer = Renderer::new(device, queue, &faces, &triangles, Offscreen::TARGET).unwrap();

@@ -57,13 +57,13 @@ impl Mesh {
 
     fn draw(&self, wgpu: &Wgpu, camera: &Camera, skin: Skin, lights: &Lights) -> Picture {
         let (device, queue) = (wgpu.device(), wgpu.queue());
-        let mesh = (&self.positions[..], &self.triangles[..]);
-        let renderer = SkinRenderer::new(device, queue, mesh, 1.0, Offscreen::TARGET, skin).unwrap();
+        let (rest, target) = (&self.positions, Offscreen::TARGET);
+        let renderer = SkinRenderer::new(device, queue, rest, &self.triangles, 1.0, target, skin).unwrap();
         let page = Offscreen::new(device, queue, [SIDE; 2]).unwrap();
         let frame = FrameBuffers::new(device, queue, self.positions.len()).unwrap();
         frame.set(self.positions.as_flattened(), self.normals.as_flattened(), &[]);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        renderer.light(&mut encoder, frame.vertices(), (camera, 1.0), lights).unwrap();
+        renderer.light(&mut encoder, frame.vertices(), camera, 1.0, lights).unwrap();
         queue.submit([encoder.finish()]);
         page.draw([0; 4], |pass| {
             renderer.draw(pass, frame.vertices());

@@ -162,5 +162,5 @@ fn seek(view: &mut View, frame: usize) {
 }
 
 fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt()
+    glam::Vec3::from(a).distance(b.into())
 }

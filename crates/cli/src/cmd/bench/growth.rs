@@ -63,13 +63,14 @@ fn sizes(usual: Size, frames: usize) -> Vec<(What, Size, usize)> {
     sizes
 }
 
-/// Measures all devices at each size; the points of each device.
+/// Measures all devices at each size around the `usual` one, by rigs of this `method`; the points of each device.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
 pub(super) fn measure(
     devices: &[DeviceInfo],
-    (usual, method): (Size, Method),
+    usual: Size,
+    method: Method,
     options: UploadOptions,
     ui: &Ui,
 ) -> Result<Vec<Vec<Point>>> {

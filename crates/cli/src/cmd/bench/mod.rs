@@ -116,7 +116,7 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         drop((rig, chapter));
         let measured = report.devices.iter().zip(&devices).filter(|(times, _)| times.whole.is_some());
         let devices: Vec<DeviceInfo> = measured.map(|(_, info)| info.clone()).collect();
-        let points = growth::measure(&devices, (size, method), options, ui)?;
+        let points = growth::measure(&devices, size, method, options, ui)?;
         let measured = report.devices.iter_mut().filter(|times| times.whole.is_some());
         measured.zip(points).for_each(|(times, points)| times.growth = points);
     }

@@ -112,7 +112,8 @@ impl<'a> Frames<'a> {
         rig: &'a Rig,
         count: usize,
         wanted: Wanted<'a>,
-        (wgpu, draws): (&Wgpu, &DeviceInfo),
+        wgpu: &Wgpu,
+        draws: &DeviceInfo,
         named: Option<DeviceInfo>,
         ui: &Ui,
     ) -> Result<Self> {
@@ -192,14 +193,8 @@ impl<'a> Frames<'a> {
                 let is_kept = self.wanted.large_scale || self.wanted.before.is_some();
                 for frames in frames.chunks(if is_kept { BATCH } else { usize::MAX }) {
                     let begin = Instant::now();
-                    let drawn = hand_over(
-                        &mut self.wanted,
-                        (playback, before.as_mut()),
-                        take,
-                        frames,
-                        ui,
-                        &mut each,
-                    )?;
+                    let drawn =
+                        hand_over(&mut self.wanted, playback, before.as_mut(), take, frames, ui, &mut each)?;
                     self.evaluation += begin.elapsed().saturating_sub(drawn);
                 }
                 Ok(())
@@ -230,7 +225,8 @@ fn vertices(session: &WgpuSession) -> Result<Vertices<'_>> {
 /// Plays frames of a take on the host: the rig, and another one before it, if there is one. How long `each` took.
 fn hand_over<'a>(
     wanted: &mut Wanted<'_>,
-    (playback, other): (&mut Playback<'a>, Option<&mut Playback<'a>>),
+    playback: &mut Playback<'a>,
+    other: Option<&mut Playback<'a>>,
     take: &EditedTake,
     frames: &[usize],
     ui: &Ui,

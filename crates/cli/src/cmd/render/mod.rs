@@ -16,6 +16,7 @@ use rhytid::core::{AtomicFile, Backend, ChannelKind, DeviceInfo, human, rig_file
 use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{FileKind, refuse_inputs};
+use rhytid::playback::{EditedTake, Layers};
 use rhytid::render::{Moving, MovingFormat, Picture, Sheet, hide_parts};
 use rhytid::{Error, Progress, Result, Rig};
 use std::io::Write;
@@ -110,11 +111,67 @@ impl Kind {
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
 pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let kind = Kind::of(&args.output)?;
+    check_options(args, kind)?;
+    inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
+    let (draws, named) = frames::devices(args)?;
+    let Loaded { rig, before, take, layers, truth, mut frames } = load(args, ui)?;
+    // The camera goes around one frame in as many steps as there are to be pictures.
+    let steps = if args.turntable && frames.len() == 1 { args.count as usize } else { 1 };
+    if kind == Kind::Sheet {
+        frames = spread(frames.len(), args.count as usize).map(|i| frames[i]).collect();
+    }
+    let files = files(args, kind, &frames, steps);
+    check_files(args, &files)?;
+    let mut whole = AtomicFile::create(&files[0])?;
+
+    let size = args.size.unwrap_or(if kind == Kind::Sheet { ON_A_SHEET } else { ALONE });
+    let wgpu = Wgpu::open(&draws)?;
+    let mut pictures = Pictures::new(args, &rig, before.as_ref(), &wgpu, size)?;
+    let count = frames.len() * steps;
+    let to = To::new(kind, &pictures, count as u32, take.take.rate(), &mut whole, &args.output)?;
+    let mut output = Output { files: &files, to, done: 0, bytes: 0 };
+    let wanted = wanted(args, layers, before.as_ref(), truth);
+    let mut source = Frames::new(&rig, frames.len(), wanted, &wgpu, &draws, named, ui)?;
+    let (start, mut drawing) = (Instant::now(), Duration::ZERO);
+    let mut picture = |frame: &Evaluated<'_>| -> Result<()> {
+        let begin = Instant::now();
+        let turned = if args.turntable { 360.0 * output.done as f32 / count as f32 } else { 0.0 };
+        let picture = pictures.draw(frame, turned)?;
+        drawing += begin.elapsed();
+        let frame = frames[output.done / steps];
+        output.add(&picture, &format!("{frame}   {:.2} s", take.take.times[frame]))?;
+        ui.step("render", output.done as u64, count as u64)
+    };
+    ui.report("render", 0, count as u64);
+    source.each(&take, &frames, ui, |frame| (0..steps).try_for_each(|_| picture(frame)))?;
+    let bytes = match output.to {
+        To::Sheet(sheet) => write(whole, &sheet.into_picture())?,
+        To::Moving(moving) => {
+            moving.finish().map_err(Error::io(&args.output))?;
+            whole.finish()?;
+            std::fs::metadata(&args.output).map_err(Error::io(&args.output))?.len()
+        }
+        To::Each => output.bytes,
+    };
+    let mut parts = vec![("evaluation", source.evaluation)];
+    parts.extend(pictures.lighting().map(|lighting| ("skin", lighting)));
+    parts.push(("drawing", drawing.saturating_sub(pictures.lighting().unwrap_or_default())));
+    Ok(Drawn {
+        pictures: count,
+        devices: [source.device().clone(), draws],
+        time: start.elapsed(),
+        parts,
+        bytes,
+    })
+}
+
+/// An option that another leaves nothing to do for, or that lacks one, is a mistake.
+fn check_options(args: &args::Render, kind: Kind) -> Result<()> {
     if args.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
         return Err(Error::conflict("--show detail is for --stage full: the others have no detail"));
     }
-    let format = if let Kind::Moving(format) = kind { Some(format) } else { None };
-    if format.is_some_and(|format| !format.has_opacity()) && args.background == Some(Background([0; 4])) {
+    let is_opaque = matches!(kind, Kind::Moving(format) if !format.has_opacity());
+    if is_opaque && args.background == Some(Background([0; 4])) {
         let film = args.output.display();
         return Err(Error::conflict(format!(
             "--background none: {film} would be a film, which has no transparency; write .webp or pictures instead"
@@ -126,8 +183,23 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     if args.compare.is_none() && args.show.contains(&Show::Error) {
         return Err(Error::conflict("--show error: say with --compare TRUTH how far from what"));
     }
-    inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
-    let (draws, named) = frames::devices(args)?;
+    Ok(())
+}
+
+/// What is drawn.
+struct Loaded {
+    rig: Rig,
+    before: Option<Before>,
+    take: EditedTake,
+    /// What edits do beside editing the take, and all of that.
+    layers: Option<(Layers, EditedTake)>,
+    truth: Option<Truth>,
+    /// The frames of the take that are asked for and that the truth has, rising.
+    frames: Vec<usize>,
+}
+
+/// Reads what is drawn.
+fn load(args: &args::Render, ui: &Ui) -> Result<Loaded> {
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let before = args.before.as_ref().map(|before| before_the_result(before, args, &rig, ui)).transpose()?;
     if args.stage == StageChoice::Shell {
@@ -156,100 +228,107 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     if let Some(path) = &args.compare {
         truth = Some(Truth::open(path, args, &rig, &take.take)?);
     }
-    let mut frames: Vec<usize> = match &truth {
+    let frames = match &truth {
         Some(truth) => truth.within(range)?,
         None => range.collect(),
     };
-    // The camera goes around one frame in as many steps as there are to be pictures.
-    let steps = if args.turntable && frames.len() == 1 { args.count as usize } else { 1 };
-    if kind == Kind::Sheet {
-        frames = spread(frames.len(), args.count as usize).map(|i| frames[i]).collect();
-    }
+    Ok(Loaded { rig, before, take, layers, truth, frames })
+}
+
+/// The files to write: one, or one for each picture.
+fn files(args: &args::Render, kind: Kind, frames: &[usize], steps: usize) -> Vec<PathBuf> {
     let name = args.output.to_string_lossy();
-    let files: Vec<PathBuf> = match kind {
+    match kind {
         Kind::Each if steps > 1 => (0..steps).map(|step| numbered(&name, step)).collect(),
         Kind::Each => frames.iter().map(|&frame| numbered(&name, frame)).collect(),
         Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
-    };
+    }
+}
+
+/// That no file to write is one that is read.
+fn check_files(args: &args::Render, files: &[PathBuf]) -> Result<()> {
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     let also_read = [&args.reading.setup, &args.compare, &args.truth_frames, &args.matcap, &args.texture];
     let also_read = also_read.into_iter().filter_map(Option::as_deref);
     let before_it = args.before.as_ref().and_then(BeforeChoice::rig);
     let edits = inputs::edit_files(args.edit.as_deref())?;
     let also_read = also_read.chain(edits.iter().map(PathBuf::as_path));
-    refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read).chain(before_it))?;
-    let mut whole = AtomicFile::create(outputs[0])?;
+    refuse_inputs(&outputs, [&*args.rig, &*args.take].into_iter().chain(also_read).chain(before_it))
+}
 
-    let size = args.size.unwrap_or(if kind == Kind::Sheet { ON_A_SHEET } else { ALONE });
-    let wgpu = Wgpu::open(&draws)?;
-    let mut pictures = Pictures::new(args, &rig, before.as_ref(), &wgpu, size)?;
-    let count = frames.len() * steps;
-    let mut sheet = match kind {
-        Kind::Sheet => Some(Sheet::new(count as u32, pictures.size(), &pictures.legends())?),
-        Kind::Each | Kind::Moving(_) => None,
-    };
-    let mut moving = match format {
-        Some(format) => {
-            format.check(pictures.size(), &args.output)?;
-            let moving = Moving::new(format, &mut whole, pictures.size(), count as u32, take.take.rate());
-            Some(moving.map_err(Error::io(&args.output))?)
-        }
-        None => None,
-    };
+/// What the options ask of each frame.
+fn wanted<'a>(
+    args: &args::Render,
+    layers: Option<(Layers, EditedTake)>,
+    before: Option<&'a Before>,
+    truth: Option<Truth>,
+) -> Wanted<'a> {
     let mut channels = ChannelChoice::default();
     channels.set(ChannelKind::Sigma, args.show.contains(&Show::Sigma));
-    let wanted = Wanted {
-        recipe: Recipe {
-            stage: args.stage.into(),
-            channels,
-            fade_detail: args.fade_detail,
-            ..Recipe::default()
-        },
+    let recipe =
+        Recipe { stage: args.stage.into(), channels, fade_detail: args.fade_detail, ..Recipe::default() };
+    Wanted {
+        recipe,
         layers,
         large_scale: args.show.contains(&Show::Detail),
-        before: before.as_ref(),
+        before,
         truth,
         on_host: args.show.iter().any(|show| show.is_made_on_the_host()),
-    };
-    let mut source = Frames::new(&rig, frames.len(), wanted, (&wgpu, &draws), named, ui)?;
-    let (start, mut drawing, mut bytes, mut done) = (Instant::now(), Duration::ZERO, 0, 0);
-    let mut picture = |frame: &Evaluated<'_>| -> Result<()> {
-        let begin = Instant::now();
-        let turned = if args.turntable { 360.0 * done as f32 / count as f32 } else { 0.0 };
-        let picture = pictures.draw(frame, turned)?;
-        drawing += begin.elapsed();
-        if let Some(sheet) = &mut sheet {
-            let frame = frames[done / steps];
-            sheet.add(&picture, &format!("{frame}   {:.2} s", take.take.times[frame]));
-        } else if let Some(moving) = &mut moving {
-            moving.add(&picture).map_err(Error::io(&args.output))?;
-        } else {
-            bytes += write(AtomicFile::create(outputs[done])?, &picture)?;
-        }
-        done += 1;
-        ui.step("render", done as u64, count as u64)
-    };
-    ui.report("render", 0, count as u64);
-    source.each(&take, &frames, ui, |frame| (0..steps).try_for_each(|_| picture(frame)))?;
-    moving.map_or(Ok(()), Moving::finish).map_err(Error::io(&args.output))?;
-    match (kind, sheet) {
-        (Kind::Moving(_), _) => {
-            whole.finish()?;
-            bytes = std::fs::metadata(&args.output).map_err(Error::io(&args.output))?.len();
-        }
-        (_, Some(sheet)) => bytes = write(whole, &sheet.into_picture())?,
-        (_, None) => {}
     }
-    let mut parts = vec![("evaluation", source.evaluation)];
-    parts.extend(pictures.lighting().map(|lighting| ("skin", lighting)));
-    parts.push(("drawing", drawing.saturating_sub(pictures.lighting().unwrap_or_default())));
-    Ok(Drawn {
-        pictures: count,
-        devices: [source.device().clone(), draws],
-        time: start.elapsed(),
-        parts,
-        bytes,
-    })
+}
+
+/// What pictures become a part of.
+enum To<'a> {
+    Sheet(Sheet),
+    Moving(Moving<&'a mut AtomicFile>),
+    /// Each is a file.
+    Each,
+}
+
+impl<'a> To<'a> {
+    /// For so many pictures, `rate` of them a second, in the file `whole` of this `name`, if it is one.
+    fn new(
+        kind: Kind,
+        pictures: &Pictures<'_>,
+        count: u32,
+        rate: f64,
+        whole: &'a mut AtomicFile,
+        name: &Path,
+    ) -> Result<Self> {
+        Ok(match kind {
+            Kind::Sheet => Self::Sheet(Sheet::new(count, pictures.size(), &pictures.legends())?),
+            Kind::Moving(format) => {
+                format.check(pictures.size(), name)?;
+                let moving = Moving::new(format, whole, pictures.size(), count, rate);
+                Self::Moving(moving.map_err(Error::io(name))?)
+            }
+            Kind::Each => Self::Each,
+        })
+    }
+}
+
+/// What has been written.
+struct Output<'a> {
+    /// One file, or one for each picture.
+    files: &'a [PathBuf],
+    to: To<'a>,
+    /// Pictures so far.
+    done: usize,
+    /// Bytes of those that are a file each.
+    bytes: u64,
+}
+
+impl Output<'_> {
+    /// Adds a picture, below which a sheet has `words`.
+    fn add(&mut self, picture: &Picture, words: &str) -> Result<()> {
+        match &mut self.to {
+            To::Sheet(sheet) => sheet.add(picture, words),
+            To::Moving(moving) => moving.add(picture).map_err(Error::io(&self.files[0]))?,
+            To::Each => self.bytes += write(AtomicFile::create(&self.files[self.done])?, picture)?,
+        }
+        self.done += 1;
+        Ok(())
+    }
 }
 
 /// `count` of `frames` frames, the first and the last among them.

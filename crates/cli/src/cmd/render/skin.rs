@@ -23,7 +23,8 @@ impl SkinLook {
         let renderer = SkinRenderer::new(
             device,
             queue,
-            (&rig.rest, &rig.triangles),
+            &rig.rest,
+            &rig.triangles,
             millimetres,
             Offscreen::TARGET,
             skin,
@@ -43,7 +44,7 @@ impl SkinLook {
         let begin = Instant::now();
         let device = self.wgpu.device();
         let mut encoder = device.create_command_encoder(&Default::default());
-        self.renderer.light(&mut encoder, vertices, (camera, aspect), &self.lights)?;
+        self.renderer.light(&mut encoder, vertices, camera, aspect, &self.lights)?;
         self.renderer.wait(self.wgpu.queue().submit([encoder.finish()]))?;
         self.time += begin.elapsed();
         Ok(())

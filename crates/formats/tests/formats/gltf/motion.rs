@@ -27,7 +27,7 @@ fn y_up([x, y, z]: Vector, up_axis: UpAxis) -> Vector {
 }
 
 fn distance(a: Vector, b: Vector) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    glam::DVec3::from(a).distance(b.into())
 }
 
 #[test]
