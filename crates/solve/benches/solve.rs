@@ -1,19 +1,20 @@
-//! The large-scale system (section 2), timed step by step, and beside it a peer on the same matrix.
+//! The large-scale system (section 2), timed step by step, and beside it faer's own sparse Cholesky and a peer on the same matrix.
 //!
 //! `cargo bench -p rhytid-solve --bench solve -- [--vertices N | --rig FILE] [--peer PYTHON] [--superlu]`
 //!
 //! The system is that of a rig file, or of a sheet made here. The peer is `benches/peers/solve.py`, run by the
 //! Python named, which needs NumPy, SciPy and scikit-sparse; without a name by that in `target/venv-peers`, if it is
 //! there.
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
+use faer::{Mat, Side};
 use npyz::WriterBuilder;
 use rhytid_core::NoProgress;
-use rhytid_geometry::cholesky::Columns;
-use rhytid_geometry::cholesky::Factor;
-use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::cholesky::{Columns, Dissection, Factor, dissect};
 use rhytid_geometry::laplacian::laplacian;
-use rhytid_solve::DrivenComponents;
-use rhytid_solve::System;
 use rhytid_solve::basis::solve_columns;
+use rhytid_solve::{DrivenComponents, System};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -84,6 +85,8 @@ fn main() -> Outcome<()> {
     let ours = ordering + factorisation + solves;
     println!("ordering, factorisation and solves together: {ours:.2} s");
     drop(factor);
+    let theirs = faers(&system, &free, &input.handles, &basis)?;
+    println!("ours takes {:.2} of faer's", ours / theirs);
 
     let usual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/venv-peers/bin/python");
     let Some(python) = python.or_else(|| usual.exists().then_some(usual)) else {
@@ -96,6 +99,47 @@ fn main() -> Outcome<()> {
     let best = peer(&python, folder.path(), superlu)?;
     println!("ours takes {:.2} of the peer's best time", ours / best);
     Ok(())
+}
+
+/// Solves the same by faer's sparse Cholesky in its own order, checks the solution, and gives the seconds.
+fn faers(system: &System, free: &[u32], handles: &[u32], basis: &[f64]) -> Outcome<f64> {
+    let matrix = |columns: Columns| {
+        let rows = columns.rows.iter().map(|&row| row as usize).collect();
+        let pattern = SymbolicSparseColMat::new_checked(
+            free.len(),
+            columns.offsets.len() - 1,
+            columns.offsets,
+            None,
+            rows,
+        );
+        SparseColMat::new(pattern, columns.values)
+    };
+    let (lower, right) = (matrix(system.lower(free)), matrix(system.right(free, handles)).to_dense());
+    let (symbolic, analysis) = timed(|| SymbolicLlt::try_new(lower.symbolic(), Side::Lower));
+    let symbolic = symbolic.map_err(|e| format!("{e:?}"))?;
+    let (llt, factorisation) = timed(|| Llt::try_new_with_symbolic(symbolic, lower.as_ref(), Side::Lower));
+    let llt = llt.map_err(|e| format!("{e:?}"))?;
+    let (solution, solves): (Mat<f64>, f64) = timed(|| llt.solve(&right));
+    let h = handles.len();
+    let (mut farthest, mut largest) = (0.0_f64, 0.0_f64);
+    for (i, &v) in free.iter().enumerate() {
+        for k in 0..h {
+            let ours = basis[v as usize * h + k];
+            farthest = farthest.max((solution[(i, k)] - ours).abs());
+            largest = largest.max(ours.abs());
+        }
+    }
+    let difference = farthest / largest;
+    if difference.is_nan() || difference > TOLERANCE {
+        return Err(
+            format!("faer's solution differs by {difference:.1e}, expected {TOLERANCE:.0e} at most").into()
+        );
+    }
+    let sum = analysis + factorisation + solves;
+    println!(
+        "faer: {analysis:.2} + {factorisation:.2} + {solves:.2} = {sum:.2} s, differs by {difference:.1e}"
+    );
+    Ok(sum)
 }
 
 /// Runs the peer, checks its solutions, prints its times, and gives the least: seconds.
