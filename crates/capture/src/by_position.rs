@@ -1,7 +1,7 @@
 //! Which marker is which handle's, where their names do not say it: by where they are on the face.
 use crate::handles::{HandleSettings, POOR, place_handles};
 use crate::labels::same_names;
-use crate::tracks::median;
+use crate::tracks::median_point;
 use glam::DVec3;
 use rhytid_core::{Error, Face, Handles, Mesh, RawTake, Result, Rig, Settings};
 use std::collections::BTreeMap;
@@ -68,7 +68,7 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
         for (at, marker) in shifted.iter_mut().zip(&markers) {
             let mut near: Vec<&(DVec3, DVec3)> = off.iter().collect();
             near.sort_by(|a, b| a.0.distance_squared(*marker).total_cmp(&b.0.distance_squared(*marker)));
-            *at = *marker + median(near.iter().take(NEIGHBOURS).map(|(_, off)| *off));
+            *at = *marker + median_point(near.iter().take(NEIGHBOURS).map(|(_, off)| *off));
         }
         matched = assigned(&handles, &shifted, &fixed, FAR * extent);
     }

@@ -1,12 +1,13 @@
 //! Head stabilisation: the head's rigid motion, fitted to the rigid markers, or robustly to all.
 use crate::low_pass::low_pass;
 use crate::settings::Settings;
-use crate::tracks::{Tracks, median, median_of, seen};
+use crate::tracks::{Tracks, median_point, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 use rhytid_core::Error;
 use rhytid_core::InputErrorKind;
 use rhytid_core::Result;
+use rhytid_core::numbers::median;
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 
@@ -37,10 +38,10 @@ fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> 
         let (a, b) = (&tracks.columns[i], &tracks.columns[j]);
         let mut distances: Vec<f64> =
             frames.iter().map(|&f| a[f].distance(b[f])).filter(|d| !d.is_nan()).collect();
-        let middle = median_of(&mut distances);
+        let middle = median(&mut distances);
         let mut off: Vec<f64> = distances.iter().map(|d| (d - middle).abs()).collect();
         // Markers that are hardly ever seen together prove nothing.
-        off.len() >= 2 && median_of(&mut off) < 0.5 * RIGID_TOLERANCE * extent
+        off.len() >= 2 && median(&mut off) < 0.5 * RIGID_TOLERANCE * extent
     };
     // The largest set in which each keeps its distance to the first of it.
     let sets = candidates.iter().map(|&i| {
@@ -121,7 +122,7 @@ fn fitted(tracks: &Tracks, columns: &[usize], tolerance: f64) -> Option<Vec<Fit>
             return None;
         }
         reference = (0..columns.len())
-            .map(|c| median(unmoved.iter().map(|frame| frame[c]).filter(|p| seen(*p))))
+            .map(|c| median_point(unmoved.iter().map(|frame| frame[c]).filter(|p| seen(*p))))
             .collect();
     }
     let fits = (0..tracks.frames()).into_par_iter();
@@ -175,7 +176,7 @@ pub(crate) fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity])
         let back = motions[f].inverse();
         columns.iter().map(move |&c| back.apply(tracks.columns[c][f]))
     });
-    let centre = median(points.filter(|p| seen(*p)));
+    let centre = median_point(points.filter(|p| seen(*p)));
     if seen(centre) { centre } else { DVec3::ZERO }
 }
 

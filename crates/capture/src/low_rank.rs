@@ -7,6 +7,7 @@ use faer::{
 };
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
+use rhytid_core::numbers::dot;
 
 /// `x = mean + W c + noise`, with as many independent `c` of variance 1 as W has columns.
 pub(crate) struct Model {
@@ -210,10 +211,6 @@ impl<'a> LeaveOneOut<'a> {
             )
             .collect()
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// A square matrix, row by row, times a vector.

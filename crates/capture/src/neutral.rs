@@ -1,5 +1,5 @@
 //! The neutral frames, found: the stillest half second that is nearest to the rest pose.
-use crate::tracks::{Tracks, extent, median, seen};
+use crate::tracks::{Tracks, extent, median_point, seen};
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_geometry::registration::fit_robustly;
@@ -70,7 +70,7 @@ fn score(
 pub(crate) fn pose(tracks: &Tracks, columns: &[Option<usize>], neutral: &Range<usize>) -> Vec<DVec3> {
     let at = |column: &Option<usize>| {
         let column = column.map(|c| &tracks.columns[c][neutral.clone()]);
-        median(column.unwrap_or_default().iter().copied().filter(|p| seen(*p)))
+        median_point(column.unwrap_or_default().iter().copied().filter(|p| seen(*p)))
     };
     columns.iter().map(at).collect()
 }

@@ -3,7 +3,7 @@
 //! A marker is compared with its neighbours on the face, which a real motion takes along. Where it jumps away from them faster than skin moves, and
 //! back within a tenth of a second, what lies between is none of its positions.
 use crate::neighbours::nearest;
-use crate::tracks::{Tracks, extent, median, seen};
+use crate::tracks::{Tracks, extent, median_point, seen};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -71,7 +71,7 @@ fn of_each(
             .filter(|&f| seen(columns[j][f]))
             .map(|f| {
                 let others = neighbours[j].iter().map(|&n| columns[n][f] - rest[n]).filter(|p| seen(*p));
-                let moved = median(others);
+                let moved = median_point(others);
                 (f, columns[j][f] - if seen(moved) { moved } else { DVec3::ZERO })
             })
             .collect();

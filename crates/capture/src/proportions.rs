@@ -1,6 +1,7 @@
 //! Proportions: where an actor's face is larger or smaller than the rig's, its markers move as much more or less.
-use crate::tracks::{extent, median_of};
+use crate::tracks::extent;
 use glam::DVec3;
+use rhytid_core::numbers::median;
 
 /// Neighbours within about this part of the face's extent are of the same region.
 const REGION: f64 = 0.15;
@@ -33,7 +34,7 @@ pub(crate) fn scales(markers: &[DVec3], rest: &[DVec3]) -> Vec<f64> {
     };
     let scales: Vec<f64> = (0..rest.len()).map(of_handle).collect();
     // The size of all together is the alignment's.
-    let whole = median_of(&mut scales.clone());
+    let whole = median(&mut scales.clone());
     scales
         .iter()
         .map(|scale| if whole > 0.0 { (scale / whole).clamp(SCALES[0], SCALES[1]) } else { 1.0 })

@@ -5,9 +5,10 @@
 //! marker, or in a jump, or farther away than skin goes alone. One that lasts for more than about a tenth of the take is part of what the model
 //! learns, and not found.
 use crate::low_rank::{Effort, LeaveOneOut, Model};
-use crate::tracks::{Tracks, median, median_of, seen};
+use crate::tracks::{Tracks, median_point, seen};
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_core::numbers::median;
 use std::ops::Range;
 
 /// One label's slide.
@@ -109,7 +110,7 @@ fn off(tracks: &Tracks, scale: &Scale) -> Option<Vec<Vec<DVec3>>> {
     let mut off: Vec<Vec<DVec3>> = (0..part.frames()).into_par_iter().map(frame).collect();
     // A label that stays where it slid to moves the model's mean, and all its other frames are off by as much.
     for &j in &known {
-        let usual = median(off.iter().map(|frame| frame[j]).filter(|e| seen(*e)));
+        let usual = median_point(off.iter().map(|frame| frame[j]).filter(|e| seen(*e)));
         off.iter_mut().for_each(|frame| frame[j] -= usual);
     }
     Some(off)
@@ -135,7 +136,7 @@ fn find(off: &[Vec<DVec3>], tracks: &Tracks, rest: &[DVec3], scale: &Scale) -> V
 /// By how much marker `j` may be off, and by how much a slide's beginning is.
 fn limits(off: &[Vec<DVec3>], j: usize, scale: &Scale) -> [f64; 2] {
     let mut own: Vec<f64> = off.iter().map(|frame| frame[j].length()).filter(|e| !e.is_nan()).collect();
-    let own = median_of(&mut own);
+    let own = median(&mut own);
     let most = (OFF * scale.extent).max(OFF_ITS_OWN * own);
     [most, (BEGINS[0] * most).max(BEGINS[1] * own)]
 }

@@ -3,7 +3,7 @@
 //! From the neutral frames, where the labels are right, every marker is followed outwards in both directions. Where two of them jump, and
 //! exchanging them makes both go on where they were, they are exchanged from there on.
 use crate::neighbours::nearest;
-use crate::tracks::{Tracks, median, seen};
+use crate::tracks::{Tracks, median_point, seen};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -137,7 +137,7 @@ fn where_better(tracks: &Tracks, swap: &Swap, rest: &[DVec3], neighbours: &[Vec<
     for f in (swap.first..swap.end).step_by(step) {
         let expected = |j: usize| {
             let others = neighbours[j].iter().filter(|&&n| n != a && n != b);
-            rest[j] + median(others.map(|&n| tracks.columns[n][f] - rest[n]).filter(|p| seen(*p)))
+            rest[j] + median_point(others.map(|&n| tracks.columns[n][f] - rest[n]).filter(|p| seen(*p)))
         };
         let (at_a, at_b) = (tracks.columns[a][f], tracks.columns[b][f]);
         let (to_a, to_b) = (expected(a), expected(b));

@@ -2,6 +2,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::Take;
+use rhytid_core::numbers::median;
 use std::ops::Range;
 
 /// Marker tracks, one column a marker: all steps but the head's look along time. A position that is NaN was not seen.
@@ -50,26 +51,12 @@ pub(crate) fn gaps(column: &[DVec3]) -> Vec<Range<usize>> {
 }
 
 /// The median of each coordinate; NaN where there is no point.
-pub(crate) fn median(points: impl Iterator<Item = DVec3>) -> DVec3 {
+pub(crate) fn median_point(points: impl Iterator<Item = DVec3>) -> DVec3 {
     let mut coordinates: [Vec<f64>; 3] = Default::default();
     for point in points {
         point.to_array().iter().zip(&mut coordinates).for_each(|(x, list)| list.push(*x));
     }
-    DVec3::from_array(coordinates.map(|mut list| median_of(&mut list)))
-}
-
-/// The median of numbers, which are put in another order; NaN where there is none.
-pub(crate) fn median_of(numbers: &mut [f64]) -> f64 {
-    let (middle, is_odd) = (numbers.len() / 2, numbers.len() % 2 == 1);
-    if numbers.is_empty() {
-        return f64::NAN;
-    }
-    let (below, &mut upper, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
-    if is_odd {
-        return upper;
-    }
-    let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (lower + upper)
+    DVec3::from_array(coordinates.map(|mut list| median(&mut list)))
 }
 
 /// The diagonal of the box around the points that were seen; 0 where there is none.
@@ -88,7 +75,7 @@ pub(crate) fn typical_extent(tracks: &Tracks, columns: &[usize]) -> f64 {
     let extents =
         (0..tracks.frames()).step_by(step).map(|f| extent(columns.iter().map(|&c| tracks.columns[c][f])));
     let mut extents: Vec<f64> = extents.filter(|e| *e > 0.0).collect();
-    if extents.is_empty() { 0.0 } else { median_of(&mut extents) }
+    if extents.is_empty() { 0.0 } else { median(&mut extents) }
 }
 
 /// The mean of what was seen; `None` if nothing was.
@@ -113,7 +100,7 @@ pub(crate) fn noise(tracks: &Tracks) -> f64 {
         }
     }
     // Of a normal distribution half lies within 0.6745 σ; the variance of a second difference is 1 + 4 + 1 times a sample's.
-    if seconds.is_empty() { 0.0 } else { median_of(&mut seconds) / (0.674_489_75 * 6.0_f64.sqrt()) }
+    if seconds.is_empty() { 0.0 } else { median(&mut seconds) / (0.674_489_75 * 6.0_f64.sqrt()) }
 }
 
 #[cfg(test)]
@@ -131,10 +118,7 @@ mod tests {
 
     #[test]
     fn medians_of_even_and_odd_counts() {
-        assert_eq!(median_of(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median_of(&mut [4.0, 1.0, 2.0, 100.0]), 3.0);
-        assert!(median_of(&mut []).is_nan());
         let points = [DVec3::new(0.0, 5.0, 1.0), DVec3::new(1.0, 0.0, 1.0), DVec3::new(9.0, 1.0, 1.0)];
-        assert_eq!(median(points.into_iter()), DVec3::ONE);
+        assert_eq!(median_point(points.into_iter()), DVec3::ONE);
     }
 }

@@ -1,7 +1,7 @@
 //! What a take shows before anything is known of it: a frame like most of the others, and which markers keep their distances.
-use crate::tracks::median_of;
 use glam::DVec3;
 use rhytid_core::Take;
+use rhytid_core::numbers::median;
 
 /// Frames that are looked at.
 const SAMPLED: usize = 400;
@@ -34,7 +34,7 @@ impl Distances {
             .map(|[a, b]| frames.iter().map(|&f| at(f, *a).distance(at(f, *b))).collect())
             .collect();
         let median = |distances: &Vec<f64>| {
-            median_of(&mut distances.iter().copied().filter(|d| !d.is_nan()).collect::<Vec<_>>())
+            median(&mut distances.iter().copied().filter(|d| !d.is_nan()).collect::<Vec<_>>())
         };
         let medians = of_pair.iter().map(median).collect();
         Self { frames, pairs, of_pair, medians }
@@ -50,7 +50,7 @@ pub(crate) fn typical_frame(take: &Take) -> usize {
     let most = distances.frames.iter().map(|&f| seen(f)).max().unwrap_or(0);
     let unlike = |i: usize| {
         let off = distances.of_pair.iter().zip(&distances.medians).map(|(of, median)| (of[i] - median).abs());
-        median_of(&mut off.filter(|off| !off.is_nan()).collect::<Vec<_>>())
+        median(&mut off.filter(|off| !off.is_nan()).collect::<Vec<_>>())
     };
     let good =
         (0..distances.frames.len()).filter(|&i| seen(distances.frames[i]) as f64 >= SHOWS * most as f64);

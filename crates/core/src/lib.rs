@@ -36,6 +36,7 @@ mod learned;
 mod mesh;
 mod missing;
 mod named_file;
+pub mod numbers;
 mod outputs;
 pub mod plan;
 mod progress;

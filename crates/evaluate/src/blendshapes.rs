@@ -2,6 +2,7 @@
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use rhytid_core::numbers::dot;
 use rhytid_core::{Error, Result};
 
 /// Sweeps over the weights; a few dozen leave nothing that shows.
@@ -66,10 +67,6 @@ impl Blendshapes {
             }
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ pub use camera::{Camera, Sphere, View, around_handles};
 pub use film::Film;
 pub use frame_buffers::FrameBuffers;
 pub use heat::Heat;
-pub use marks::{handles_at_rest, influence_marks, marker_marks, tangent_frame_marks};
+pub use marks::{influence_marks, marker_marks, tangent_frame_marks};
 pub use moving::{Moving, MovingFormat};
 pub use numbers::{Strains, distances};
 pub use offscreen::Offscreen;

@@ -13,14 +13,9 @@ const AXES: [[f32; 3]; 3] = [[0.9, 0.05, 0.02], [0.05, 0.6, 0.05], [0.02, 0.1, 0
 /// About so many tangent frames are drawn.
 const FRAMES: usize = 500;
 
-/// H positions: where the handles are at rest, in mesh units.
-pub fn handles_at_rest(rig: &Rig) -> Vec<[f32; 3]> {
-    rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
-}
-
 /// The strain edges in the colours of their strains, and the markers over them, in a frame of V × 3 `positions`.
 pub fn marker_marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
-    let (markers, rest) = (markers_of(rig, positions), handles_at_rest(rig));
+    let (markers, rest) = (markers_of(rig, positions), rig.handles_at_rest());
     let length = |points: &[[f32; 3]], edge: [u32; 2]| {
         let [a, b] = edge.map(|handle| Vec3::from(points[handle as usize]));
         a.distance(b)

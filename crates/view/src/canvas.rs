@@ -6,7 +6,6 @@ use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{Result, Rig};
 use rhytid_render::{
     Camera, Lights, Look, Mark, Offscreen, Overlay, Renderer, Skin, SkinRenderer, Sphere, Vertices, albedos,
-    handles_at_rest,
 };
 use web_time::{Duration, Instant};
 
@@ -68,7 +67,7 @@ impl Canvas {
             skin: None,
             lights: Lights::default(),
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
-            lift: 0.1 * Sphere::around(&handles_at_rest(rig)).radius,
+            lift: 0.1 * Sphere::around(&rig.handles_at_rest()).radius,
             wgpu: wgpu.clone(),
             page: None,
             sides: [None, None],

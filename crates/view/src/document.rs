@@ -7,7 +7,6 @@ use crate::transport::Transport;
 use glam::Vec3;
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
-use rhytid_render::handles_at_rest;
 use std::sync::Arc;
 
 /// How markers were pulled, over whatever the take does: what is undone and done again.
@@ -76,7 +75,7 @@ pub struct Document {
 impl Document {
     /// A rig at rest.
     pub fn new(rig: Arc<Rig>, name: &str) -> Self {
-        let rest = handles_at_rest(&rig);
+        let rest = rig.handles_at_rest();
         let pose = Pose { offsets: vec![[0.0; 3]; rest.len()], pinned: vec![false; rest.len()] };
         Self {
             pull: Pull::new(&rig),

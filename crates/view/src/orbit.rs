@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use rhytid_core::{Rig, UpAxis};
-use rhytid_render::{Camera, Sphere, View, around_handles, handles_at_rest};
+use rhytid_render::{Camera, Sphere, View, around_handles};
 
 /// Degrees for a pixel.
 const DEGREES: f32 = 0.4;
@@ -33,7 +33,7 @@ impl Orbit {
         let mut orbit = Self {
             up: rig.up_axis,
             sphere: Sphere::around(&rig.rest),
-            framed: around_handles(&handles_at_rest(rig), &rig.rest),
+            framed: around_handles(&rig.handles_at_rest(), &rig.rest),
             target: Vec3::ZERO,
             distance: 1.0,
             turn: 0.0,

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rhytid_core::Rig;
 use rhytid_geometry::dijkstra::shortest_ways;
-use rhytid_render::{Sphere, handles_at_rest};
+use rhytid_render::Sphere;
 
 /// How handles follow those that are dragged: along the strain edges, and mirrored.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Drag<'a> {
 impl Pull {
     /// For the handles of `rig`. A face is mirrored at a plane x = c: the one of x = 0 and the handles' middle that fits them better.
     pub fn new(rig: &Rig) -> Self {
-        let rest = handles_at_rest(rig);
+        let rest = rig.handles_at_rest();
         let mut neighbours = vec![Vec::new(); rest.len()];
         for &[a, b] in &rig.strain_edges {
             let (a, b) = (a as usize, b as usize);

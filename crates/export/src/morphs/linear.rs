@@ -4,6 +4,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
+use rhytid_core::numbers::dot;
 use rhytid_core::{Error, Result};
 
 /// Eigenvalues with their vectors as columns, the largest first.
@@ -74,10 +75,6 @@ pub(super) fn extend<'a>(
         }
     }
     Mat::from_fn(first.nrows(), columns.len(), |i, j| columns[j][i])
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The principal directions of the frames: the constant column first, then all F − 1 others, those that explain

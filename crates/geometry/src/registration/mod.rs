@@ -14,17 +14,3 @@ use glam::DVec3;
 fn seen(position: DVec3) -> bool {
     !position.is_nan()
 }
-
-/// The median of numbers, which are put in another order; NaN where there is none.
-fn median_of(numbers: &mut [f64]) -> f64 {
-    let (middle, is_odd) = (numbers.len() / 2, numbers.len() % 2 == 1);
-    if numbers.is_empty() {
-        return f64::NAN;
-    }
-    let (below, &mut upper, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
-    if is_odd {
-        return upper;
-    }
-    let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (lower + upper)
-}

@@ -1,9 +1,10 @@
 //! Rigid and similarity fits of point sets, weighted and robust.
 //!
 //! The rotation is Horn's ([`horn`]), so that reflections cannot come out.
-use super::{median_of, seen};
+use super::seen;
 use glam::{DMat3, DQuat, DVec3};
 use rhytid_core::horn;
+use rhytid_core::numbers::median;
 
 /// `x ↦ scale · rotation · x + translation`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,13 +127,13 @@ fn distance_errors(from: &[DVec3], to: &[DVec3], with_scale: bool) -> Vec<f64> {
     };
     let scale = if with_scale {
         let pairs = valid.iter().flat_map(|&i| distances(i)).filter(|(a, _)| *a > 0.0);
-        median_of(&mut pairs.map(|(a, b)| b / a).collect::<Vec<_>>())
+        median(&mut pairs.map(|(a, b)| b / a).collect::<Vec<_>>())
     } else {
         1.0
     };
     let mut errors = vec![f64::INFINITY; from.len()];
     for &i in &valid {
-        errors[i] = median_of(&mut distances(i).map(|(a, b)| (b - scale * a).abs()).collect::<Vec<_>>());
+        errors[i] = median(&mut distances(i).map(|(a, b)| (b - scale * a).abs()).collect::<Vec<_>>());
     }
     errors
 }

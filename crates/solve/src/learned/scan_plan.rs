@@ -4,6 +4,7 @@ use super::linear_band::VectorStrains;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
+use rhytid_core::numbers::dot;
 use rhytid_core::{Error, Progress, Result, Rig};
 use rhytid_kernels::Real;
 
@@ -175,10 +176,6 @@ fn scan(left: &mut Mat<f64>, frame: &[f64], noise: f64) {
             *left -= row * column / variance;
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `to = scale · a b`, on this thread.

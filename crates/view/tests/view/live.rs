@@ -3,7 +3,6 @@
 use super::*;
 use egui_kittest::kittest::NodeT;
 use rhytid_live::{Frame, Sender};
-use rhytid_render::handles_at_rest;
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
@@ -79,7 +78,7 @@ fn late_and_bad_datagrams_change_nothing_and_lost_markers_fade() {
     let (rig, of_take) = (&demo().1, document(&view).handles(true));
     let address = listen(&mut view);
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    let rest = handles_at_rest(rig);
+    let rest = rig.handles_at_rest();
     let frame = |number: i64, seconds: f64, by: f32, from: usize| {
         let moved = rig.labels.iter().cloned().zip(rest.iter().map(|p| [p[0] + by, p[1], p[2]]));
         let frame = Frame { number, seconds, markers: moved.skip(from).collect() };

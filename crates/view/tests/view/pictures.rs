@@ -60,7 +60,7 @@ fn the_face_is_the_one_that_is_drawn_without_a_window() {
         let other = expected(&camera, size, background, &handles);
         let off = differ(&picture, |x, y| other.pixel([x, y]), 3);
         assert!(off < 0.002, "{theme:?}: {off} of the pixels differ");
-        let at_rest = expected(&camera, size, background, &rhytid_render::handles_at_rest(&demo().1));
+        let at_rest = expected(&camera, size, background, &demo().1.handles_at_rest());
         assert!(differ(&picture, |x, y| at_rest.pixel([x, y]), 3) > 0.02, "another frame is another picture");
     }
 }

@@ -2,6 +2,7 @@
 
 use rhytid::conformance::{Memory, stage_name};
 use rhytid::core::DeviceInfo;
+use rhytid::core::numbers::median;
 use rhytid::{Animator, BasisStorage, Result, Rig, Session, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -199,11 +200,6 @@ fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
         at_rest.enumerate().map(move |(i, x)| x + size * (i as f32 + 0.3 * frame as f32).sin())
     };
     (0..frames).flat_map(frame).collect()
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -8,8 +8,7 @@ use rhytid::devices::wgpu::Wgpu;
 use rhytid::geometry::{PrincipalStrains, StrainGauge};
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
-    Sphere, Strains, View, around_handles, distances, handles_at_rest, influence_marks, marker_marks,
-    tangent_frame_marks,
+    Sphere, Strains, View, around_handles, distances, influence_marks, marker_marks, tangent_frame_marks,
 };
 use rhytid::{Result, Rig};
 use std::time::Duration;
@@ -114,7 +113,7 @@ impl<'a> Pictures<'a> {
             renderer,
             skin: is_skin.then(|| SkinLook::new(args, rig, wgpu)).transpose()?,
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
-            lift: 0.1 * Sphere::around(&handles_at_rest(rig)).radius,
+            lift: 0.1 * Sphere::around(&rig.handles_at_rest()).radius,
             vertex: args.vertex,
             page: Offscreen::new(device, queue, size)?,
             frame: FrameBuffers::new(device, queue, rig.vertices())?,
@@ -123,7 +122,7 @@ impl<'a> Pictures<'a> {
             framed: match (args.turntable, args.whole) {
                 (true, _) => None,
                 (false, true) => Some(rig.rest.clone()),
-                (false, false) => Some(around_handles(&handles_at_rest(rig), &rig.rest)),
+                (false, false) => Some(around_handles(&rig.handles_at_rest(), &rig.rest)),
             },
             strains: args.show.contains(&Show::Strain).then(|| Strains::new(&rig.faces, &rig.rest)),
             gauge: args
