@@ -30,6 +30,7 @@ mod error;
 mod explain;
 mod face;
 pub mod human;
+mod ids;
 pub mod input_file;
 pub mod laplacian;
 mod learned;
@@ -45,6 +46,7 @@ mod rigid;
 mod rotations;
 mod steady_file;
 mod strain_gauge;
+mod table;
 mod take;
 mod temporary;
 
@@ -59,6 +61,7 @@ pub use explain::{EdgeShare, ExampleShare, Explanation};
 pub use face::{
     Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
 };
+pub use ids::{HandleId, StrainEdgeId, VertexId};
 pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use progress::{NoProgress, Progress};
@@ -68,4 +71,5 @@ pub use rig_check::CheckedRig;
 pub use rigid::RigidMotion;
 pub use rotations::{Rotations, nearest_turn};
 pub use strain_gauge::{PrincipalStrains, StrainGauge};
+pub use table::Table;
 pub use take::Take;
