@@ -2,7 +2,7 @@
 use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
 use glam::DVec3;
-use rhytid_core::{Error, Face, Handles, RawTake, Result};
+use rhytid_core::{Error, Face, Handles, RawTake, Result, VertexId};
 use rhytid_solve::{OntoSurface, Placed, Skin};
 use std::collections::BTreeSet;
 
@@ -120,7 +120,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let (laid, placed) = lay(&on_skin)?;
     let handles = Handles {
         labels: on_skin.iter().map(|&m| labels[m].clone()).collect(),
-        vertices: placed.iter().map(|placed| placed.vertex).collect(),
+        vertices: placed.iter().map(|placed| VertexId(placed.vertex)).collect(),
     };
     let warnings = warnings(face, &handles, &placed, &laid);
     Ok(PlacedHandles {

@@ -18,6 +18,11 @@ macro_rules! id {
                 self.0 as usize
             }
 
+            /// Their numbers, as kernels and files have them.
+            pub fn numbers(ids: &[Self]) -> &[u32] {
+                bytemuck::cast_slice(ids)
+            }
+
             /// What stands at `index`, which is below 2³².
             ///
             /// # Panics
@@ -57,7 +62,7 @@ mod tests {
     fn ids_are_their_numbers() {
         let id = VertexId::from_index(7);
         assert_eq!((id, id.index(), id.to_string()), (VertexId(7), 7, "7".to_owned()));
-        assert_eq!(bytemuck::cast_slice::<_, [u32; 2]>(&[[HandleId(1), HandleId(2)]]), [[1, 2]]);
+        assert_eq!(HandleId::numbers(&[HandleId(1), HandleId(2)]), [1, 2]);
         assert_eq!(serde_json::to_string(&StrainEdgeId(3)).unwrap(), "3");
     }
 }

@@ -57,7 +57,7 @@ pub use backend::{
 };
 pub use channel::{Channel, ChannelKind};
 pub use error::{DeviceErrorKind, Error, Result};
-pub use explain::{EdgeShare, ExampleShare, Explanation};
+pub use explain::{EdgeShare, ExampleShare, Explanation, HandleShare};
 pub use face::{
     Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
 };
@@ -66,8 +66,7 @@ pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use progress::{NoProgress, Progress};
 pub use raw_take::RawTake;
-pub use rig::Rig;
-pub use rig_check::CheckedRig;
+pub use rig::{Examples, FineScale, HandleSet, Influences, Motions, Rig, RigParts, Surface};
 pub use rigid::RigidMotion;
 pub use rotations::{Rotations, nearest_turn};
 pub use strain_gauge::{PrincipalStrains, StrainGauge};

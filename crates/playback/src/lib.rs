@@ -10,7 +10,7 @@
 //! use rhytid_playback::{Guard, Playback, Selection, choose_devices};
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.rounded()?;
 //! # let take = rhytid_demo::performance(&face).slice(0..20);
 //! // `rig` from rhytid_core::rig_file::read, `take` from read_take.
 //! let selection = Selection::all(take)?;

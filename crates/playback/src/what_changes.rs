@@ -25,17 +25,17 @@ pub fn what_changes(
     devices: &[DeviceInfo],
 ) -> Result<Vec<Change>> {
     let [a, b] = rigs;
-    if a.vertices() != b.vertices() || a.labels != b.labels {
+    if a.vertices() != b.vertices() || a.handles().labels != b.handles().labels {
         return Err(Error::input("the rigs are of different faces, expected the same vertices and handles"));
     }
-    let handles = take.pick(frames).handle_positions(&a.labels)?;
+    let handles = take.pick(frames).handle_positions(&a.handles().labels)?;
     let mut evaluators = Vec::with_capacity(2);
     for rig in rigs {
         evaluators.push(Evaluator::new(rig, UploadOptions::frames(1), devices, &rhytid_backends::open)?);
     }
     let mut out = [[Vec::new()], [Vec::new()]];
     let mut changes = Vec::with_capacity(frames.len());
-    for (&frame, handles) in frames.iter().zip(handles.chunks_exact(3 * a.labels.len())) {
+    for (&frame, handles) in frames.iter().zip(handles.chunks_exact(3 * a.handles().labels.len())) {
         for (evaluator, out) in evaluators.iter_mut().zip(&mut out) {
             evaluator.evaluate(handles, &[Stage::Positions], out)?;
         }

@@ -17,7 +17,7 @@
 //!
 //! # fn main() -> rhytid::Result<()> {
 //! // Once per face. Without a solver, rig_file::read gives a rig that was written before.
-//! let rig = rhytid::solve::solve(&project::read(Path::new("face.toml"), Reach::Below)?, &NoProgress)?.cast();
+//! let rig = rhytid::solve::solve(&project::read(Path::new("face.toml"), Reach::Below)?, &NoProgress)?.rounded()?;
 //! rig_file::write(Path::new("face.safetensors"), &rig)?;
 //!
 //! // Once per take, be it clean or as a capture system wrote it.
@@ -39,7 +39,7 @@
 //! use rhytid::{NoProgress, Stage, UploadOptions, backends};
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let rig = rhytid::solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let rig = rhytid::solve::solve(&face, &NoProgress)?.rounded()?;
 //! // `rig` from rhytid::rig_file::read.
 //! let device = backends::devices().devices.into_iter().find(|device| device.backend == "cpu").expect("a processor");
 //! let mut animator = backends::open(&device)?.upload(&rig, UploadOptions::frames(1))?;

@@ -3,6 +3,7 @@
 use crate::dissection::Graph;
 use crate::sparse::Columns;
 use rayon::prelude::*;
+use rhytid_core::VertexId;
 use rhytid_core::laplacian::Laplacian;
 
 /// Rows assembled by one thread at a time.
@@ -132,13 +133,13 @@ impl System {
     }
 
     /// The right-hand sides −A_fH: a column for each of `handles`, over the vertices `order`.
-    pub fn right(&self, order: &[u32], handles: &[u32]) -> Columns {
+    pub fn right(&self, order: &[u32], handles: &[VertexId]) -> Columns {
         let place = self.places(order);
         let mut right = Columns::default();
         let mut values = Vec::new();
         for &h in handles {
-            self.row(h, &mut values);
-            let rows = self.pattern.neighbors(h).iter().map(|&w| place[w as usize]);
+            self.row(h.0, &mut values);
+            let rows = self.pattern.neighbors(h.0).iter().map(|&w| place[w as usize]);
             right.push(rows.zip(&values).filter(|(row, _)| *row != NONE).map(|(row, value)| (row, -value)));
         }
         right

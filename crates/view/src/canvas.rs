@@ -6,7 +6,6 @@ use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{Result, Rig};
 use rhytid_render::{
     Camera, Lights, Look, Mark, Offscreen, Overlay, Renderer, Skin, SkinRenderer, Sphere, Vertices, albedos,
-    handles_at_rest,
 };
 use web_time::{Duration, Instant};
 
@@ -53,11 +52,17 @@ impl Canvas {
         let (device, queue) = (wgpu.device(), wgpu.queue());
         Ok(Self {
             state: state.clone(),
-            renderer: Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?,
+            renderer: Renderer::new(
+                device,
+                queue,
+                &rig.surface().faces,
+                &rig.surface().triangles,
+                Offscreen::TARGET,
+            )?,
             skin: None,
             lights: Lights::default(),
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
-            lift: 0.1 * Sphere::around(&handles_at_rest(rig)).radius,
+            lift: 0.1 * Sphere::around(&rig.handles().rest).radius,
             wgpu: wgpu.clone(),
             page: None,
             sides: [None, None],
@@ -189,7 +194,8 @@ impl Side {
 }
 
 fn skin(rig: &Rig, wgpu: &Wgpu) -> Result<SkinRenderer> {
-    let (mesh, millimetres) = ((&rig.rest[..], &rig.triangles[..]), 1e3 * rig.metres_per_unit);
+    let (mesh, millimetres) =
+        ((&rig.surface().rest[..], &rig.surface().triangles[..]), 1e3 * rig.surface().metres_per_unit);
     let skin = Skin::default();
     let renderer =
         SkinRenderer::new(wgpu.device(), wgpu.queue(), mesh, millimetres, Offscreen::TARGET, skin)?;

@@ -4,7 +4,6 @@ use crate::app::ViewApp;
 use eframe::egui;
 use rhytid_core::{Result, Rig};
 use rhytid_live::{Counts, Receiver};
-use rhytid_render::handles_at_rest;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -43,7 +42,7 @@ impl Live {
     /// # Errors
     /// As [`Receiver::bind`].
     pub(crate) fn new(address: SocketAddr, rig: &Rig, context: &egui::Context) -> Result<Self> {
-        let mut receiver = Receiver::bind(address, &rig.labels, &handles_at_rest(rig))?;
+        let mut receiver = Receiver::bind(address, &rig.handles().labels, &rig.handles().rest)?;
         let (newest, ends) = (Arc::new(Mutex::new(Newest::default())), Arc::new(AtomicBool::new(false)));
         let (to, end, context) = (newest.clone(), ends.clone(), context.clone());
         let address = receiver.address();

@@ -126,7 +126,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
         );
     }
     let options = export::Options {
-        max_error: args.compressed.then_some(args.max_error * 1e-3 / rig.metres_per_unit),
+        max_error: args.compressed.then_some(args.max_error * 1e-3 / rig.surface().metres_per_unit),
         quantize: args.quantize,
         meshopt: args.meshopt,
         force: args.force,
@@ -148,13 +148,14 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let masks = masks.map(|masks| masks.finish(selection)).transpose()?;
     if !ui.is_quiet() {
         masks.iter().for_each(|words| ui.line(words));
-        let of_frame = |(correction, moved)| corrected(correction, moved, selection, rig.metres_per_unit);
+        let of_frame =
+            |(correction, moved)| corrected(correction, moved, selection, rig.surface().metres_per_unit);
         playback.corrections().map(of_frame).for_each(|words| ui.line(&words));
     }
     Ok(Animated {
         frames: selection.inner.len(),
         rate: selection.rate,
-        metres_per_unit: rig.metres_per_unit,
+        metres_per_unit: rig.surface().metres_per_unit,
         device: playback.device().clone(),
         time: start.elapsed(),
         written,
@@ -214,7 +215,7 @@ fn corrected(correction: &Correction, moved: &[f64], selection: &Selection, metr
 
 /// Warns once of all frames of `range` that are far outside what the examples show; says whether there are any.
 fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<bool> {
-    if rig.learned.is_none() || rig.example_names.is_empty() {
+    if rig.learned().is_none() || rig.examples().names.is_empty() {
         return Ok(false);
     }
     let asked = take.slice(range.clone());
@@ -253,8 +254,8 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
 fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
     let Some(path) = &args.groups else { return Ok(Regions::by_handles(rig)) };
     let neutral = Mesh {
-        positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
-        faces: rig.faces.clone(),
+        positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
+        faces: rig.surface().faces.clone(),
         uvs: None,
         materials: None,
     };

@@ -30,8 +30,8 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         || args.candidates.is_some()
         || args.report.is_some()
         || args.take_examples.is_some();
-    if rig.learned.is_none() && !plans {
-        let found = ui.timed("compare", || by_strain::coverage(&rig.cast(), &take, top)).0?;
+    if rig.learned().is_none() && !plans {
+        let found = ui.timed("compare", || by_strain::coverage(&rig.widened(), &take, top)).0?;
         ui.clear();
         return match args.json {
             true => output::json(&found),
@@ -62,8 +62,8 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
 
 /// The face in each planned frame, as the rig has it now.
 fn poses(rig: &Rig, take: &Take, found: &Coverage, ui: &Ui) -> Result<Vec<Vec<[f32; 3]>>> {
-    let positions = take.handle_positions(&rig.labels)?;
-    let per_frame = 3 * rig.handles.len();
+    let positions = take.handle_positions(&rig.handles().labels)?;
+    let per_frame = 3 * rig.handles().vertices.len();
     let handles: Vec<f32> = found
         .scans
         .iter()
@@ -89,14 +89,14 @@ fn cut_out(
     candidates: Option<&[usize]>,
     (take, found): (&Take, &Coverage),
 ) -> Result<String> {
-    let rest = rig.rest.iter().map(|x| x.map(f64::from)).collect();
+    let rest = rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
     let neutral = Mesh {
         positions: rest,
-        faces: rig.faces.clone(),
-        uvs: rig.uvs.clone(),
-        materials: rig.materials.clone(),
+        faces: rig.surface().faces.clone(),
+        uvs: rig.surface().uvs.clone(),
+        materials: rig.surface().materials.clone(),
     };
-    let mut meshes = Sequence::open(dense, &neutral, &args.rig, rig.metres_per_unit)?;
+    let mut meshes = Sequence::open(dense, &neutral, &args.rig, rig.surface().metres_per_unit)?;
     let expected = candidates.map_or(take.frames(), <[usize]>::len);
     if meshes.frames() != expected {
         return Err(Error::input(format!(

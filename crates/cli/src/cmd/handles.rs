@@ -9,7 +9,7 @@ use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
 use rhytid::human;
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
-use rhytid::{AtomicFile, Error, Face, Handles, Result};
+use rhytid::{AtomicFile, Error, Face, Handles, Result, VertexId};
 use std::path::{Path, PathBuf};
 
 /// A marker that was laid farther from its vertex, in millimetres, is red in the picture.
@@ -122,7 +122,7 @@ fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
         )));
     }
     let skin = Skin::of(face)?;
-    let kept: Vec<u32> = args.at.iter().map(|at| at.vertex).collect();
+    let kept: Vec<VertexId> = args.at.iter().map(|at| VertexId(at.vertex)).collect();
     let vertices = skin.spread(args.count.unwrap_or_default() as usize, &kept);
     let mut labels = skin.labels(&vertices);
     labels.iter_mut().zip(&args.at).for_each(|(label, at)| label.clone_from(&at.label));

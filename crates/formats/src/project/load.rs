@@ -5,7 +5,7 @@ use crate::named_file::{Reach, named_file};
 use crate::tables::text::{did_you_mean, quoted};
 use crate::{mesh, tables};
 use rayon::prelude::*;
-use rhytid_core::{Error, Example, Face, Handles, Mesh, Pins, Result, Settings, StrainEdges};
+use rhytid_core::{Error, Example, Face, Handles, Mesh, Pins, Result, Settings, StrainEdges, VertexId};
 use std::path::{Path, PathBuf};
 
 /// Reads everything that `project` names within `reach`. `path` is the project file: paths are relative to its folder, and
@@ -122,7 +122,7 @@ fn pinned_vertices(
     neutral: &Mesh,
     neutral_path: &Path,
     reach: Reach,
-) -> Result<Vec<u32>> {
+) -> Result<Vec<VertexId>> {
     let mut pinned = Vec::new();
     if let Some(file) = &pins.vertices {
         let file = existing(path, file, "[pins] vertices", reach)?;
@@ -132,7 +132,8 @@ fn pinned_vertices(
         |key: &str, what: &str| Err(Error::input(format!("{}: [pins] {key} {what}", path.display())));
     if let Some([low, high]) = pins.bounds {
         let is_in = |x: &[f64; 3]| (0..3).all(|c| (low[c]..=high[c]).contains(&x[c]));
-        let inside = neutral.positions.iter().zip(0..).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
+        let vertices = (0..).map(VertexId);
+        let inside = neutral.positions.iter().zip(vertices).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
         let before = pinned.len();
         pinned.extend(inside);
         if pinned.len() == before {
@@ -159,7 +160,7 @@ fn pinned_vertices(
                     ),
                 );
             };
-            pinned.extend(vertices);
+            pinned.extend(vertices.iter().copied().map(VertexId));
         }
     }
     pinned.sort_unstable();
@@ -181,7 +182,7 @@ fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<Path
 }
 
 fn check_vertices(handles: &Handles, path: &Path, count: usize, neutral: &Path) -> Result<()> {
-    match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex as usize >= count) {
+    match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex.index() >= count) {
         None => Ok(()),
         Some((label, vertex)) => Err(Error::input(format!(
             "{}: handle {label:?} is at vertex {vertex}, but {} has {count} vertices, expected 0 to {}",

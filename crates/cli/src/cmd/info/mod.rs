@@ -17,7 +17,7 @@ use raw_take::RawTakeInfo;
 use report::ReportInfo;
 use rhytid::formats::{Reach, mesh, tables};
 use rhytid::human;
-use rhytid::{Error, Handles, Result, input_file, rig_file};
+use rhytid::{Error, Handles, Result, VertexId, input_file, rig_file};
 use rig::RigInfo;
 use serde::Serialize;
 use shape::{Shape, list, row};
@@ -55,7 +55,7 @@ enum Content {
 struct HandlesInfo {
     handles: usize,
     labels: Vec<String>,
-    handle_vertices: Vec<u32>,
+    handle_vertices: Vec<VertexId>,
 }
 
 #[derive(Serialize)]
