@@ -1,7 +1,7 @@
 //! How far a frame's vector strains are from those of each centre, as each vertex sees them, and how far rounding may take that.
 use crate::reference::Expected;
 use crate::tolerance::{self, TINY, gamma};
-use rhytid_core::{Learned, Rig};
+use rhytid_core::{Learned, Rig, Table};
 use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_kernels::vec3;
 
@@ -9,29 +9,29 @@ use rhytid_kernels::vec3;
 pub(crate) struct Distances<'a> {
     rig: &'a Rig<f64>,
     learned: &'a Learned<f64>,
-    /// frames × N × (F + H).
-    table: Vec<Expected>,
+    /// (frames × N)×(F + H).
+    table: Table<Expected>,
 }
 
 impl<'a> Distances<'a> {
     /// `None` where the rig has no bands. `handle_positions` is frames × H.
     pub(crate) fn new(rig: &'a Rig<f64>, handle_positions: &[[f64; 3]]) -> Option<Self> {
         let learned = rig.bands()?;
-        let (features, lengths) = (rig.features(), rig.feature_lengths());
+        let handles = rig.handles();
+        let (features, lengths) = (handles.features(), handles.feature_lengths());
         let (examples, bounds) = (rig.example_vectors(), rig.feature_bounds());
-        let (least, most) = bounds.split_at(features);
-        let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+        let (least, most) = (bounds.row(0), bounds.row(1));
+        let rest = &handles.rest;
         let mut table = Vec::new();
         for positions in handle_positions.chunks_exact(rest.len()) {
-            let u: Vec<[f64; 3]> =
-                positions.iter().zip(&rest).map(|(p, rest)| vec3::sub(*p, *rest)).collect();
+            let u: Vec<[f64; 3]> = positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, *rest)).collect();
             for j in 0..rig.centers() {
                 table.extend((0..features).map(|e| {
-                    let ends = match rig.strain_edges.get(e) {
-                        Some(&[a, b]) => [u[b as usize], u[a as usize]],
-                        None => [u[e - rig.strain_edges.len()], [0.0; 3]],
+                    let ends = match handles.strain_edges.get(e) {
+                        Some(&[a, b]) => [u[b.index()], u[a.index()]],
+                        None => [u[e - handles.strain_edges.len()], [0.0; 3]],
                     };
-                    let of_example = if j == 0 { [0.0; 3] } else { examples[(j - 1) * features + e] };
+                    let of_example = if j == 0 { [0.0; 3] } else { examples.row(j - 1)[e] };
                     let mut square = Expected::default();
                     for c in 0..3 {
                         let size = (ends[0][c].abs() + ends[1][c].abs()) / lengths[e];
@@ -49,24 +49,23 @@ impl<'a> Distances<'a> {
                 }));
             }
         }
-        Some(Self { rig, learned, table })
+        let rows = handle_positions.len() / rest.len() * rig.centers();
+        Some(Self { rig, learned, table: Table::new(rows, features, table) })
     }
 
     /// S of a vertex in a frame, N.
     pub(crate) fn squares(&self, frame: usize, v: usize) -> Vec<Expected> {
         let Self { rig, learned, table } = self;
-        let (features, edges) = (rig.features(), rig.strain_edges.len());
-        let (k, a) = (rig.influences(), learned.anchors_per_vertex());
-        let of_edges = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..]);
-        let of_edges = of_edges.map(|(&e, alpha)| (e as usize, EDGES_SHARE * alpha));
-        let of_anchors = learned.anchors[v * a..][..a].iter().zip(&learned.anchor_weights[v * a..]);
-        let of_anchors = of_anchors.map(|(&h, nu)| (edges + h as usize, *nu));
+        let edges = rig.handles().strain_edges.len();
+        let (k, a) = (rig.influences().per_vertex(), learned.anchors_per_vertex());
+        let of_edges = rig.influences().of(v).map(|(e, alpha)| (e.index(), EDGES_SHARE * alpha));
+        let of_anchors = learned.anchors_of(v).map(|(h, nu)| (edges + h.index(), nu));
         let listens: Vec<(usize, f64)> = of_edges.chain(of_anchors).collect();
         let roundings = gamma(tolerance::squared_distance(k + a));
         let centers = rig.centers();
         (0..centers)
             .map(|j| {
-                let of_center = &table[(frame * centers + j) * features..][..features];
+                let of_center = table.row(frame * centers + j);
                 let value: f64 = listens.iter().map(|(e, omega)| omega * of_center[*e].value).sum();
                 let error: f64 = listens.iter().map(|(e, omega)| omega * of_center[*e].bound + TINY).sum();
                 Expected { value, bound: error + roundings * (value + error) }

@@ -1,6 +1,9 @@
 //! Rigs made of random numbers from fixed seeds, each with something that is hard on a kernel.
 use crate::{Built, Numbers};
-use rhytid_core::{Faces, FoldStrains, Learned, Rig, UpAxis};
+use rhytid_core::{
+    Examples, Faces, FineScale, FoldStrains, HandleId, HandleSet, Influences, Learned, Rig, RigParts,
+    StrainEdgeId, Table, UpAxis, VertexId,
+};
 
 /// Sizes of a rig, and of a batch.
 #[derive(Debug, Clone, Copy)]
@@ -115,10 +118,11 @@ impl Recipe {
         let step = vertices * 5 / 8 + 1;
         // Distinct vertices, spread by a step that shares no factor with V; more handles than that cannot be.
         let step = (step..).find(|s| gcd(*s, vertices) == 1).unwrap_or(1);
-        let handle_vertices: Vec<u32> =
-            (0..handles.min(vertices)).map(|h| (h * step % vertices) as u32).collect();
+        let handle_vertices: Vec<VertexId> =
+            (0..handles.min(vertices)).map(|h| VertexId::from_index(h * step % vertices)).collect();
+        let handle_rest: Vec<[f32; 3]> = handle_vertices.iter().map(|v| rest[v.index()]).collect();
         let handles = handle_vertices.len();
-        let strain_edges = self.strain_edges(&rest, &handle_vertices, edges, &mut numbers);
+        let strain_edges = strain_edges(&handle_rest, edges, &mut numbers);
         let edges = strain_edges.len();
         let influences = influences.min(edges);
         let centers = examples + 1;
@@ -139,61 +143,79 @@ impl Recipe {
                 basis.copy_within((v - 1) * handles..v * handles, v * handles);
             }
         }
-        let mut rig = Rig {
-            name: "random".into(),
-            metres_per_unit: 0.01 / self.unit,
-            up_axis: UpAxis::Y,
-            labels: (0..handles).map(|h| format!("m{h}")).collect(),
-            example_names: (0..examples).map(|j| format!("pose {j}")).collect(),
-            faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
-            uvs: None,
-            materials: None,
+        let influence_edges =
+            (0..vertices).flat_map(|_| numbers.some_below(edges, influences)).map(StrainEdgeId).collect();
+        let influence_weights = (0..vertices * influences)
+            .map(|_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 })
+            .collect();
+        let rbf_weights = (0..vertices * centers).map(|_| unit(vector(&mut numbers, 2.0))).collect();
+        let mut parts = RigParts {
+            surface: rhytid_core::Surface {
+                name: "random".into(),
+                metres_per_unit: 0.01 / self.unit,
+                up_axis: UpAxis::Y,
+                faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
+                uvs: None,
+                materials: None,
+                triangles,
+                rest,
+                tangent_neighbors: (0..vertices).map(|v| VertexId::from_index((v + 1) % vertices)).collect(),
+            },
+            handles: HandleSet {
+                labels: (0..handles).map(|h| format!("m{h}")).collect(),
+                vertices: handle_vertices,
+                rest: handle_rest,
+                strain_edges,
+                rotations: self.rotations,
+            },
+            examples: Examples {
+                names: (0..examples).map(|j| format!("pose {j}")).collect(),
+                // Where they are, the learned method alone wants to know.
+                handles: Table::filled(examples, handles, [0.0; 3]),
+            },
             bending_length: self.unit,
-            beta: 1.0 / self.unit,
-            triangles,
-            basis,
-            influence_edges: (0..vertices).flat_map(|_| numbers.some_below(edges, influences)).collect(),
-            influence_weights: (0..vertices * influences)
-                .map(|_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 })
-                .collect(),
-            tangent_neighbors: (0..vertices).map(|v| ((v + 1) % vertices) as u32).collect(),
-            pose_features,
-            rbf_weights: (0..vertices * centers).map(|_| unit(vector(&mut numbers, 2.0))).collect(),
-            // Where they are, the learned method alone wants to know.
-            example_handles: vec![[0.0; 3]; examples * handles],
-            rotations: self.rotations,
+            basis: Table::new(vertices, handles, basis),
+            influences: Influences {
+                edges: Table::new(vertices, influences, influence_edges),
+                weights: Table::new(vertices, influences, influence_weights),
+                beta: 1.0 / self.unit,
+            },
+            fine_scale: FineScale {
+                pose_features: Table::new(centers, edges, pose_features),
+                rbf_weights: Table::new(vertices, centers, rbf_weights),
+            },
             learned: None,
-            strain_edges,
-            rest,
-            handles: handle_vertices,
         };
-        let handle_positions = self.handle_positions(&rig, &mut numbers);
+        let handle_positions = self.handle_positions(&parts.handles, &mut numbers);
         if self.learned {
-            self.learn(&mut rig, &mut numbers);
+            self.learn(&mut parts, &mut numbers);
         }
-        Built { rig, handle_positions }
+        Built { rig: Rig::new(parts).expect("numbers of the right shapes and ranges"), handle_positions }
     }
 
     /// Makes the rig one of the learned method: anything of the right shapes.
-    fn learn(&self, rig: &mut Rig, numbers: &mut Numbers) {
-        let (vertices, examples) = (rig.vertices(), rig.example_names.len());
+    fn learn(&self, parts: &mut RigParts, numbers: &mut Numbers) {
+        let (vertices, examples) = (parts.surface.rest.len(), parts.examples.len());
+        let handles = parts.handles.len();
         let unit = |p: [f64; 3]| p.map(|c| (c * self.unit) as f32);
-        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from));
-        let rest: Vec<[f64; 3]> = rest.collect();
-        rig.example_handles = (0..examples)
+        let rest: Vec<[f64; 3]> = parts.handles.rest.iter().map(|x| x.map(f64::from)).collect();
+        let example_handles = (0..examples)
             .flat_map(|_| &rest)
             .map(|rest| {
                 let u = vector(numbers, 0.5);
                 std::array::from_fn(|c| (rest[c] + self.unit * u[c]) as f32)
             })
             .collect();
-        let a = ANCHORS.min(rig.handles.len());
-        let anchors = (0..vertices).flat_map(|_| numbers.some_below(rig.handles.len(), a)).collect();
+        parts.examples.handles = Table::new(examples, handles, example_handles);
+        let a = ANCHORS.min(handles);
+        let anchors = (0..vertices).flat_map(|_| numbers.some_below(handles, a)).map(HandleId).collect();
         let mut weights = |_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 };
+        let anchor_weights = (0..vertices * a).map(&mut weights).collect();
         // One rig has folds and nothing else beyond its basis.
         let share = if examples == 3 { 0.0 } else { 0.2 };
-        let weights_of_examples = if share > 0.0 { vertices * examples } else { 0 };
-        rig.learned = Some(Learned {
+        let columns = if share > 0.0 { examples } else { 0 };
+        let example_weights = (0..vertices * columns).map(|_| unit(vector(numbers, 2.0))).collect();
+        parts.learned = Some(Learned {
             share,
             ridge: 1e-2,
             fold_ridge: 1e-3,
@@ -201,11 +223,11 @@ impl Recipe {
             fold_strains: if examples % 3 == 0 { FoldStrains::Vectors } else { FoldStrains::Lengths },
             // Some frames go farther than the examples, and with others it does not matter.
             reach: if examples % 4 > 0 { 1.0 } else { f64::INFINITY },
-            anchors,
-            anchor_weights: (0..vertices * a).map(&mut weights).collect(),
+            anchors: Table::new(vertices, a, anchors),
+            anchor_weights: Table::new(vertices, a, anchor_weights),
             // It is in the basis: no kernel reads it.
-            feature_gains: vec![0.0; vertices * (rig.influences() + a)],
-            example_weights: (0..weights_of_examples).map(|_| unit(vector(numbers, 2.0))).collect(),
+            feature_gains: Table::filled(vertices, parts.influences.per_vertex() + a, 0.0),
+            example_weights: Table::new(vertices, columns, example_weights),
             variances: vec![0.0; vertices],
         });
     }
@@ -264,39 +286,19 @@ impl Recipe {
         triangles
     }
 
-    /// Pairs of handles that do not lie together, as a rig promises.
-    fn strain_edges(
-        &self,
-        rest: &[[f32; 3]],
-        handles: &[u32],
-        edges: usize,
-        numbers: &mut Numbers,
-    ) -> Vec<[u32; 2]> {
-        let at = |h: u32| rest[handles[h as usize] as usize];
-        let mut strain_edges = Vec::with_capacity(edges);
-        while handles.len() > 1 && strain_edges.len() < edges {
-            let a = numbers.below(handles.len()) as u32;
-            let b = (a + 1 + numbers.below(handles.len() - 1) as u32) % handles.len() as u32;
-            if at(a) != at(b) {
-                strain_edges.push([a, b]);
-            }
-        }
-        strain_edges
-    }
-
-    fn handle_positions(&self, rig: &Rig, numbers: &mut Numbers) -> Vec<f32> {
-        let mut positions = Vec::with_capacity(self.sizes.frames * rig.handles.len() * 3);
+    fn handle_positions(&self, handles: &HandleSet, numbers: &mut Numbers) -> Vec<f32> {
+        let mut positions = Vec::with_capacity(self.sizes.frames * handles.len() * 3);
         for _ in 0..self.sizes.frames {
             let meeting = vector(numbers, 3.0);
-            for &v in &rig.handles {
-                let rest = rig.rest[v as usize].map(|c| f64::from(c) / self.unit);
+            for at_rest in &handles.rest {
+                let rest = at_rest.map(|c| f64::from(c) / self.unit);
                 let p = match self.motion {
                     Motion::Random => {
                         let u = vector(numbers, 0.5);
                         std::array::from_fn(|c| rest[c] + u[c])
                     }
                     Motion::Rest => {
-                        positions.extend(rig.rest[v as usize]);
+                        positions.extend(at_rest);
                         continue;
                     }
                     Motion::Collapsed => meeting,
@@ -313,6 +315,19 @@ const ANCHORS: usize = 8;
 
 /// In [`Surface::ZeroArea`], each so-manieth vertex lies on the one before it.
 const ON_TOP: usize = 10;
+
+/// Pairs of handles that do not lie together, as a rig promises.
+fn strain_edges(rest: &[[f32; 3]], edges: usize, numbers: &mut Numbers) -> Vec<[HandleId; 2]> {
+    let mut strain_edges = Vec::with_capacity(edges);
+    while rest.len() > 1 && strain_edges.len() < edges {
+        let a = numbers.below(rest.len());
+        let b = (a + 1 + numbers.below(rest.len() - 1)) % rest.len();
+        if rest[a] != rest[b] {
+            strain_edges.push([a, b].map(HandleId::from_index));
+        }
+    }
+    strain_edges
+}
 
 /// Three numbers in −size..size.
 fn vector(numbers: &mut Numbers, size: f64) -> [f64; 3] {

@@ -5,9 +5,9 @@
 use crate::distances::Distances;
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
 use rayon::prelude::*;
-use rhytid_core::{BasisStorage, Rig, Stage};
+use rhytid_core::{BasisStorage, Rig, Stage, StrainEdgeId, Table};
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{bands, detail, fine_scale, strain, vec3};
+use rhytid_kernels::{detail, fine_scale, vec3};
 
 /// A number as it should be.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -39,7 +39,7 @@ impl Found {
 
     /// Frames in the batch.
     pub fn frames(&self) -> usize {
-        self.handle_positions.len() / self.rig.handles.len()
+        self.handle_positions.len() / self.rig.handles().vertices.len()
     }
 
     fn vectors(&self, stage: Stage) -> Vec<[f64; 3]> {
@@ -67,12 +67,12 @@ pub fn reference(found: &Found, stage: Stage) -> Vec<Expected> {
 }
 
 fn strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Expected> {
-    let lengths = strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges);
-    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let lengths = rig.handles().rest_lengths();
+    let rest = &rig.handles().rest;
     let mut expected = Vec::new();
-    for p in handle_positions.chunks_exact(rig.handles.len()) {
-        for (&edge, &l) in rig.strain_edges.iter().zip(&lengths) {
-            let [a, b] = edge.map(|h| h as usize);
+    for p in handle_positions.chunks_exact(rig.handles().vertices.len()) {
+        for (&edge, &l) in rig.handles().strain_edges.iter().zip(&lengths) {
+            let [a, b] = edge.map(|h| h.index());
             let (e, e_rest) = (vec3::sub(p[a], p[b]), vec3::sub(rest[a], rest[b]));
             let (u_a, u_b) = (vec3::sub(p[a], rest[a]), vec3::sub(p[b], rest[b]));
             let length = vec3::length(e);
@@ -101,20 +101,22 @@ fn of_vertices(
 
 fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
-    let handles = rig.handles.len();
-    let (motions, center) = rig.motions(&found.handle_positions);
-    let center = center.map(|v| rig.rest[v as usize]);
-    let vectors = motions.len() / found.handle_positions.len();
+    let handles = rig.handles().vertices.len();
+    let motions = rig.handles().motions(&found.handle_positions);
+    let center = motions.center.map(|v| rig.surface().rest[v.index()]);
+    // Rows of H vectors, as many as each frame has after one another.
+    let of_frame = motions.vectors.len() / found.handle_positions.len();
+    let motions = Table::new(found.frames() * of_frame, handles, motions.vectors);
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     let band = linear_band(found);
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
-        let row = &rig.basis[v * handles..][..handles];
-        let of_frame = motions[frame * vectors * handles..][..vectors * handles].chunks_exact(handles);
+        let row = rig.basis().row(v);
+        let of_frame = (frame * of_frame..(frame + 1) * of_frame).map(|i| motions.row(i));
         let blended: Vec<[Expected; 3]> = of_frame.map(|u| blended(row, u, smallest)).collect();
         std::array::from_fn(|c| {
             let Expected { value: mut moved, bound: mut sum } = blended[0][c];
             if let Some(center) = center {
-                let from_center = vec3::sub(rig.rest[v], center);
+                let from_center = vec3::sub(rig.surface().rest[v], center);
                 let mut sizes = moved.abs() + sum;
                 for (column, x) in blended[1..].iter().zip(from_center) {
                     moved += column[c].value * x;
@@ -123,7 +125,7 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
                 }
                 sum += gamma(tolerance::TURN) * sizes + TINY;
             }
-            let value = rig.rest[v][c] + moved;
+            let value = rig.surface().rest[v][c] + moved;
             let bound = sum + tolerance::POSITION * EPSILON * (value.abs() + sum);
             let Some(band) = &band else { return Expected { value, bound } };
             // It is added to what the basis gives, which is a position in f32 by then.
@@ -158,15 +160,14 @@ fn blended(row: &[f64], u: &[[f64; 3]], smallest: f64) -> [Expected; 3] {
 fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
     let rig = &found.rig;
     let distances = Distances::new(rig, &found.handle_positions)?;
-    let examples = rig.example_names.len();
+    let examples = rig.examples().names.len();
     let half = rig.half_example_weights();
-    let (constants, vectors) =
-        (rig.fold_weights(&half), bands::fold_weights(rig.centers(), rig.vector_folds()));
+    let constants = rig.fold_weights(&half);
     let roundings = gamma(tolerance::bands(examples));
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     Some(of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let squares = distances.squares(frame, v);
-        let (c, a) = (&half[v * examples..][..examples], constants[v * vectors]);
+        let (c, a) = (half.row(v), constants.row(v)[0]);
         std::array::from_fn(|axis| {
             let (mut value, mut bound) = (a[axis], roundings * a[axis].abs() + TINY);
             for (c, square) in c.iter().zip(&squares[1..]) {
@@ -199,7 +200,7 @@ fn vector_folds(found: &Found, distances: &Distances<'_>) -> Vec<[Expected; 3]> 
                 Expected { value: root, bound: of_square + gamma(tolerance::DISTANCE) * (root + of_square) }
             })
             .collect();
-        let weights = &rig.rbf_weights[v * centers..][..centers];
+        let weights = rig.fine_scale().rbf_weights.row(v);
         std::array::from_fn(|axis| {
             let b = weights[0][axis];
             let (mut value, mut bound) = (b, roundings * b.abs() + TINY);
@@ -234,10 +235,11 @@ fn unit(v: [f64; 3], error: [f64; 3]) -> [Expected; 3] {
 
 fn vertex_normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[Expected; 3]> {
     let vertices = rig.vertices();
-    let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
-    of_vertices(positions.len() / vertices, vertices, |frame, v| {
-        let p = &positions[frame * vertices..][..vertices];
-        let incident = vertex_triangles.at(v).iter().map(|&t| rig.triangles[t as usize]);
+    let vertex_triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
+    let positions = Table::new(positions.len() / vertices, vertices, positions.to_vec());
+    of_vertices(positions.height(), vertices, |frame, v| {
+        let p = positions.row(frame);
+        let incident = vertex_triangles.at(v).iter().map(|&t| rig.surface().triangles[t as usize]);
         vertex_normal(incident.map(|triangle| triangle.map(|i| p[i as usize])))
     })
 }
@@ -276,26 +278,27 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
     {
         return vector_folds(found, &distances);
     }
-    let (edges, k, n) = (rig.strain_edges.len(), rig.influences(), rig.centers());
-    let features: Vec<f64> = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
+    let (edges, k, n) = (rig.handles().strain_edges.len(), rig.influences().per_vertex(), rig.centers());
+    let features = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
+    let features = Table::new(found.frames(), edges, features);
     let roundings = gamma(tolerance::detail(n, k));
-    let (_, pivots) = detail::pivoted(&rig.rbf_weights, n);
-    let zero_at_rest = rig.learned.is_some();
+    let (_, pivots) = detail::pivoted(rig.fine_scale().rbf_weights.as_slice(), n);
+    let zero_at_rest = rig.learned().is_some();
     // Squares that vanish take their root's distance with them.
     let flushed = (2.0 * k as f64 * TINY).sqrt();
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
-        let f = &features[frame * edges..][..edges];
+        let f = features.row(frame);
         let distances: Vec<f64> = (0..n)
             .map(|j| {
                 detail::feature_distance(
-                    &rig.influence_edges[v * k..][..k],
-                    &rig.influence_weights[v * k..][..k],
+                    StrainEdgeId::numbers(rig.influences().edges.row(v)),
+                    rig.influences().weights.row(v),
                     f,
-                    &rig.pose_features[j * edges..][..edges],
+                    rig.fine_scale().pose_features.row(j),
                 )
             })
             .collect();
-        let w = &rig.rbf_weights[v * n..][..n];
+        let w = rig.fine_scale().rbf_weights.row(v);
         let pivot = if zero_at_rest { 0 } else { pivots[v] as usize };
         let mut d = [Expected::default(); 3];
         for (c, d) in d.iter_mut().enumerate() {
@@ -334,7 +337,7 @@ fn positions(
                 Expected { value, bound: tolerance::POSITION * EPSILON * value.abs() + TINY }
             });
         }
-        let e = vec3::sub(large_scale[first + rig.tangent_neighbors[v] as usize], smooth);
+        let e = vec3::sub(large_scale[first + rig.surface().tangent_neighbors[v].index()], smooth);
         let axes = fine_scale::tangent_frame(e, n);
         let x = fine_scale::add_detail(smooth, axes, d);
 

@@ -97,9 +97,9 @@ pub(crate) async fn examine(
     reference: ReferenceOf,
 ) -> Result<[Examined; 6]> {
     let Built { rig, handle_positions } = built;
-    let batch = Batch { handles: rig.handles.len(), positions: &handle_positions };
+    let batch = Batch { handles: rig.handles().vertices.len(), positions: &handle_positions };
     let other = batch.other(case.options.max_frames);
-    let other = Batch { handles: rig.handles.len(), positions: &other };
+    let other = Batch { handles: rig.handles().vertices.len(), positions: &other };
 
     other.evaluate(session)?;
     let stages = batch.evaluate_and_read(session).await?;
@@ -124,9 +124,9 @@ pub(crate) async fn examine(
     }
     repeat(session, &batch, &other, &stages, &mut examined).await?;
 
-    let metres_per_unit = rig.metres_per_unit;
+    let metres_per_unit = rig.surface().metres_per_unit;
     let found = Found {
-        rig: stored(rig, case.options.basis).cast(),
+        rig: stored(rig, case.options.basis)?.widened(),
         basis: case.options.basis,
         handle_positions: handle_positions
             .as_chunks()
@@ -145,14 +145,20 @@ pub(crate) async fn examine(
 }
 
 /// The rig with its basis and the weights of its linear band as a device has them.
-pub fn stored(mut rig: Rig, basis: BasisStorage) -> Rig {
+///
+/// # Errors
+/// [`rhytid_core::Error::Input`] if one of those is too large for fp16.
+pub fn stored(rig: Rig, basis: BasisStorage) -> Result<Rig> {
+    let mut parts = rig.into_parts();
     if basis == BasisStorage::F16 {
-        rig.basis.iter_mut().for_each(|b| *b = f16::from_f32(*b).to_f32());
+        parts.basis = parts.basis.map(|b| f16::from_f32(*b).to_f32());
         // It is kept as its half.
-        let c = rig.learned.iter_mut().flat_map(|learned| learned.example_weights.as_flattened_mut());
-        c.for_each(|c| *c = 2.0 * f16::from_f32(0.5 * *c).to_f32());
+        let kept = |c: f32| 2.0 * f16::from_f32(0.5 * c).to_f32();
+        if let Some(learned) = &mut parts.learned {
+            learned.example_weights = learned.example_weights.map(|c| c.map(kept));
+        }
     }
-    rig
+    Rig::new(parts)
 }
 
 /// Frames one by one, and the batch after another batch, must give the bits of the first time.

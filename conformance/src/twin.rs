@@ -1,5 +1,5 @@
 //! The twins of all kernels, run one after the other.
-use rhytid_core::{Rig, Stage};
+use rhytid_core::{HandleId, Rig, Stage, StrainEdgeId, Table, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{
     Real, bands, detail, differences, fine_scale, large_scale, normals, strain, vec3, vector_differences,
@@ -38,9 +38,9 @@ impl<T: Real> Results<T> {
 
 /// Runs the twins of all kernels, one after the other, on one thread. `handle_positions` is frames × H.
 pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T> {
-    let (vertices, handles) = (rig.vertices(), rig.handles.len());
+    let (vertices, handles) = (rig.vertices(), rig.handles().vertices.len());
     let frames = handle_positions.len() / handles;
-    let strain_edges = rig.strain_edges.len();
+    let strain_edges = rig.handles().strain_edges.len();
     let vectors = || vec![[T::ZERO; 3]; frames * vertices];
     let mut results = Results {
         strain: vec![T::ZERO; frames * strain_edges],
@@ -50,33 +50,33 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         positions: vectors(),
         normals: vectors(),
     };
-    let handle_rest: Vec<[T; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     strain::strain(
         strain::Params { frames: frames as u32, handles: handles as u32, strain_edges: strain_edges as u32 },
         handle_positions,
-        &handle_rest,
-        &rig.strain_edges,
-        &strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
+        &rig.handles().rest,
+        rig.handles().edge_numbers(),
+        &rig.handles().rest_lengths(),
         &mut results.strain,
     );
     let mut band_offsets = Vec::new();
     if rig.bands().is_some() {
         band_offsets = vectors();
-        add_bands(rig, &handle_rest, handle_positions, &mut band_offsets, &mut results.detail);
+        add_bands(rig, handle_positions, &mut band_offsets, &mut results.detail);
     }
-    let (motions, center) = rig.motions(handle_positions);
+    let motions = rig.handles().motions(handle_positions);
+    let center = motions.center.map(|v| v.0);
     large_scale::large_scale(
         large_scale::Params::whole(frames, vertices, handles, !band_offsets.is_empty()).turning(center),
-        &rig.rest,
-        &rig.basis,
-        &motions,
+        &rig.surface().rest,
+        rig.basis().as_slice(),
+        &motions.vectors,
         &band_offsets,
         &mut results.large_scale,
     );
-    let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
+    let vertex_triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
     let normals_of = |positions: &[[T; 3]], vertex_normals: &mut [[T; 3]]| {
         let params = normals::Params::whole(frames, vertices);
-        normals::normals(params, positions, &rig.triangles, &vertex_triangles, vertex_normals);
+        normals::normals(params, positions, &rig.surface().triangles, &vertex_triangles, vertex_normals);
     };
     normals_of(&results.large_scale, &mut results.large_scale_normals);
     if !rig.vector_folds() {
@@ -85,10 +85,10 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
             detail_params(rig, frames),
             &squared_differences(rig, &results.strain),
             &detail::Buffers {
-                influences: rig.influences(),
-                influence_edges: &rig.influence_edges,
-                influence_weights: &rig.influence_weights,
-                rbf_weights: &rbf_weights,
+                influences: rig.influences().per_vertex(),
+                influence_edges: StrainEdgeId::numbers(rig.influences().edges.as_slice()),
+                influence_weights: rig.influences().weights.as_slice(),
+                rbf_weights: rbf_weights.as_slice(),
                 pivots: &pivots,
             },
             &mut results.detail,
@@ -99,7 +99,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         &results.large_scale,
         &results.large_scale_normals,
         &results.detail,
-        &rig.tangent_neighbors,
+        VertexId::numbers(&rig.surface().tangent_neighbors),
         &mut results.positions,
     );
     normals_of(&results.positions, &mut results.normals);
@@ -107,29 +107,32 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
 }
 
 /// The weights of the detail as its kernel has them, and the pivots.
-pub fn pivoted_weights<T: Real>(rig: &Rig<T>) -> (Vec<[T; 3]>, Vec<u32>) {
-    match rig.learned {
-        Some(_) => (rig.rbf_weights.clone(), vec![0; rig.vertices()]),
-        None => detail::pivoted(&rig.rbf_weights, rig.centers()),
+pub fn pivoted_weights<T: Real>(rig: &Rig<T>) -> (Table<[T; 3]>, Vec<u32>) {
+    let weights = &rig.fine_scale().rbf_weights;
+    if rig.learned().is_some() {
+        return (weights.clone(), vec![0; rig.vertices()]);
     }
+    let (pivoted, pivots) = detail::pivoted(weights.as_slice(), rig.centers());
+    (Table::new(weights.height(), weights.columns(), pivoted), pivots)
 }
 
 /// The detail's parameters for a rig in one piece.
 pub fn detail_params<T: Real>(rig: &Rig<T>, frames: usize) -> detail::Params {
-    let whole = detail::Params::whole(frames, rig.vertices(), rig.strain_edges.len(), rig.centers());
-    detail::Params { zero_at_rest: u32::from(rig.learned.is_some()), ..whole }
+    let whole =
+        detail::Params::whole(frames, rig.vertices(), rig.handles().strain_edges.len(), rig.centers());
+    detail::Params { zero_at_rest: u32::from(rig.learned().is_some()), ..whole }
 }
 
 /// Both bands of a rig that has any: what the linear one adds, and the folds where they are of vector strains.
 fn add_bands<T: Real>(
     rig: &Rig<T>,
-    handle_rest: &[[T; 3]],
     handle_positions: &[[T; 3]],
     offsets: &mut [[T; 3]],
     details: &mut [[T; 3]],
 ) {
     let Some(learned) = rig.bands() else { return };
-    let (handles, features, centers) = (handle_rest.len(), rig.features(), rig.centers());
+    let handle_rest = &rig.handles().rest;
+    let (handles, features, centers) = (handle_rest.len(), rig.handles().features(), rig.centers());
     let frames = handle_positions.len() / handles;
     let rest = handle_rest.iter().cycle();
     let displacements: Vec<[T; 3]> =
@@ -139,31 +142,36 @@ fn add_bands<T: Real>(
         vector_differences::Params {
             frames: frames as u32,
             handles: handles as u32,
-            strain_edges: rig.strain_edges.len() as u32,
+            strain_edges: rig.handles().strain_edges.len() as u32,
             centers: centers as u32,
         },
         &displacements,
         &vector_differences::Buffers {
-            strain_edges: &rig.strain_edges,
-            feature_lengths: &rig.feature_lengths().iter().map(|&l| T::round_from(l)).collect::<Vec<_>>(),
-            example_vectors: &rig.example_vectors(),
-            feature_bounds: &rig.feature_bounds(),
+            strain_edges: rig.handles().edge_numbers(),
+            feature_lengths: &rig
+                .handles()
+                .feature_lengths()
+                .iter()
+                .map(|&l| T::round_from(l))
+                .collect::<Vec<_>>(),
+            example_vectors: rig.example_vectors().as_slice(),
+            feature_bounds: rig.feature_bounds().as_slice(),
         },
         &mut table,
     );
     let example_weights = rig.half_example_weights();
     bands::bands(
         bands::Params::whole(frames, rig.vertices(), features, centers, rig.vector_folds()),
-        (&table, rig.strain_edges.len() as u32),
+        (&table, rig.handles().strain_edges.len() as u32),
         &bands::Buffers {
-            influences: rig.influences(),
-            influence_edges: &rig.influence_edges,
-            influence_weights: &rig.influence_weights,
+            influences: rig.influences().per_vertex(),
+            influence_edges: StrainEdgeId::numbers(rig.influences().edges.as_slice()),
+            influence_weights: rig.influences().weights.as_slice(),
             anchors_per_vertex: learned.anchors_per_vertex(),
-            anchors: &learned.anchors,
-            anchor_weights: &learned.anchor_weights,
-            fold_weights: &rig.fold_weights(&example_weights),
-            example_weights: &example_weights,
+            anchors: HandleId::numbers(learned.anchors.as_slice()),
+            anchor_weights: learned.anchor_weights.as_slice(),
+            fold_weights: rig.fold_weights(&example_weights).as_slice(),
+            example_weights: example_weights.as_slice(),
         },
         offsets,
         details,
@@ -172,11 +180,11 @@ fn add_bands<T: Real>(
 
 /// What the kernel `differences` makes of a batch's features.
 pub fn squared_differences<T: Real>(rig: &Rig<T>, features: &[T]) -> Vec<T> {
-    let (edges, centers) = (rig.strain_edges.len(), rig.centers());
+    let (edges, centers) = (rig.handles().strain_edges.len(), rig.centers());
     let frames = features.len().checked_div(edges).unwrap_or(0);
     let params =
         differences::Params { frames: frames as u32, strain_edges: edges as u32, centers: centers as u32 };
     let mut table = vec![T::ZERO; frames * differences::table_len(edges, centers)];
-    differences::differences(params, features, &rig.pose_features, &mut table);
+    differences::differences(params, features, rig.fine_scale().pose_features.as_slice(), &mut table);
     table
 }

@@ -25,8 +25,8 @@ fn main() -> Result<()> {
     for finding in examine(&face).findings {
         println!("{:?}: {}", finding.severity, finding.message);
     }
-    let rig = solve(&face, &Lines)?.cast::<f32>();
+    let rig = solve(&face, &Lines)?.rounded()?;
     rig_file::write(&path, &rig)?;
-    println!("{}: {} vertices, {} handles", path.display(), rig.vertices(), rig.handles.len());
+    println!("{}: {} vertices, {} handles", path.display(), rig.vertices(), rig.handles().vertices.len());
     Ok(())
 }

@@ -14,7 +14,7 @@ fn main() -> Result<()> {
     let path = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("face.usd"), PathBuf::from);
     // With files: rhytid::core::rig_file::read and rhytid::playback::read_take.
     let face = rhytid_demo::face(5_000);
-    let rig = solve(&face, &NoProgress)?.cast::<f32>();
+    let rig = solve(&face, &NoProgress)?.rounded()?;
     let take = rhytid_demo::performance(&face);
 
     // Two seconds of it. The recipe stands in the file, where `rhytid verify` reads it.

@@ -13,8 +13,8 @@ fn main() -> Result<()> {
     let vertices = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(9_409);
     let face = rhytid_demo::face(vertices);
     let take = rhytid_demo::performance(&face);
-    let rig = solve(&face, &NoProgress)?.cast::<f32>();
-    let handles = take.handle_positions(&rig.labels)?;
+    let rig = solve(&face, &NoProgress)?.rounded()?;
+    let handles = take.handle_positions(&rig.handles().labels)?;
 
     let device = Cpu::devices()?.remove(0);
     let mut animator = Animator::new(&Cpu::open(&device)?, &rig, UploadOptions::frames(1))?;
@@ -22,11 +22,11 @@ fn main() -> Result<()> {
 
     let mut positions = Vec::new();
     let start = Instant::now();
-    for frame in handles.chunks_exact(3 * rig.handles.len()) {
+    for frame in handles.chunks_exact(3 * rig.handles().vertices.len()) {
         animator.evaluate(frame)?;
         animator.read(Stage::Positions, &mut positions)?;
     }
     let each = start.elapsed() / take.frames() as u32;
-    println!("{} frames of {} markers, {each:.2?} each", take.frames(), rig.handles.len());
+    println!("{} frames of {} markers, {each:.2?} each", take.frames(), rig.handles().vertices.len());
     Ok(())
 }

@@ -35,8 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("face.png"), PathBuf::from);
     let face = rhytid_demo::face(60_000);
     let take = rhytid_demo::performance(&face);
-    let rig = solve(&face, &NoProgress)?.cast::<f32>();
-    let handles = take.handle_positions(&rig.labels)?;
+    let rig = solve(&face, &NoProgress)?.rounded()?;
+    let handles = take.handle_positions(&rig.handles().labels)?;
 
     // What a renderer has already: WebGPU's default limits are enough.
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Once a frame: send the markers, then draw with the buffers that the results are in.
     let frame = take.frames() / 3;
-    let mut frames = handles.chunks_exact(3 * rig.handles.len());
+    let mut frames = handles.chunks_exact(3 * rig.handles().len());
     animator.evaluate(frames.nth(frame).ok_or("the take is empty")?)?;
     let pixels = draw(&device, &queue, animator.session(), &rig)?;
 
@@ -79,7 +79,7 @@ fn draw(
         buffer
     };
     let copied = wgpu::BufferUsages::COPY_DST;
-    let indices = bytemuck::cast_slice(&rig.triangles);
+    let indices = bytemuck::cast_slice(&rig.surface().triangles);
     let indices = buffer(indices, wgpu::BufferUsages::INDEX | copied);
     let camera = buffer(bytemuck::cast_slice(&camera(rig)), wgpu::BufferUsages::UNIFORM | copied);
 
@@ -122,7 +122,7 @@ fn draw(
         pass.set_vertex_buffer(slot as u32, results.slice(..));
     }
     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-    pass.draw_indexed(0..rig.triangles.len() as u32 * 3, 0, 0..1);
+    pass.draw_indexed(0..rig.surface().triangles.len() as u32 * 3, 0, 0..1);
     drop(pass);
     read(device, queue, encoder, &color)
 }
@@ -168,8 +168,9 @@ fn read(
 
 /// The middle of the rest pose and the scale that makes it fill the picture, as the shader has them.
 fn camera(rig: &Rig) -> [f32; 8] {
-    let bound =
-        |c: usize, pick: fn(f32, f32) -> f32| rig.rest.iter().map(|p| p[c]).reduce(pick).unwrap_or(0.0);
+    let bound = |c: usize, pick: fn(f32, f32) -> f32| {
+        rig.surface().rest.iter().map(|p| p[c]).reduce(pick).unwrap_or(0.0)
+    };
     let low: [f32; 3] = std::array::from_fn(|c| bound(c, f32::min));
     let high: [f32; 3] = std::array::from_fn(|c| bound(c, f32::max));
     let [x, y, z] = std::array::from_fn(|c| (low[c] + high[c]) / 2.0);

@@ -17,19 +17,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args_os().nth(1).unwrap_or_else(|| "face.png".into());
     let face = rhytid_demo::face(60_000);
     let take = rhytid_demo::performance(&face);
-    let rig = solve(&face, &NoProgress)?.cast::<f32>();
-    let handles = take.handle_positions(&rig.labels)?;
+    let rig = solve(&face, &NoProgress)?.rounded()?;
+    let handles = take.handle_positions(&rig.handles().labels)?;
 
     let target = Target { samples: 1, ..Offscreen::TARGET };
     let host = Host::open(target, [600, 800])?;
     let rhytid = Wgpu::from_device(host.device.clone(), host.queue.clone())?;
     let mut animator = Animator::new(&rhytid, &rig, UploadOptions::frames(1))?;
-    let mut renderer = Renderer::new(&host.device, &host.queue, &rig.faces, &rig.triangles, target)?;
+    let mut renderer =
+        Renderer::new(&host.device, &host.queue, &rig.surface().faces, &rig.surface().triangles, target)?;
     let view = View { turn: 25.0, ..View::default() };
-    let camera = Camera::framing(&rig.rest, rig.up_axis, view, 0.75);
+    let camera = Camera::framing(&rig.surface().rest, rig.surface().up_axis, view, 0.75);
 
     // Once a frame: send the markers, then draw with the buffers that the results are in.
-    for frame in handles.chunks(3 * rig.handles.len()).take(80) {
+    for frame in handles.chunks(3 * rig.handles().vertices.len()).take(80) {
         animator.evaluate(frame)?;
         renderer.show(&camera, 0.75, Look::Smooth);
         host.frame(|pass| {

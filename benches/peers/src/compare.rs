@@ -9,7 +9,7 @@ use crate::ours::Ours;
 use crate::times::What;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use rhytid_core::{Error, Result, Rig};
+use rhytid_core::{Error, Result, Rig, StrainEdgeId};
 use rhytid_kernels::detail::feature_distance;
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use serde::Serialize;
@@ -72,7 +72,7 @@ impl<'a> Checker<'a> {
         };
         let (frame, frame_normals) = expected(What::Frame)?;
         let (batch, batch_normals) = expected(What::Batch)?;
-        let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+        let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
         let checker = Self { rig, vertex_triangles, frame, batch };
         for (expected, normals) in [(&checker.frame, frame_normals), (&checker.batch, batch_normals)] {
             checker.compare("Rhytid", expected, &expected.positions, &normals)?;
@@ -112,13 +112,16 @@ impl<'a> Checker<'a> {
             let [positions, normals, expected_positions] = [positions, normals, expected_positions]
                 .map(|vectors| -> Vec<[f64; 3]> { vectors.iter().map(|x| x.map(f64::from)).collect() });
             let tolerance = TOLERANCE * expected.largest_displacement;
-            let f = &expected.strains[frame * self.rig.strain_edges.len()..][..self.rig.strain_edges.len()];
+            let f = &expected.strains[frame * self.rig.handles().strain_edges.len()..]
+                [..self.rig.handles().strain_edges.len()];
             let allowed = |v| tolerance + self.rounding(v, f);
             let away =
                 distances(&format!("{place}: the position"), &positions, &expected_positions, allowed)?;
             let rounded = away.iter().filter(|&&away| away > tolerance).count();
             let wanted: Vec<[f64; 3]> = (0..v)
-                .map(|v| vertex_normal(&positions, &self.rig.triangles, self.vertex_triangles.at(v)))
+                .map(|v| {
+                    vertex_normal(&positions, &self.rig.surface().triangles, self.vertex_triangles.at(v))
+                })
                 .collect();
             let turned = distances(&format!("{place}: the normal"), &normals, &wanted, |_| TOLERANCE)?;
             let largest = |distances: &[f64]| distances.iter().copied().fold(0.0, f64::max);
@@ -130,10 +133,10 @@ impl<'a> Checker<'a> {
 
     /// What rounding may make of vertex `v`'s detail at the strains `f`, mesh units.
     fn rounding(&self, v: usize, f: &[f32]) -> f64 {
-        let (k, n) = (self.rig.influences(), self.rig.centers());
-        let edges = &self.rig.influence_edges[v * k..][..k];
-        let alphas = &self.rig.influence_weights[v * k..][..k];
-        let centers = self.rig.pose_features.chunks_exact(f.len()).zip(&self.rig.rbf_weights[v * n..]);
+        let (influences, fine_scale) = (self.rig.influences(), self.rig.fine_scale());
+        let edges = StrainEdgeId::numbers(influences.edges.row(v));
+        let alphas = influences.weights.row(v);
+        let centers = fine_scale.pose_features.rows().zip(fine_scale.rbf_weights.row(v));
         let terms = centers.map(|(f_j, w)| {
             Vec3::from(*w).as_dvec3().length() * f64::from(feature_distance(edges, alphas, f, f_j))
         });
@@ -143,8 +146,8 @@ impl<'a> Checker<'a> {
 
 impl Expected {
     fn new(rig: &Rig, what: What, handles: &[f32], positions: Vec<[f32; 3]>) -> Result<Self> {
-        let strains = rig.strains(handles.as_chunks().0);
-        let displacements = positions.iter().zip(rig.rest.iter().cycle());
+        let strains = rig.handles().strains(handles.as_chunks().0);
+        let displacements = positions.iter().zip(rig.surface().rest.iter().cycle());
         let displacements = displacements.map(|(x, rest)| Vec3::from(*x) - Vec3::from(*rest));
         let largest_displacement = displacements.map(|d| d.as_dvec3().length()).fold(0.0, f64::max);
         if largest_displacement > 0.0 {
@@ -192,7 +195,7 @@ mod tests {
 
     /// What a faultless peer would write, changed by `fault`, and what becomes of it.
     fn check(fault: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]])) -> Result<Differences> {
-        let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress)?.cast();
+        let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress)?.rounded()?;
         let handles = rig::handles_over_time(&rig, FRAMES)?;
         let mut ours = Ours::new(&rig, &handles, BasisStorage::F32)?;
         let checker = Checker::new(&rig, &mut ours)?;
@@ -222,11 +225,11 @@ mod tests {
 
     #[test]
     fn arrays_come_back_as_they_were_written_and_a_wrong_shape_is_an_error() {
-        let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress).unwrap().cast();
+        let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress).unwrap().rounded().unwrap();
         let handles = rig::handles_over_time(&rig, FRAMES).unwrap();
         let folder = folder::write(&rig, &handles).unwrap();
-        let shape = [rig.vertices(), rig.handles.len()];
-        assert_eq!(read_array(folder.path(), "basis", &shape, "a").unwrap(), rig.basis);
+        let shape = [rig.vertices(), rig.handles().vertices.len()];
+        assert_eq!(read_array(folder.path(), "basis", &shape, "a").unwrap(), rig.basis().as_slice());
         let error = read_array(folder.path(), "basis", &shape[..1], "a").unwrap_err().to_string();
         assert!(error.contains("a: basis has shape"), "{error}");
     }

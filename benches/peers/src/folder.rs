@@ -1,7 +1,7 @@
 //! The files by which peers and this program tell each other numbers.
 use crate::FRAMES;
 use npyz::{AutoSerialize, NpyFile, WriteOptions, WriterBuilder};
-use rhytid_core::{Error, Result, Rig};
+use rhytid_core::{Error, Result, Rig, Table, VertexId};
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::Path;
@@ -11,21 +11,27 @@ use tempfile::TempDir;
 /// folder that is removed when it is dropped.
 pub(crate) fn write(rig: &Rig, handles_over_time: &[f32]) -> Result<TempDir> {
     let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir()))?;
-    let (v, h, f) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len());
-    let (n, k) = (rig.centers(), rig.influences());
+    let (surface, handles) = (rig.surface(), rig.handles());
+    let (influences, fine_scale) = (rig.influences(), rig.fine_scale());
+    let (v, h, f) = (rig.vertices(), handles.len(), handles.strain_edges.len());
     let path = folder.path();
-    write_array(path, "rest", rig.rest.as_flattened(), &[v, 3])?;
-    write_array(path, "triangles", rig.triangles.as_flattened(), &[rig.triangles.len(), 3])?;
-    write_array(path, "handles", &rig.handles, &[h])?;
-    write_array(path, "basis", &rig.basis, &[v, h])?;
-    write_array(path, "strain_edges", rig.strain_edges.as_flattened(), &[f, 2])?;
-    write_array(path, "influence_edges", &rig.influence_edges, &[v, k])?;
-    write_array(path, "influence_weights", &rig.influence_weights, &[v, k])?;
-    write_array(path, "tangent_neighbors", &rig.tangent_neighbors, &[v])?;
-    write_array(path, "pose_features", &rig.pose_features, &[n, f])?;
-    write_array(path, "rbf_weights", rig.rbf_weights.as_flattened(), &[v, n, 3])?;
+    write_array(path, "rest", surface.rest.as_flattened(), &[v, 3])?;
+    write_array(path, "triangles", surface.triangles.as_flattened(), &[surface.triangles.len(), 3])?;
+    write_array(path, "handles", VertexId::numbers(&handles.vertices), &[h])?;
+    write_table(path, "basis", rig.basis())?;
+    write_array(path, "strain_edges", handles.edge_numbers().as_flattened(), &[f, 2])?;
+    write_table(path, "influence_edges", &influences.edges.map(|e| e.0))?;
+    write_table(path, "influence_weights", &influences.weights)?;
+    write_array(path, "tangent_neighbors", VertexId::numbers(&surface.tangent_neighbors), &[v])?;
+    write_table(path, "pose_features", &fine_scale.pose_features)?;
+    let weights = &fine_scale.rbf_weights;
+    write_array(path, "rbf_weights", weights.as_slice().as_flattened(), &[v, weights.columns(), 3])?;
     write_array(path, "handles_over_time", handles_over_time, &[FRAMES, h, 3])?;
     Ok(folder)
+}
+
+fn write_table<T: AutoSerialize + Copy>(folder: &Path, name: &str, table: &Table<T>) -> Result<()> {
+    write_array(folder, name, table.as_slice(), &[table.height(), table.columns()])
 }
 
 fn write_array<T: AutoSerialize + Copy>(

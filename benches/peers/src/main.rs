@@ -143,10 +143,10 @@ fn measure(args: &Args, chosen: &[Implementation]) -> Result<Report> {
     Ok(Report {
         rig: args.rig.display().to_string(),
         vertices: rig.vertices(),
-        handles: rig.handles.len(),
-        strain_edges: rig.strain_edges.len(),
+        handles: rig.handles().vertices.len(),
+        strain_edges: rig.handles().strain_edges.len(),
         centers: rig.centers(),
-        influences: rig.influences(),
+        influences: rig.influences().per_vertex(),
         machine: Cpu::devices()?.into_iter().next().map_or_else(String::new, |device| device.name),
         threads,
         version: env!("CARGO_PKG_VERSION"),

@@ -7,7 +7,7 @@ use std::path::Path;
 pub(crate) fn at(path: &Path, vertices: u32) -> Result<Rig> {
     if !path.exists() {
         eprintln!("solving the demo face with about {vertices} vertices, once");
-        let rig = rhytid_solve::solve(&face(vertices as usize), &NoProgress)?.cast();
+        let rig = rhytid_solve::solve(&face(vertices as usize), &NoProgress)?.rounded()?;
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
         }
@@ -25,19 +25,18 @@ pub(crate) fn face(vertices: usize) -> Face {
 
 /// `frames` × H × 3 handle positions in mesh units: the examples come and go smoothly, one after the other.
 pub(crate) fn handles_over_time(rig: &Rig, frames: usize) -> Result<Vec<f32>> {
-    let examples: Vec<&[[f32; 3]]> = rig.example_handles.chunks_exact(rig.handles.len()).collect();
+    let examples: Vec<&[[f32; 3]]> = rig.examples().handles.rows().collect();
     if examples.is_empty() {
         return Err(Error::rig_lacks(format!(
             "{}: has no examples, so nothing to blend; add some",
-            rig.name
+            rig.surface().name
         )));
     }
-    let mut positions = Vec::with_capacity(frames * rig.handles.len() * 3);
+    let mut positions = Vec::with_capacity(frames * rig.handles().vertices.len() * 3);
     for frame in 0..frames {
         let time = frame as f32 / frames as f32;
         let weight = |j: usize| (PI * (time + (j + 1) as f32 / (2 * examples.len()) as f32)).sin().powi(2);
-        for (h, &v) in rig.handles.iter().enumerate() {
-            let rest = rig.rest[v as usize];
+        for (h, rest) in rig.handles().rest.iter().enumerate() {
             for c in 0..3 {
                 let moves =
                     examples.iter().enumerate().map(|(j, example)| weight(j) * (example[h][c] - rest[c]));

@@ -1,5 +1,6 @@
 //! Sheets and tubes made in code, bent: how far the shell is from what is right, with its handles turning, and refined.
 use rhytid_conformance::{Numbers, evaluate};
+use rhytid_core::VertexId;
 use rhytid_core::{Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, UpAxis};
 use rhytid_kernels::vec3;
 use rhytid_solve::{Refine, solve};
@@ -20,7 +21,10 @@ fn face(positions: Vec<[f64; 3]>, triangles: &[[u32; 3]], vertices: Vec<u32>) ->
         neutral: Mesh { positions, faces, ..Mesh::default() },
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
-        handles: Handles { labels: (0..vertices.len()).map(|i| format!("h{i}")).collect(), vertices },
+        handles: Handles {
+            labels: (0..vertices.len()).map(|i| format!("h{i}")).collect(),
+            vertices: vertices.into_iter().map(VertexId).collect(),
+        },
         examples: Vec::new(),
         settings: Settings::default(),
     }
@@ -73,7 +77,7 @@ impl Body {
     }
 
     fn handles(&self) -> Vec<[f64; 3]> {
-        self.face.handles.vertices.iter().map(|&v| self.bent[v as usize]).collect()
+        self.face.handles.vertices.iter().map(|&v| self.bent[v.index()]).collect()
     }
 
     /// RMS and worst distance from what is right, and the mean and worst change of an area and of an edge, in percent.
@@ -85,10 +89,15 @@ impl Body {
             vec3::length(vec3::cross(vec3::sub(b, a), vec3::sub(c, a)))
         };
         let edge = |x: &[[f64; 3]], [a, b]: [u32; 2]| vec3::length(vec3::sub(x[a as usize], x[b as usize]));
-        let areas: Vec<f64> =
-            rig.triangles.iter().map(|t| (area(found, t) / area(&rig.rest, t) - 1.0).abs()).collect();
-        let sides = rig.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let edges: Vec<f64> = sides.map(|e| (edge(found, e) / edge(&rig.rest, e) - 1.0).abs()).collect();
+        let areas: Vec<f64> = rig
+            .surface()
+            .triangles
+            .iter()
+            .map(|t| (area(found, t) / area(&rig.surface().rest, t) - 1.0).abs())
+            .collect();
+        let sides = rig.surface().triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let edges: Vec<f64> =
+            sides.map(|e| (edge(found, e) / edge(&rig.surface().rest, e) - 1.0).abs()).collect();
         let worst = |x: &[f64]| x.iter().copied().fold(0.0, f64::max);
         let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
         let squares: Vec<f64> = off.iter().map(|x| x * x).collect();
@@ -159,9 +168,9 @@ fn what_is_rigid_already_is_not_changed_and_markers_are_met() {
     let refine = Refine::new(&rig, &NoProgress).unwrap();
     let (sine, cosine) = 2.5f64.sin_cos();
     let turn = |x: &[f64; 3]| [cosine * x[0] - sine * x[1] + 3.0, sine * x[0] + cosine * x[1], x[2]];
-    let turned: Vec<[f64; 3]> = rig.rest.iter().map(turn).collect();
+    let turned: Vec<[f64; 3]> = rig.surface().rest.iter().map(turn).collect();
     let at = |positions: &[[f64; 3]]| -> Vec<[f64; 3]> {
-        rig.handles.iter().map(|&v| positions[v as usize]).collect()
+        rig.handles().vertices.iter().map(|&v| positions[v.index()]).collect()
     };
     let mut found = turned.clone();
     assert_eq!(refine.frame(&at(&turned), &mut found), 1);
@@ -169,7 +178,8 @@ fn what_is_rigid_already_is_not_changed_and_markers_are_met() {
         assert!(vec3::length(vec3::sub(*found, *expected)) < 1e-9);
     }
     let mut numbers = Numbers::new(7);
-    let pose: Vec<[f64; 3]> = at(&rig.rest).iter().map(|x| x.map(|x| x + 0.3 * numbers.signed())).collect();
+    let pose: Vec<[f64; 3]> =
+        at(&rig.surface().rest).iter().map(|x| x.map(|x| x + 0.3 * numbers.signed())).collect();
     let mut found = evaluate(&rig, &pose).positions;
     refine.frame(&pose, &mut found);
     assert_eq!(at(&found), pose);

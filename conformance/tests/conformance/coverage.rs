@@ -2,18 +2,20 @@
 
 use crate::support::real::{clean_take, solved_face};
 use rhytid_capture::coverage::coverage;
+use rhytid_core::HandleId;
+use rhytid_core::Table;
 use rhytid_core::{Rig, Take};
-use rhytid_test_support::shared;
+use rhytid_test_support::{changed, shared};
 
 /// Strains by their plain formula.
 fn strains(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<f64> {
     let length = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
-    let rest = |h: u32| rig.rest[rig.handles[h as usize] as usize];
-    let edges = rig.strain_edges.iter();
+    let rest = |h: HandleId| rig.handles().rest[h.index()];
+    let edges = rig.handles().strain_edges.iter();
     edges
         .map(|&[a, b]| {
             let l = length(rest(a), rest(b));
-            (length(positions[a as usize], positions[b as usize]) - l) / l
+            (length(positions[a.index()], positions[b.index()]) - l) / l
         })
         .collect()
 }
@@ -35,8 +37,9 @@ fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
     let take = clean_take(&shared, rig);
     let found = coverage(rig, &take, 5).unwrap();
 
-    let at_handles = |p: &[[f64; 3]]| rig.handles.iter().map(|&v| p[v as usize]).collect::<Vec<_>>();
-    let mut known = vec![vec![0.0; rig.strain_edges.len()]];
+    let at_handles =
+        |p: &[[f64; 3]]| rig.handles().vertices.iter().map(|&v| p[v.index()]).collect::<Vec<_>>();
+    let mut known = vec![vec![0.0; rig.handles().strain_edges.len()]];
     known.extend(face.examples.iter().map(|e| strains(rig, &at_handles(&e.positions))));
     let nearest = |known: &[Vec<f64>], frame_strains: &[f64]| {
         known.iter().map(|k| rms(k, frame_strains)).fold(f64::INFINITY, f64::min)
@@ -73,9 +76,17 @@ fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
     }
 
     // The scan that was asked for would be at the top no more, and leave less to be asked for.
-    let mut scanned = rig.clone();
-    scanned.example_names.push("scan".into());
-    scanned.pose_features.extend_from_slice(&all[first.frame]);
+    let scanned = changed(&rig, |r| {
+        let (vertices, centers, handles) = (r.surface.rest.len(), r.examples.len() + 2, r.handles.len());
+        r.examples.names.push("scan".into());
+        let features = [r.fine_scale.pose_features.as_slice(), &all[first.frame]].concat();
+        r.fine_scale.pose_features = Table::new(centers, r.handles.strain_edges.len(), features);
+        // How its edges stretch is all that is asked of it.
+        r.fine_scale.rbf_weights = Table::filled(vertices, centers, [0.0; 3]);
+        r.examples.handles = Table::filled(centers - 1, handles, [0.0; 3]);
+        r.learned = None;
+    })
+    .unwrap();
     let then = coverage(&scanned, &take, 5).unwrap();
     assert!(then.distances[first.frame] < 1e-5);
     assert!(then.expressions[0].distance < first.distance && then.expressions[0].frame != first.frame);
@@ -89,7 +100,7 @@ fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
             known.iter().fold((0.0_f64, 0.0_f64), |(low, high), k| (low.min(k[e]), high.max(k[e])));
         (s - high).max(low - s).max(0.0)
     };
-    let millimetres = |e: usize| rig.rest_lengths()[e] * 10.0;
+    let millimetres = |e: usize| rig.handles().rest_lengths()[e] * 10.0;
     let mut worst = 0.0_f64;
     for strains in &all {
         for (e, &s) in strains.iter().enumerate().filter(|(e, s)| over(**s, *e) * millimetres(*e) > 0.5) {

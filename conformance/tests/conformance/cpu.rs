@@ -2,6 +2,8 @@
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::reference::{Expected, Found, reference};
 use rhytid_conformance::{Case, Suite, cases, detail_params, evaluate, pivoted_weights, squared_differences};
+use rhytid_core::StrainEdgeId;
+use rhytid_core::VertexId;
 use rhytid_core::{Animator, Backend, BasisStorage, Stage};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, normals};
@@ -49,8 +51,8 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
         normals::normals(
             normals::Params::whole(frames, vertices),
             &vectors(positions),
-            &rig.triangles,
-            &VertexTriangles::new(vertices, &rig.triangles),
+            &rig.surface().triangles,
+            &VertexTriangles::new(vertices, &rig.surface().triangles),
             &mut out,
         );
     };
@@ -67,10 +69,10 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
             let params = detail_params(rig, frames);
             let (rbf_weights, pivots) = pivoted_weights(rig);
             let buffers = detail::Buffers {
-                influences: rig.influences(),
-                influence_edges: &rig.influence_edges,
-                influence_weights: &rig.influence_weights,
-                rbf_weights: &rbf_weights,
+                influences: rig.influences().per_vertex(),
+                influence_edges: StrainEdgeId::numbers(rig.influences().edges.as_slice()),
+                influence_weights: rig.influences().weights.as_slice(),
+                rbf_weights: rbf_weights.as_slice(),
                 pivots: &pivots,
             };
             let table = squared_differences(rig, &widened(Stage::Strain));
@@ -81,7 +83,7 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
             &vectors(Stage::LargeScale),
             &vectors(Stage::LargeScaleNormals),
             &vectors(Stage::Detail),
-            &rig.tangent_neighbors,
+            VertexId::numbers(&rig.surface().tangent_neighbors),
             &mut out,
         ),
     }
@@ -95,7 +97,7 @@ fn the_reference_is_the_f64_twin() {
         let built = case.build();
         let twin = evaluate(&built.rig, built.handle_positions.as_chunks().0);
         let found = Found {
-            rig: built.rig.cast(),
+            rig: built.rig.widened(),
             basis: BasisStorage::F32,
             handle_positions: built
                 .handle_positions

@@ -1,6 +1,8 @@
 //! What is said of a vertex is what it does: the parts of an explanation add up to what the twin evaluates.
 
 use rhytid_conformance::evaluate;
+use rhytid_core::HandleId;
+use rhytid_core::HandleShare;
 use rhytid_core::{Face, FoldStrains, LearnedSettings, Method, NoProgress, Rig};
 
 /// The demo's rig by each method whose folds are another function.
@@ -12,7 +14,7 @@ fn rigs() -> (Face, Vec<(&'static str, Rig)>) {
     let solve = |(name, method)| {
         let mut face = face.clone();
         face.settings.method = method;
-        (name, rhytid_solve::solve(&face, &NoProgress).unwrap().cast())
+        (name, rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap())
     };
     let rigs = methods.map(solve).into();
     (face, rigs)
@@ -27,9 +29,9 @@ fn the_examples_parts_are_the_detail() {
     let (face, rigs) = rigs();
     let take = rhytid_demo::performance(&face);
     for (name, rig) in rigs {
-        let twin_rig: Rig<f64> = rig.cast();
-        let positions = take.handle_positions(&rig.labels).unwrap();
-        let frames = positions.chunks_exact(3 * rig.handles.len());
+        let twin_rig: Rig<f64> = rig.widened();
+        let positions = take.handle_positions(&rig.handles().labels).unwrap();
+        let frames = positions.chunks_exact(3 * rig.handles().vertices.len());
         let mut largest = 0.0_f64;
         for frame in frames.step_by(60) {
             let (handles, _) = frame.as_chunks::<3>();
@@ -49,14 +51,14 @@ fn the_examples_parts_are_the_detail() {
 #[test]
 fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
     for (name, rig) in rigs().1 {
-        let h = rig.handles.len();
         let v = rig.vertices() / 2;
-        for p in 0..rig.example_names.len() {
-            let explanation = rig.explain(v, &rig.example_handles[p * h..][..h]).unwrap();
+        for p in 0..rig.examples().names.len() {
+            let explanation = rig.explain(v, rig.examples().handles.row(p)).unwrap();
             let distance = explanation.examples[p].distance;
             assert!(distance < 1e-5, "{name}: example {p} is {distance} from itself");
         }
-        let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+        let rest: Vec<[f32; 3]> =
+            rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
         let explanation = rig.explain(v, &rest).unwrap();
         // The chapter's weights cancel there, but for what their ridge leaves.
         let fold = size(explanation.fold());
@@ -65,15 +67,15 @@ fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
         assert!(explanation.edges.iter().all(|edge| edge.strain.abs() < 1e-6));
         assert!(explanation.edges.windows(2).all(|pair| pair[0].weight >= pair[1].weight));
         // A handle follows itself alone.
-        let own = rig.explain(rig.handles[3] as usize, &rest).unwrap();
-        assert_eq!(own.handles, [(3, 1.0)], "{name}");
+        let own = rig.explain(rig.handles().vertices[3].index(), &rest).unwrap();
+        assert_eq!(own.handles, [HandleShare { handle: HandleId(3), weight: 1.0 }], "{name}");
     }
 }
 
 #[test]
 fn what_is_not_there_is_a_sentence() {
     let rig = rigs().1.remove(0).1;
-    let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let rest: Vec<[f32; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
     let error = rig.explain(rig.vertices(), &rest).unwrap_err().to_string();
     assert!(error.contains("the rig's vertices are 0 to"), "{error}");
     let error = rig.explain(0, &rest[1..]).unwrap_err().to_string();

@@ -16,8 +16,8 @@ use std::path::Path;
 /// Positions of the large scale and of all, frames × V, as the CPU backend has them for what it is given in f32.
 fn on_cpu(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> [Vec<f32>; 2] {
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let frames = handle_positions.len() / rig.handles.len();
-    let mut animator = Animator::new(&cpu, &rig.cast(), UploadOptions::frames(frames)).unwrap();
+    let frames = handle_positions.len() / rig.handles().vertices.len();
+    let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(frames)).unwrap();
     let positions: Vec<f32> = handle_positions.as_flattened().iter().map(|&x| x as f32).collect();
     animator.evaluate(&positions).unwrap();
     [Stage::LargeScale, Stage::Positions].map(|stage| {
@@ -36,9 +36,9 @@ fn golden_frames_are_met_by_the_learned_method() {
         let rig = solve(&face, &NoProgress).unwrap();
         // What was learned can be taken out again, in f32 too.
         let shell = numbers(&case["expected"]["shell_basis"]);
-        assert!(worst_difference(&rig.clone().shell().basis, &shell).size < 1e-12);
-        let of_f32: Vec<f64> = rig.cast::<f32>().shell().basis.iter().map(|&b| f64::from(b)).collect();
-        assert!(worst_difference(&of_f32, &shell).size < 1e-6);
+        assert!(worst_difference(rig.clone().shell().unwrap().basis().as_slice(), &shell).size < 1e-12);
+        let of_f32 = rig.rounded().unwrap().shell().unwrap().widened();
+        assert!(worst_difference(of_f32.basis().as_slice(), &shell).size < 1e-6);
         for frame in case["expected"]["frames"].as_array().unwrap() {
             let handle_positions = vectors(&frame["handle_positions"]);
             let results = evaluate(&rig, &handle_positions);
@@ -72,14 +72,15 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
     let chosen = account.candidates[0];
     assert_eq!((chosen.share, chosen.ridge), (1.0, 1e-2));
 
-    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let rest: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
     let at_rest = evaluate(&rig, &rest).positions;
-    assert!(worst_difference(at_rest.as_flattened(), rig.rest.as_flattened()).size < 1e-12);
+    assert!(worst_difference(at_rest.as_flattened(), rig.surface().rest.as_flattened()).size < 1e-12);
     let [_, at_rest] = on_cpu(&rig, &rest);
-    let off = worst_difference(&at_rest, rig.rest.as_flattened()).size / diagonal(&face);
+    let off = worst_difference(&at_rest, rig.surface().rest.as_flattened()).size / diagonal(&face);
     assert!(off < 1e-6, "cpu:0 is off by {off} of the diagonal at rest");
     for example in &face.examples {
-        let handles: Vec<[f64; 3]> = rig.handles.iter().map(|&v| example.positions[v as usize]).collect();
+        let handles: Vec<[f64; 3]> =
+            rig.handles().vertices.iter().map(|&v| example.positions[v.index()]).collect();
         let [_, on_cpu] = on_cpu(&rig, &handles);
         let off = 10.0 * worst_difference(&on_cpu, example.positions.as_flattened()).size;
         println!("{}: {off:.4} mm", example.name);
@@ -114,8 +115,8 @@ fn mirror_images_are_examples_like_others() {
     let mut face = real::face(&shared, "face", Settings::default());
     face.examples.iter_mut().for_each(|example| example.mirror = true);
     let rig = solve(&face, &NoProgress).unwrap();
-    println!("{:?}", rig.example_names);
-    assert_eq!(rig.example_names.len(), 16);
+    println!("{:?}", rig.examples().names);
+    assert_eq!(rig.examples().names.len(), 16);
     let (rms, worst) = off_the_truth(&shared, &rig);
     println!("RMS to the truth {rms:.3} mm, worst {worst:.2} mm");
     assert!(rms < 0.2, "{rms} mm");
@@ -125,7 +126,7 @@ fn mirror_images_are_examples_like_others() {
 /// CPU backend.
 fn off_the_truth(shared: &Path, rig: &Rig<f64>) -> (f64, f64) {
     let (frames, truth) = real::truth(shared);
-    let (markers, count) = (real::clean_handles(shared, rig), rig.handles.len());
+    let (markers, count) = (real::clean_handles(shared, rig), rig.handles().vertices.len());
     let at_frames: Vec<[f64; 3]> =
         frames.iter().flat_map(|frame| markers[frame * count..][..count].to_vec()).collect();
     let [_, on_cpu] = on_cpu(rig, &at_frames);

@@ -16,9 +16,9 @@ const BATCH: usize = 16;
 /// Positions of all vertices in each of frames × H handle positions, on the CPU backend.
 fn play(rig: &Rig<f64>, handle_positions: &[[f64; 3]], mut each: impl FnMut(usize, &[[f32; 3]])) {
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let mut animator = Animator::new(&cpu, &rig.cast(), UploadOptions::frames(BATCH)).unwrap();
+    let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(BATCH)).unwrap();
     let mut found = Vec::new();
-    for (i, frames) in handle_positions.chunks(BATCH * rig.handles.len()).enumerate() {
+    for (i, frames) in handle_positions.chunks(BATCH * rig.handles().vertices.len()).enumerate() {
         let positions: Vec<f32> = frames.as_flattened().iter().map(|&x| x as f32).collect();
         animator.evaluate(&positions).unwrap();
         animator.read(Stage::Positions, &mut found).unwrap();
@@ -37,7 +37,7 @@ fn widened(p: [f32; 3]) -> [f64; 3] {
 }
 
 fn at_rest(rig: &Rig<f64>) -> Vec<[f64; 3]> {
-    rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
+    rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect()
 }
 
 /// A normally distributed number with the standard deviation 1: the sum of twelve numbers in 0..1, less 6.
@@ -49,7 +49,7 @@ fn normal(numbers: &mut Numbers) -> f64 {
 fn noise_of_the_markers_stays_noise() {
     let Some(shared) = shared("") else { return };
     let rig = solve(&real::face(&shared, "face", Settings::default()), &NoProgress).unwrap();
-    let count = rig.handles.len();
+    let count = rig.handles().vertices.len();
     let clean: Vec<[f64; 3]> =
         real::clean_handles(&shared, &rig).chunks_exact(count).step_by(40).flatten().copied().collect();
     let mut numbers = Numbers::new(7);
@@ -75,7 +75,7 @@ fn noise_of_the_markers_stays_noise() {
 fn thrown_markers_give_a_bounded_face() {
     let Some(shared) = shared("") else { return };
     let rig = solve(&real::face(&shared, "face", Settings::default()), &NoProgress).unwrap();
-    let (rest, count) = (at_rest(&rig), rig.handles.len());
+    let (rest, count) = (at_rest(&rig), rig.handles().vertices.len());
     let clean: Vec<[f64; 3]> =
         real::clean_handles(&shared, &rig).chunks_exact(count).step_by(200).flatten().copied().collect();
     let mut numbers = Numbers::new(11);
@@ -92,7 +92,7 @@ fn thrown_markers_give_a_bounded_face() {
         }
         let mut moved = 0.0_f64;
         play(&rig, &thrown, |_, frame| {
-            for (p, r) in frame.iter().zip(&rig.rest) {
+            for (p, r) in frame.iter().zip(&rig.surface().rest) {
                 assert!(p.iter().all(|x| x.is_finite()));
                 moved = moved.max(length(vec3::sub(widened(*p), *r)));
             }
@@ -108,11 +108,11 @@ fn a_still_face_of_a_raw_take_is_still() {
     for folder in ["face", "head"] {
         let rig = solve(&real::face(&shared, folder, Settings::default()), &NoProgress).unwrap();
         let raw = raw_take::read(&shared.join("data/takes/rom_3_raw.c3d"), None).unwrap();
-        let target = Target::of(&rig.cast());
+        let target = Target::of(&rig.rounded().unwrap());
         let cleaned = clean(raw, &target, &CleanUp::default(), &NoProgress).unwrap();
         // The first half second is the neutral face.
         let take = cleaned.take.slice(0..60);
-        let handles = take.handle_positions(&rig.labels).unwrap();
+        let handles = take.handle_positions(&rig.handles().labels).unwrap();
         let handles: Vec<[f64; 3]> = handles.as_chunks::<3>().0.iter().map(|p| widened(*p)).collect();
         let (mut before, mut worst) = (Vec::new(), (0.0_f64, 0));
         play(&rig, &handles, |_, frame| {
@@ -136,15 +136,15 @@ fn teeth_and_eyes_stay_what_they_are() {
         solve_and_account(&real::face(&shared, "head", Settings::default()), &NoProgress).unwrap();
     let rigid: Vec<_> = account.parts.iter().filter(|part| part.rigid).collect();
     assert!(rigid.len() > 20, "only {} parts are rigid", rigid.len());
-    let count = rig.handles.len();
+    let count = rig.handles().vertices.len();
     let frames: Vec<[f64; 3]> =
         real::clean_handles(&shared, &rig).chunks_exact(count).step_by(100).flatten().copied().collect();
     let mut worst = 0.0_f64;
     play(&rig, &frames, |_, frame| {
         for part in &rigid {
-            let first = part.first_vertex as usize;
+            let first = part.first_vertex.index();
             let vertices: Vec<usize> = (first..first + part.vertices).collect();
-            worst = worst.max(off_rigid(&rig.rest, frame, &vertices));
+            worst = worst.max(off_rigid(&rig.surface().rest, frame, &vertices));
         }
     });
     println!("{} rigid parts are within {:.2} % of their size of a rigid motion", rigid.len(), 100.0 * worst);
@@ -203,7 +203,7 @@ fn examples_in_other_places_are_put_back() {
     // The face is the head's first part, and has a truth.
     let (frames, truth) = real::truth(&shared);
     let handles = real::clean_handles(&shared, &as_it_was);
-    let count = as_it_was.handles.len();
+    let count = as_it_was.handles().vertices.len();
     let chosen: Vec<[f64; 3]> =
         frames.iter().flat_map(|&f| &handles[f * count..][..count]).copied().collect();
     let errors = |rig: &Rig<f64>| {

@@ -3,6 +3,7 @@
 use crate::support::real;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{Numbers, evaluate};
+use rhytid_core::VertexId;
 use rhytid_core::{Backend, Example, Face, Handles, Method, NoProgress, Rig, Settings, UpAxis};
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::mesh;
@@ -24,7 +25,7 @@ fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn at_handles(face: &Face, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    face.handles.vertices.iter().map(|&v| positions[v as usize]).collect()
+    face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
 }
 
 /// The largest distance between points that belong together.
@@ -69,7 +70,7 @@ fn makehuman(shared: &Path, count: usize) -> Face {
         up_axis: UpAxis::Y,
         handles: Handles {
             labels: (0..count).map(|h| format!("m{h}")).collect(),
-            vertices: handles.into_iter().map(|v| v as u32).collect(),
+            vertices: handles.into_iter().map(VertexId::from_index).collect(),
         },
         examples,
         settings: Settings::default(),
@@ -143,12 +144,16 @@ fn turned(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<bool> {
         let [a, b, c] = corners.map(|v| positions[v as usize]);
         vec3::cross(vec3::sub(b, a), vec3::sub(c, a))
     };
-    rig.triangles.iter().map(|t| vec3::dot(normal(positions, t), normal(&rig.rest, t)) < 0.0).collect()
+    rig.surface()
+        .triangles
+        .iter()
+        .map(|t| vec3::dot(normal(positions, t), normal(&rig.surface().rest, t)) < 0.0)
+        .collect()
 }
 
 /// The frames of frames × H handle positions, as `animate` would write them.
 fn played(rig: &Rig<f64>, handles: &[[f64; 3]], stage: OutputStage) -> Vec<Vec<[f64; 3]>> {
-    let rig = rig.cast::<f32>();
+    let rig = rig.rounded().unwrap();
     let handles: Vec<f32> = handles.as_flattened().iter().map(|x| *x as f32).collect();
     let mut playback = Playback::new(&rig, &Cpu::devices().unwrap(), 16).unwrap();
     let mut frames = Vec::new();
@@ -172,8 +177,8 @@ struct Held {
 }
 
 fn held(rig: &Rig<f64>, handles: &[[f64; 3]]) -> Vec<Held> {
-    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
-    let shell = played(&rig.clone().shell(), handles, OutputStage::Shell);
+    let rest: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
+    let shell = played(&rig.clone().shell().unwrap(), handles, OutputStage::Shell);
     let smooth = played(rig, handles, OutputStage::LargeScale);
     let full = played(rig, handles, OutputStage::Full);
     let stages = shell.into_iter().zip(smooth).zip(full).map(|((shell, smooth), full)| [shell, smooth, full]);
@@ -183,7 +188,7 @@ fn held(rig: &Rig<f64>, handles: &[[f64; 3]]) -> Vec<Held> {
             let [by_shell, smooth, full] = stages.each_ref().map(|stage| turned(rig, stage));
             let beyond =
                 |now: Vec<bool>| now.iter().zip(&by_shell).filter(|(now, shell)| **now && !**shell).count();
-            let moved = [&stages[1], &stages[2]].map(|stage| farthest(stage, &rig.rest));
+            let moved = [&stages[1], &stages[2]].map(|stage| farthest(stage, &rig.surface().rest));
             Held { markers: farthest(handles, &rest), moved, turned: [beyond(smooth), beyond(full)], stages }
         })
         .collect()
@@ -269,7 +274,7 @@ fn mixtures_of_the_examples_are_what_they_are_mixed_of() {
         let rig = solve(face, &NoProgress).unwrap();
         let mut squares = 0.0;
         for mixture in &mixtures {
-            let handles: Vec<[f64; 3]> = rig.handles.iter().map(|&v| mixture[v as usize]).collect();
+            let handles: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| mixture[v.index()]).collect();
             let found = evaluate(&rig, &handles).positions;
             squares += found.iter().zip(mixture).map(|(a, b)| apart(*a, *b).powi(2)).sum::<f64>();
         }

@@ -3,6 +3,7 @@
 use crate::support::real::{self, clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
+use rhytid_core::VertexId;
 use rhytid_core::{Animator, Backend, Bind, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
@@ -14,27 +15,27 @@ const MM: f64 = 10.0;
 /// Vertices of the face that the truth is compared on: the skin without its inner rims.
 const COMPARED: usize = 6706;
 
-fn at_handles<T: Copy>(handles: &[u32], positions: &[T]) -> Vec<T> {
-    handles.iter().map(|&v| positions[v as usize]).collect()
+fn at_handles<T: Copy>(handles: &[VertexId], positions: &[T]) -> Vec<T> {
+    handles.iter().map(|v| positions[v.index()]).collect()
 }
 
 /// Each example's own markers give it back, and every marker of the take is met in every frame, within 0.01 mm.
 fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
-    let h = rig.handles.len();
+    let h = rig.handles().vertices.len();
     let batch = 31;
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let mut animator = Animator::new(&cpu, &rig.cast(), UploadOptions::frames(batch)).unwrap();
+    let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(batch)).unwrap();
     let mut found = Vec::new();
     let mut compared = 0;
     for example in &face.examples {
-        let handles = at_handles(&rig.handles, &example.positions);
+        let handles = at_handles(&rig.handles().vertices, &example.positions);
         let results = evaluate(rig, &handles);
         let handles: Vec<f32> = handles.as_flattened().iter().map(|&x| x as f32).collect();
         animator.evaluate(&handles).unwrap();
         animator.read(Stage::Positions, &mut found).unwrap();
         let (on_cpu, _) = found.as_chunks::<3>();
         let moving: Vec<usize> =
-            (0..rig.vertices()).filter(|&v| rig.basis[v * h..][..h].iter().any(|&b| b != 0.0)).collect();
+            (0..rig.vertices()).filter(|&v| rig.basis().row(v).iter().any(|&b| b != 0.0)).collect();
         let apart: Vec<usize> =
             moving.iter().copied().filter(|&v| crate::support::told_apart(rig, v, 0.01)).collect();
         let expected: Vec<[f64; 3]> = apart.iter().map(|&v| example.positions[v]).collect();
@@ -55,7 +56,7 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
 
     let take = clean_take(shared, rig);
     assert_eq!(take.frames(), 4030);
-    let markers = take.handle_positions(&rig.labels).unwrap();
+    let markers = take.handle_positions(&rig.handles().labels).unwrap();
     let mut worst = [0.0f64; 2];
     for frames in markers.chunks(batch * 3 * h) {
         animator.evaluate(frames).unwrap();
@@ -63,7 +64,9 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
             animator.read(stage, &mut found).unwrap();
             let at: Vec<f32> = found
                 .chunks_exact(3 * rig.vertices())
-                .flat_map(|frame| rig.handles.iter().flat_map(|&v| frame[3 * v as usize..][..3].to_vec()))
+                .flat_map(|frame| {
+                    rig.handles().vertices.iter().flat_map(|&v| frame[3 * v.index()..][..3].to_vec())
+                })
                 .collect();
             *worst = worst.max(MM * worst_difference(&at, frames).size);
         }
@@ -81,7 +84,7 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
 fn the_face_meets_its_markers_and_gives_its_examples_back() {
     let Some(shared) = shared("") else { return };
     let (face, rig) = solved_face(&shared);
-    assert_eq!(rig.strain_edges.len(), 236);
+    assert_eq!(rig.handles().strain_edges.len(), 236);
     check(&shared, face, rig);
 }
 
@@ -93,8 +96,7 @@ fn the_head_meets_its_markers_and_gives_its_examples_back() {
     check(&shared, &face, &rigid);
     face.settings.bind = Bind::Nearest;
     let bound = solve(&face, &NoProgress).unwrap();
-    let h = bound.handles.len();
-    assert!(bound.basis.chunks_exact(h).all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-9));
+    assert!(bound.basis().rows().all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-9));
     check(&shared, &face, &bound);
 }
 
@@ -104,7 +106,7 @@ fn errors_to_the_truth(shared: &Path, rig: &Rig<f64>) -> [f64; 2] {
     let markers = real::clean_handles(shared, rig);
     let mut sums = [0.0; 2];
     for (&frame, truth) in frames.iter().zip(truth.chunks_exact(9409 * 3)) {
-        let h = rig.handles.len();
+        let h = rig.handles().vertices.len();
         let results = evaluate(rig, &markers[frame * h..][..h]);
         for (sum, positions) in sums.iter_mut().zip([&results.large_scale, &results.positions]) {
             let compared = positions[..COMPARED].as_flattened().iter().zip(truth);
@@ -130,12 +132,12 @@ fn the_default_bending_length_is_nearly_as_good_as_any() {
     let mut face = face(&shared, "face", Settings { method: Method::Chapter, ..Settings::default() });
     let rig = solve(&face, &NoProgress).unwrap();
     let default = errors_to_the_truth(&shared, &rig);
-    println!("bending_length {:.3} (default): {default:.3?} mm", rig.bending_length);
+    println!("bending_length {:.3} (default): {default:.3?} mm", rig.bending_length());
     let mut best = f64::MAX;
     for factor in [0.25, 0.5, 2.0, 4.0] {
-        face.settings.bending_length = Some(factor * rig.bending_length);
+        face.settings.bending_length = Some(factor * rig.bending_length());
         let errors = errors_to_the_truth(&shared, &solve(&face, &NoProgress).unwrap());
-        println!("bending_length {:.3}: {errors:.3?} mm", factor * rig.bending_length);
+        println!("bending_length {:.3}: {errors:.3?} mm", factor * rig.bending_length());
         best = best.min(errors[1]);
     }
     assert!(default[1] < 1.05 * best, "{} mm, where {best} mm can be had", default[1]);

@@ -21,7 +21,7 @@ fn turning(mut face: Face) -> Face {
 }
 
 fn handles_at_rest(rig: &Rig<f64>) -> Vec<[f64; 3]> {
-    rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
+    rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect()
 }
 
 fn worst(found: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
@@ -36,7 +36,7 @@ fn size(face: &Face) -> f64 {
 /// The large scale of a frame on the CPU backend, which has the bits of the f32 twin.
 fn on_cpu(rig: &Rig<f64>, handles: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let mut animator = Animator::new(&cpu, &rig.cast(), UploadOptions::frames(1)).unwrap();
+    let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(1)).unwrap();
     let handles: Vec<f32> = handles.as_flattened().iter().map(|&x| x as f32).collect();
     animator.evaluate(&handles).unwrap();
     let mut found = Vec::new();
@@ -53,14 +53,14 @@ proptest! {
         let rig = solve(&face, &NoProgress).unwrap();
         let rest = handles_at_rest(&rig);
         let results = evaluate(&rig, &rest);
-        prop_assert!(worst(&results.large_scale, &rig.rest) < 1e-14 * size(&face));
-        prop_assert_eq!(evaluate(&rig.clone().shell(), &rest).positions, rig.rest.clone());
-        prop_assert!(worst(&results.positions, &rig.rest) < 1e-10 * size(&face));
+        prop_assert!(worst(&results.large_scale, &rig.surface().rest) < 1e-14 * size(&face));
+        prop_assert_eq!(evaluate(&rig.clone().shell().unwrap(), &rest).positions, rig.surface().rest.clone());
+        prop_assert!(worst(&results.positions, &rig.surface().rest) < 1e-10 * size(&face));
         let mut numbers = Numbers::new(seed);
         let pose: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|c| c + 2.0 * numbers.signed())).collect();
         let results = evaluate(&rig, &pose);
         for positions in [&results.large_scale, &results.positions] {
-            let found: Vec<[f64; 3]> = rig.handles.iter().map(|&v| positions[v as usize]).collect();
+            let found: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| positions[v.index()]).collect();
             prop_assert!(worst(&found, &pose) < 1e-12 * size(&face));
         }
     }
@@ -79,9 +79,8 @@ proptest! {
             ps.iter().map(|p| (turn * DVec3::from_array(*p) + shift).to_array()).collect()
         };
         let pose = moved(&handles_at_rest(&rig));
-        let mut expected = moved(&rig.rest);
-        let h = rig.handles.len();
-        for ((row, rest), expected) in rig.basis.chunks(h).zip(&rig.rest).zip(&mut expected) {
+        let mut expected = moved(&rig.surface().rest);
+        for ((row, rest), expected) in rig.basis().rows().zip(&rig.surface().rest).zip(&mut expected) {
             if row.iter().all(|b| *b == 0.0) {
                 *expected = *rest;
             }
@@ -94,7 +93,7 @@ proptest! {
 
 /// RMS, 99.9 % and worst of the distances in mm, of the large scale and of all.
 fn errors(rig: &Rig<f64>, frames: &[usize], truth: &[f32], handles: &[[f64; 3]]) -> [[f64; 3]; 2] {
-    let (h, v) = (rig.handles.len(), rig.vertices());
+    let (h, v) = (rig.handles().vertices.len(), rig.vertices());
     let mut distances = [const { Vec::new() }; 2];
     for (&frame, truth) in frames.iter().zip(truth.as_chunks::<3>().0.chunks_exact(v)) {
         let results = evaluate(rig, &handles[frame * h..][..h]);
@@ -128,7 +127,8 @@ fn an_unseen_capture_is_no_nearer() {
             found[0], found[1]
         );
         for example in &face.examples {
-            let handles: Vec<[f64; 3]> = rig.handles.iter().map(|&v| example.positions[v as usize]).collect();
+            let handles: Vec<[f64; 3]> =
+                rig.handles().vertices.iter().map(|&v| example.positions[v.index()]).collect();
             let off = 10.0 * worst(&evaluate(&rig, &handles).positions, &example.positions);
             assert!(off < 0.02, "{}: {off} mm", example.name);
         }

@@ -41,7 +41,7 @@ fn arrays_and_batches_split_to_the_least_that_is_possible_still_conform() {
     for case in cases(Suite::Full).iter().filter(|case| !case.large) {
         let max_binding_bytes = least_binding(case);
         let rig = case.build().rig;
-        let workgroups = (rig.features() as u32).div_ceil(64).max(1);
+        let workgroups = (rig.handles().features() as u32).div_ceil(64).max(1);
         for limits in [
             PlanLimits { max_binding_bytes, max_workgroups: u32::MAX },
             PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: workgroups.max(2) },

@@ -6,6 +6,7 @@ use crate::support::told_apart;
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 use rhytid_conformance::{Numbers, evaluate, worst_difference};
+use rhytid_core::VertexId;
 use rhytid_core::{Bind, Example, Face, NoProgress, Rig};
 use rhytid_solve::solve;
 
@@ -14,7 +15,7 @@ fn solved(face: &Face) -> Rig<f64> {
 }
 
 fn at_handles(face: &Face, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    face.handles.vertices.iter().map(|&v| positions[v as usize]).collect()
+    face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
 }
 
 /// Handle positions some way from rest.
@@ -37,8 +38,7 @@ fn worst(found: &[[f64; 3]], expected: &[[f64; 3]]) -> f64 {
 }
 
 fn driven(rig: &Rig<f64>, v: usize) -> bool {
-    let h = rig.handles.len();
-    rig.basis[v * h..][..h].iter().any(|&b| b != 0.0)
+    rig.basis().row(v).iter().any(|&b| b != 0.0)
 }
 
 proptest! {
@@ -47,15 +47,14 @@ proptest! {
     #[test]
     fn rows_at_handles_are_the_identity_and_driven_rows_sum_to_one(face in faces()) {
         let rig = solved(&face);
-        let h = rig.handles.len();
-        for (i, &v) in rig.handles.iter().enumerate() {
-            for (j, &b) in rig.basis[v as usize * h..][..h].iter().enumerate() {
+        for (i, &v) in rig.handles().vertices.iter().enumerate() {
+            for (j, &b) in rig.basis().row(v.index()).iter().enumerate() {
                 prop_assert_eq!(b, if i == j { 1.0 } else { 0.0 });
             }
         }
         let mut seen = 0;
         for v in 0..rig.vertices() {
-            let sum: f64 = rig.basis[v * h..][..h].iter().sum();
+            let sum: f64 = rig.basis().row(v).iter().sum();
             if driven(&rig, v) {
                 seen += 1;
                 prop_assert!((sum - 1.0).abs() < 1e-9, "row {v} sums to {sum}");
@@ -92,9 +91,9 @@ proptest! {
     #[test]
     fn rest_handles_give_the_rest_pose(face in faces_for_both_methods()) {
         let rig = solved(&face);
-        let results = evaluate(&rig, &at_handles(&face, &rig.rest));
-        prop_assert!(worst(&results.large_scale, &rig.rest) < 1e-10 * size(&face));
-        prop_assert!(worst(&results.positions, &rig.rest) < 1e-10 * size(&face));
+        let results = evaluate(&rig, &at_handles(&face, &rig.surface().rest));
+        prop_assert!(worst(&results.large_scale, &rig.surface().rest) < 1e-10 * size(&face));
+        prop_assert!(worst(&results.positions, &rig.surface().rest) < 1e-10 * size(&face));
     }
 
     #[test]
@@ -102,7 +101,7 @@ proptest! {
         let rig = solved(&face);
         let results = evaluate(&rig, &some_pose(&face, seed));
         let last = rig.vertices() - 17;
-        prop_assert_eq!(&results.positions[last..], &rig.rest[last..]);
+        prop_assert_eq!(&results.positions[last..], &rig.surface().rest[last..]);
     }
 
     #[test]
@@ -111,8 +110,8 @@ proptest! {
         let rig = solved(&face);
         let shift = [0.3, -0.2, 0.1];
         let moved: Vec<[f64; 3]> =
-            at_handles(&face, &rig.rest).iter().map(|p| std::array::from_fn(|c| p[c] + shift[c])).collect();
-        let expected: Vec<[f64; 3]> = rig.rest.iter().map(|p| std::array::from_fn(|c| p[c] + shift[c])).collect();
+            at_handles(&face, &rig.surface().rest).iter().map(|p| std::array::from_fn(|c| p[c] + shift[c])).collect();
+        let expected: Vec<[f64; 3]> = rig.surface().rest.iter().map(|p| std::array::from_fn(|c| p[c] + shift[c])).collect();
         prop_assert!(worst(&evaluate(&rig, &moved).large_scale, &expected) < 1e-8);
     }
 
@@ -150,7 +149,7 @@ proptest! {
         let mut other = face.clone();
         other.neutral.positions = renumber(&face.neutral.positions);
         other.neutral.faces.indices.iter_mut().for_each(|v| *v = to[*v as usize] as u32);
-        other.handles.vertices.iter_mut().for_each(|v| *v = to[*v as usize] as u32);
+        other.handles.vertices.iter_mut().for_each(|v| *v = VertexId::from_index(to[v.index()]));
         other.examples.iter_mut().for_each(|e: &mut Example| e.positions = renumber(&e.positions));
         let pose = some_pose(&face, seed);
         let expected = evaluate(&solved(&face), &pose);

@@ -1,5 +1,7 @@
 //! The golden cases of the learned method: float64 values by an independent implementation.
 use rhytid_conformance::worst_difference;
+use rhytid_core::HandleId;
+use rhytid_core::VertexId;
 use rhytid_core::{
     Device, Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig,
     Settings, Stage, StrainEdges, UpAxis, UploadOptions,
@@ -50,14 +52,24 @@ pub(crate) fn face(case: &Value) -> Face {
         neutral: Mesh { positions: vectors(&case["rest"]), faces, ..Mesh::default() },
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
-        handles: Handles { labels: (0..handles.len()).map(|h| format!("h{h}")).collect(), vertices: handles },
+        handles: Handles {
+            labels: (0..handles.len()).map(|h| format!("h{h}")).collect(),
+            vertices: handles.into_iter().map(VertexId).collect(),
+        },
         examples: poses
             .map(|(p, pose)| Example { name: format!("p{p}"), positions: vectors(pose), mirror: false })
             .collect(),
         settings: Settings {
             bending_length: case["bending_length"].as_f64(),
             method,
-            strain_edges: StrainEdges::Given(indices(&case["strain_edges"]).as_chunks::<2>().0.to_vec()),
+            strain_edges: StrainEdges::Given(
+                indices(&case["strain_edges"])
+                    .as_chunks::<2>()
+                    .0
+                    .iter()
+                    .map(|pair| pair.map(HandleId))
+                    .collect(),
+            ),
             max_influences: case["max_influences"].as_u64().unwrap() as usize,
             ..Settings::default()
         },
@@ -85,7 +97,7 @@ pub(crate) fn check(device: &Device, cases: &[Value]) -> Result<(), String> {
     let of_device = |e: rhytid_core::Error| e.to_string();
     for (case, i) in cases.iter().zip(1..) {
         let face = face(case);
-        let rig: Rig = solve(&face, &NoProgress).unwrap().cast();
+        let rig: Rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let mut animator = device.upload(&rig, UploadOptions::frames(1)).map_err(of_device)?;
         let mut read = |handles: &[[f64; 3]], stage| {
             let handles: Vec<f32> = handles.as_flattened().iter().map(|&x| x as f32).collect();
@@ -104,7 +116,7 @@ pub(crate) fn check(device: &Device, cases: &[Value]) -> Result<(), String> {
             }
         }
         let rest: Vec<[f64; 3]> =
-            face.handles.vertices.iter().map(|&v| face.neutral.positions[v as usize]).collect();
+            face.handles.vertices.iter().map(|&v| face.neutral.positions[v.index()]).collect();
         let off = part(&read(&rest, Stage::Positions)?, face.neutral.positions.as_flattened());
         if off.is_nan() || off > AT_REST {
             return Err(format!("learned-{i}: the rest pose is off by {off:.1e} of the diagonal"));

@@ -35,10 +35,10 @@ impl Head {
         let [low, high] = face.neutral.bounds().unwrap();
         let diagonal = low.iter().zip(high).map(|(low, high)| (high - low).powi(2)).sum::<f64>().sqrt();
         // The twin evaluates what a device is given.
-        let rig: Rig = solve(&face, &NoProgress).unwrap().cast();
-        let twin: Rig<f64> = rig.cast();
-        let take = clean_take(&shared, &twin).handle_positions(&rig.labels).unwrap();
-        let frame = rig.handles.len() * 3;
+        let rig: Rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let twin = rig.widened();
+        let take = clean_take(&shared, &twin).handle_positions(&rig.handles().labels).unwrap();
+        let frame = rig.handles().vertices.len() * 3;
         let handle_positions: Vec<f32> =
             take.chunks_exact(frame).step_by(EVERY).flat_map(<[f32]>::to_vec).collect();
         assert_eq!(handle_positions.len(), 81 * frame);
@@ -59,17 +59,19 @@ impl Head {
         let mut animator = device.upload(&self.rig, UploadOptions::frames(BATCH)).map_err(of_device)?;
         let mut positions = Vec::new();
         let mut worst: f64 = 0.0;
-        let batches = self.handle_positions.chunks(BATCH * self.rig.handles.len() * 3);
+        let batches = self.handle_positions.chunks(BATCH * self.rig.handles().vertices.len() * 3);
         for (batch, expected) in batches.zip(self.expected.chunks(BATCH)) {
             animator.evaluate(batch).map_err(of_device)?;
             animator.read(Stage::Positions, &mut positions).map_err(of_device)?;
             let expected: Vec<f64> = expected.iter().flatten().flatten().copied().collect();
             worst = worst.max(worst_difference(&positions, &expected).size);
         }
-        let rest: Vec<f32> = self.rig.handles.iter().flat_map(|&v| self.rig.rest[v as usize]).collect();
+        let rest: Vec<f32> =
+            self.rig.handles().vertices.iter().flat_map(|&v| self.rig.surface().rest[v.index()]).collect();
         animator.evaluate(&rest).map_err(of_device)?;
         animator.read(Stage::Positions, &mut positions).map_err(of_device)?;
-        let expected: Vec<f64> = self.rig.rest.as_flattened().iter().map(|&x| f64::from(x)).collect();
+        let expected: Vec<f64> =
+            self.rig.surface().rest.as_flattened().iter().map(|&x| f64::from(x)).collect();
         let at_rest = worst_difference(&positions, &expected).size / (self.allowed / TOLERANCE);
         if at_rest.is_nan() || at_rest > AT_REST {
             return Err(format!("the rest pose is off by {at_rest:.1e} of the diagonal"));

@@ -6,21 +6,21 @@ pub(crate) mod random_face;
 pub(crate) mod real;
 
 use rhytid_core::Rig;
+use rhytid_core::StrainEdgeId;
 
 /// Whether every two poses, the rest pose included, differ in the strains that vertex `v` listens to by more than
 /// `part` of the largest difference.
 pub(crate) fn told_apart(rig: &Rig<f64>, v: usize, part: f64) -> bool {
-    let (k, f, n) = (rig.influences(), rig.strain_edges.len(), rig.centers());
+    let features = &rig.fine_scale().pose_features;
     let mut distances = Vec::new();
-    for i in 0..n {
+    for i in 0..rig.centers() {
         for j in 0..i {
-            let square: f64 = (0..k)
-                .map(|m| {
-                    let e = rig.influence_edges[v * k + m] as usize;
-                    let difference = rig.pose_features[i * f + e] - rig.pose_features[j * f + e];
-                    rig.influence_weights[v * k + m] * difference * difference
-                })
-                .sum();
+            let (a, b) = (features.row(i), features.row(j));
+            let square = |(e, alpha): (StrainEdgeId, f64)| {
+                let difference = a[e.index()] - b[e.index()];
+                alpha * difference * difference
+            };
+            let square: f64 = rig.influences().of(v).map(square).sum();
             distances.push(square.sqrt());
         }
     }

@@ -1,6 +1,7 @@
 //! Random faces for property tests: sheets with holes, obtuse triangles and several components.
 use proptest::prelude::*;
 use rhytid_conformance::Numbers;
+use rhytid_core::VertexId;
 use rhytid_core::{Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, Settings, UpAxis};
 
 /// A sheet of about `n × n` sheared and jittered vertices with a hole, triangles and quads.
@@ -76,7 +77,10 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
         neutral: mesh,
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
-        handles: Handles { labels: (0..vertices.len()).map(|h| format!("m{h}")).collect(), vertices },
+        handles: Handles {
+            labels: (0..vertices.len()).map(|h| format!("m{h}")).collect(),
+            vertices: vertices.into_iter().map(VertexId).collect(),
+        },
         examples,
         // Not aligned: what some random examples have in common with the neutral but for a motion is chance.
         settings: Settings {

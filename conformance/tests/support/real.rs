@@ -51,7 +51,7 @@ pub(crate) fn solved_face(shared: &Path) -> &'static (Face, Rig<f64>) {
 /// The take without noise, for the rig's handles.
 pub(crate) fn clean_take(shared: &Path, rig: &Rig<f64>) -> Take {
     let path = shared.join("data/takes/rom_3_clean.csv");
-    take::read(&path, Some(&rig.labels), take::Missing::Error).unwrap()
+    take::read(&path, Some(&rig.handles().labels), take::Missing::Error).unwrap()
 }
 
 /// Frames of [`clean_take`] of which there is a truth, and the face's positions in them, frames × 9409 × 3 in cm.
@@ -68,6 +68,6 @@ pub(crate) fn truth(shared: &Path) -> (Vec<usize>, Vec<f32>) {
 
 /// Where the handles are in every frame of [`clean_take`], frames × H.
 pub(crate) fn clean_handles(shared: &Path, rig: &Rig<f64>) -> Vec<[f64; 3]> {
-    let markers = clean_take(shared, rig).handle_positions(&rig.labels).unwrap();
+    let markers = clean_take(shared, rig).handle_positions(&rig.handles().labels).unwrap();
     markers.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect()
 }

@@ -49,22 +49,22 @@ impl Bands {
         let (centers, folds) = (rig.centers(), rig.vector_folds());
         let mut half = rig.half_example_weights();
         if storage == BasisStorage::F16 {
-            half.as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
+            half.as_mut_slice().as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
         }
-        let example_weights = tiled3(&half, centers - 1);
+        let example_weights = tiled3(half.as_slice(), centers - 1);
         Some(Self {
             centers,
-            handles: rig.handles.len(),
-            strain_edges: rig.strain_edges.clone(),
-            feature_lengths: rig.feature_lengths().iter().map(|&length| length as f32).collect(),
-            example_vectors: rig.example_vectors(),
-            feature_bounds: rig.feature_bounds(),
+            handles: rig.handles().vertices.len(),
+            strain_edges: rig.handles().edge_numbers().to_vec(),
+            feature_lengths: rig.handles().feature_lengths().iter().map(|&length| length as f32).collect(),
+            example_vectors: rig.example_vectors().into_vec(),
+            feature_bounds: rig.feature_bounds().into_vec(),
             anchors: TileWeights::new(
                 rig.vertices(),
-                &learned.anchors.iter().map(|h| rig.strain_edges.len() as u32 + h).collect::<Vec<_>>(),
-                &learned.anchor_weights,
+                learned.anchors.map(|h| rig.handles().strain_edges.len() as u32 + h.0).as_slice(),
+                learned.anchor_weights.as_slice(),
             ),
-            fold_weights: tiled3(&rig.fold_weights(&half), fold_weights(centers, folds)),
+            fold_weights: tiled3(rig.fold_weights(&half).as_slice(), fold_weights(centers, folds)),
             example_weights: match storage {
                 BasisStorage::F32 => ExampleWeights::F32(example_weights),
                 BasisStorage::F16 => {

@@ -8,7 +8,7 @@ use crate::tile_weights::{
     FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
 };
 use pulp::Simd;
-use rhytid_core::Rig;
+use rhytid_core::{Rig, Table};
 use rhytid_kernels::detail::pivoted;
 use rhytid_kernels::table::TILE;
 use rhytid_kernels::{Number, differences};
@@ -21,7 +21,7 @@ pub(crate) struct Detail {
     /// F.
     edges: usize,
     /// N × F.
-    pose_features: Vec<f32>,
+    pose_features: Table<f32>,
     /// w, tiled, `[V/16][N][3][16]`, with the pivot's sum in its place, or what is added in every frame.
     rbf_weights: Vec<Line3>,
     /// The pivot of each vertex, tiled; past V, 0.
@@ -37,20 +37,21 @@ impl Detail {
             return None;
         }
         let (vertices, centers) = (rig.vertices(), rig.centers());
-        let (weights, pivots) = match rig.learned {
-            Some(_) => (rig.rbf_weights.clone(), vec![0; vertices]),
-            None => pivoted(&rig.rbf_weights, centers),
+        let rbf_weights = rig.fine_scale().rbf_weights.as_slice();
+        let (weights, pivots) = match rig.learned() {
+            Some(_) => (rbf_weights.to_vec(), vec![0; vertices]),
+            None => pivoted(rbf_weights, centers),
         };
         let rbf_weights = tiled3(&weights, centers);
         let mut tiled_pivots = vec![[0; TILE]; vertices.div_ceil(TILE)];
         pivots.iter().enumerate().for_each(|(v, &pivot)| tiled_pivots[v / TILE][v % TILE] = pivot);
         Some(Self {
             centers,
-            edges: rig.strain_edges.len(),
-            pose_features: rig.pose_features.clone(),
+            edges: rig.handles().strain_edges.len(),
+            pose_features: rig.fine_scale().pose_features.clone(),
             rbf_weights,
             pivots: tiled_pivots,
-            zero_at_rest: rig.learned.is_some(),
+            zero_at_rest: rig.learned().is_some(),
         })
     }
 
@@ -59,7 +60,7 @@ impl Detail {
         let mut table = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * self.edges];
         let [strain_edges, centers] = [self.edges, self.centers].map(|n| n as u32);
         let params = differences::Params { frames: 1, strain_edges, centers };
-        differences::differences(params, features, &self.pose_features, table.as_flattened_mut());
+        differences::differences(params, features, self.pose_features.as_slice(), table.as_flattened_mut());
         table
     }
 
@@ -67,9 +68,9 @@ impl Detail {
     pub(crate) fn group_table(&self, features: &[f32]) -> Vec<GroupCells> {
         let mut table = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * self.edges];
         for (lane, features) in features.chunks_exact(self.edges.max(1)).enumerate() {
-            for j in 0..self.centers {
-                for (e, f) in features.iter().enumerate() {
-                    let difference = f - self.pose_features[j * self.edges + e];
+            for (j, center) in self.pose_features.rows().enumerate() {
+                for (e, (f, center)) in features.iter().zip(center).enumerate() {
+                    let difference = f - center;
                     let at = j / GROUP_COLUMNS * self.edges + e;
                     table[at][j % GROUP_COLUMNS].0[lane] = difference * difference;
                 }

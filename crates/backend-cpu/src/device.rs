@@ -1,8 +1,6 @@
 //! The processor as a device.
 use crate::CpuSession;
-use rhytid_core::{
-    Backend, CheckedRig, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, UploadOptions,
-};
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
 /// The processor this program runs on; work is spread over rayon's global thread pool.
@@ -42,7 +40,7 @@ impl Backend for Cpu {
         })
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<CpuSession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<CpuSession> {
         Ok(CpuSession::new(&rig, options))
     }
 }

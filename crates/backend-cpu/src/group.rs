@@ -45,7 +45,7 @@ impl Group {
     pub(crate) fn new(rig: &Rig) -> Self {
         let vertices = rig.vertices();
         Self {
-            mesh: GroupMesh::new(vertices, &rig.triangles),
+            mesh: GroupMesh::new(vertices, &rig.surface().triangles),
             smooth: Vec::new(),
             fine: vec![ZERO; vertices],
         }

@@ -33,16 +33,16 @@ enum Rows {
 
 impl Basis {
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Self {
-        let (vertices, handles) = (rig.vertices(), rig.handles.len());
+        let (vertices, handles) = (rig.vertices(), rig.handles().vertices.len());
         let rows = match storage {
             BasisStorage::F32 => {
                 let mut rows = vec![PanelRows::ZERO; vertices.div_ceil(PANEL) * handles];
-                each_entry(&rig.basis, handles, |at, lane, b| rows[at].0[lane] = b);
+                each_entry(rig.basis().as_slice(), handles, |at, lane, b| rows[at].0[lane] = b);
                 Rows::F32(rows)
             }
             BasisStorage::F16 => {
                 let mut rows = vec![[f16::ZERO; PANEL]; vertices.div_ceil(PANEL) * handles];
-                each_entry(&rig.basis, handles, |at, lane, b| rows[at][lane] = f16::from_f32(b));
+                each_entry(rig.basis().as_slice(), handles, |at, lane, b| rows[at][lane] = f16::from_f32(b));
                 Rows::F16(rows)
             }
         };

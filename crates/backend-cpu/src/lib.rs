@@ -4,32 +4,7 @@
 //! use rhytid_backend_cpu::Cpu;
 //! use rhytid_core::{Animator, Backend, Stage, UploadOptions};
 //!
-//! # use rhytid_core::{Faces, Rig, UpAxis};
-//! # let rig = Rig {
-//! #     name: "triangle".into(),
-//! #     metres_per_unit: 0.01,
-//! #     up_axis: UpAxis::Y,
-//! #     labels: vec!["corner".into()],
-//! #     example_names: vec![],
-//! #     faces: Faces { counts: vec![3], indices: vec![0, 1, 2] },
-//! #     uvs: None,
-//! #     materials: None,
-//! #     bending_length: 1.0,
-//! #     beta: 0.0,
-//! #     handles: vec![0],
-//! #     triangles: vec![[0, 1, 2]],
-//! #     rest: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]],
-//! #     basis: vec![1.0, 0.5, 0.0],
-//! #     strain_edges: vec![],
-//! #     influence_edges: vec![],
-//! #     influence_weights: vec![],
-//! #     tangent_neighbors: vec![1, 2, 0],
-//! #     pose_features: vec![],
-//! #     rbf_weights: vec![[0.0; 3]; 3],
-//! #     example_handles: vec![],
-//! #     rotations: false,
-//! #     learned: None,
-//! # };
+//! # let rig = rhytid_test_support::triangle();
 //! // `rig` is a triangle: its first vertex is a handle, the second follows it half the way, and the third stays.
 //! for info in Cpu::devices()? {
 //!     println!("{}: {}", info.id(), info.name);

@@ -41,9 +41,9 @@ impl CpuSession {
         let (vertices, max_frames) = (rig.vertices(), options.max_frames);
         Self {
             rig: UploadedRig::new(rig, options.basis),
-            handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
-            strain_edges: rig.strain_edges.clone(),
-            rest_lengths: strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges),
+            handle_rest: rig.handles().rest.clone(),
+            strain_edges: rig.handles().edge_numbers().to_vec(),
+            rest_lengths: rig.handles().rest_lengths(),
             one_frame: OneFrame::new(),
             group: (max_frames >= FEWEST).then(|| Group::new(rig)),
             features: Vec::new(),
@@ -172,7 +172,7 @@ mod tests {
     ) -> Vec<Vec<u32>> {
         let mut session = CpuSession::new(rig, UploadOptions { max_frames: frames, basis });
         session.rig.vectors = vectors;
-        let positions = &handles[..frames * rig.handles.len() * 3];
+        let positions = &handles[..frames * rig.handles().vertices.len() * 3];
         session.evaluate(HandleFrames { positions, frames }).unwrap();
         let read = |stage| {
             let mut out = Vec::new();
@@ -187,14 +187,15 @@ mod tests {
     #[test]
     fn batches_and_vectors_change_no_bit() {
         let face = rhytid_demo::face(1_500);
-        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let handles = rhytid_demo::performance(&face).slice(0..40).handle_positions(&rig.labels).unwrap();
+        let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let handles =
+            rhytid_demo::performance(&face).slice(0..40).handle_positions(&rig.handles().labels).unwrap();
         let mut kinds = vec![Vectors::Widest, Vectors::Single];
         #[cfg(target_arch = "x86_64")]
         kinds.extend(pulp::x86::V3::try_new().map(Vectors::Avx2));
         for basis in [BasisStorage::F32, BasisStorage::F16] {
             let mut one_by_one: Vec<Vec<u32>> = vec![Vec::new(); 6];
-            for frame in handles.chunks_exact(rig.handles.len() * 3) {
+            for frame in handles.chunks_exact(rig.handles().vertices.len() * 3) {
                 let stages = stages(&rig, frame, 1, basis, Vectors::Widest);
                 one_by_one.iter_mut().zip(stages).for_each(|(all, stage)| all.extend(stage));
             }
@@ -216,11 +217,12 @@ mod tests {
     #[test]
     fn the_last_batch_alone_is_read() {
         let face = rhytid_demo::face(1_000);
-        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let handles = rhytid_demo::performance(&face).slice(0..9).handle_positions(&rig.labels).unwrap();
+        let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let handles =
+            rhytid_demo::performance(&face).slice(0..9).handle_positions(&rig.handles().labels).unwrap();
         let mut session = CpuSession::new(&rig, UploadOptions::frames(9));
         session.evaluate(HandleFrames { positions: &handles, frames: 9 }).unwrap();
-        let (_, last) = handles.split_at(7 * rig.handles.len() * 3);
+        let (_, last) = handles.split_at(7 * rig.handles().vertices.len() * 3);
         session.evaluate(HandleFrames { positions: last, frames: 2 }).unwrap();
         let expected = stages(&rig, last, 2, BasisStorage::F32, Vectors::Widest);
         for (stage, expected) in Stage::ALL.into_iter().zip(expected) {
@@ -234,11 +236,11 @@ mod tests {
     #[test]
     fn fp16_moves_no_vertex_further_than_said() {
         let face = rhytid_demo::face(1_500);
-        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let bound = BasisStorage::F16.largest_error(&rig) as f32;
         assert!(BasisStorage::F32.largest_error(&rig) == 0.0);
         let frames = 64;
-        let rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
+        let rest = rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]);
         let sign = |i: usize| if ((i * 2_654_435_761) >> 7) & 1 == 0 { 1.0 } else { -1.0 };
         let handles: Vec<f32> =
             (0..frames).flat_map(|_| rest.clone()).enumerate().map(|(i, x)| x + sign(i)).collect();

@@ -6,7 +6,7 @@ use crate::large_scale::Basis;
 use crate::mesh::BlockMesh;
 use crate::tile_weights::TileWeights;
 use crate::vectors::Vectors;
-use rhytid_core::{BasisStorage, Rig, Rotations};
+use rhytid_core::{BasisStorage, Rig, Rotations, StrainEdgeId, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 
 /// What is made of some frames' handle positions before any vertex is.
@@ -47,27 +47,33 @@ impl UploadedRig {
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Self {
         let vertices = rig.vertices();
         let block = block_length(vertices);
-        let vertex_triangles = VertexTriangles::new(vertices, &rig.triangles);
-        let rotations = Rotations::new(rig);
-        let center = rotations.as_ref().map_or(0, |rotations| rig.handles[rotations.center()] as usize);
+        let vertex_triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
+        let tangent_neighbors = VertexId::numbers(&rig.surface().tangent_neighbors);
+        let rotations = Rotations::new(rig.handles());
+        let center =
+            rotations.as_ref().map_or(0, |rotations| rig.handles().vertices[rotations.center()].index());
         Self {
             vectors: Vectors::Widest,
-            rest: rig.rest.clone(),
+            rest: rig.surface().rest.clone(),
             basis: Basis::new(rig, storage),
             rotations,
             center,
-            influences: TileWeights::new(vertices, &rig.influence_edges, &rig.influence_weights),
+            influences: TileWeights::new(
+                vertices,
+                StrainEdgeId::numbers(rig.influences().edges.as_slice()),
+                rig.influences().weights.as_slice(),
+            ),
             bands: Bands::new(rig, storage),
             detail: Detail::new(rig),
             block,
             meshes: BlockMesh::all(
                 block,
                 vertices,
-                &rig.triangles,
+                &rig.surface().triangles,
                 &vertex_triangles,
-                &rig.tangent_neighbors,
+                tangent_neighbors,
             ),
-            tangent_neighbors: rig.tangent_neighbors.clone(),
+            tangent_neighbors: tangent_neighbors.to_vec(),
         }
     }
 }

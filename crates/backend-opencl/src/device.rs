@@ -4,9 +4,7 @@ use crate::cl::{self, BuildError, Context, DeviceId, Platform, Program};
 use crate::status::Status;
 use opencl_sys::*;
 use rhytid_core::plan::PlanLimits;
-use rhytid_core::{
-    Backend, CheckedRig, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, UploadOptions,
-};
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 use rhytid_kernels::table::{Each, Kernel, TILE, WORKGROUP_SIZE, builds};
 use std::sync::{Mutex, PoisonError};
 
@@ -42,7 +40,7 @@ impl Backend for OpenCl {
         Self::open_with(device, |kernel| kernel.entry().opencl.to_owned())
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<OpenClSession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<OpenClSession> {
         OpenClSession::new(self, &rig, options)
     }
 }

@@ -7,7 +7,7 @@ use crate::physical::physical_devices;
 use crate::validation;
 use ash::vk;
 use rhytid_core::plan::PlanLimits;
-use rhytid_core::{Backend, CheckedRig, DeviceErrorKind, DeviceInfo, Result, Rig, UploadOptions};
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, Result, Rig, UploadOptions};
 use std::sync::{Arc, Mutex};
 
 /// A Vulkan device, opened. Sessions may outlive it, and may be used on several threads at once.
@@ -42,7 +42,7 @@ impl Backend for Vulkan {
         Self::open_with(device, validation::requested())
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<VulkanSession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<VulkanSession> {
         self.upload_within(&rig, options, self.context.limits)
     }
 }

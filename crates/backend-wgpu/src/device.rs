@@ -3,7 +3,7 @@ use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
 use rhytid_core::plan::PlanLimits;
-use rhytid_core::{Backend, CheckedRig, DeviceErrorKind, DeviceInfo, DeviceKind, Result, UploadOptions};
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
 use std::sync::Arc;
 
 /// A device of wgpu's. Clones share it.
@@ -144,7 +144,7 @@ impl Backend for Wgpu {
         Ok(Self::of(Gpu::new(device.id(), opened, queue, faults)?))
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<WgpuSession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<WgpuSession> {
         WgpuSession::new(self.gpu.clone(), &rig, options, self.limits)
     }
 }

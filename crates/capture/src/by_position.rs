@@ -38,17 +38,20 @@ const PASSES: usize = 4;
 /// As [`place_handles`]; [`Error::Input`] if a map names what is not there, or the markers do not fit the face.
 pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String>) -> Result<Vec<Match>> {
     let labels = &raw.tracks.labels;
-    let named = same_names(&rig.labels, labels, map)?;
+    let named = same_names(&rig.handles().labels, labels, map)?;
     let face = face_of(rig);
-    let pairs =
-        named.iter().zip(&rig.handles).filter_map(|(column, v)| Some((labels[(*column)?].clone(), *v)));
+    let pairs = named
+        .iter()
+        .zip(&rig.handles().vertices)
+        .filter_map(|(column, v)| Some((labels[(*column)?].clone(), v.0)));
     let settings = HandleSettings { known: pairs.collect(), ..HandleSettings::default() };
     let laid = place_handles(&face, raw, &settings)?;
     if laid.cost > POOR {
         return Err(misfit());
     }
-    let rest = |h: usize| DVec3::from_array(rig.rest[rig.handles[h] as usize].map(f64::from));
-    let handles: Vec<DVec3> = (0..rig.labels.len()).map(rest).collect();
+    let rest =
+        |h: usize| DVec3::from_array(rig.surface().rest[rig.handles().vertices[h].index()].map(f64::from));
+    let handles: Vec<DVec3> = (0..rig.handles().labels.len()).map(rest).collect();
     let markers: Vec<DVec3> = laid.markers.iter().copied().map(DVec3::from_array).collect();
     let extent = crate::tracks::extent(handles.iter().copied());
     let place = |column: usize| laid.handles.labels.iter().position(|label| *label == labels[column]);
@@ -72,9 +75,9 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
         }
         matched = assigned(&handles, &shifted, &fixed, FAR * extent);
     }
-    let millimetres = 1e3 * rig.metres_per_unit;
+    let millimetres = 1e3 * rig.surface().metres_per_unit;
     let of_handle = |h: usize| {
-        let handle = rig.labels[h].clone();
+        let handle = rig.handles().labels[h].clone();
         let Some(m) = matched[h] else {
             return Match { handle, marker: None, distance_mm: f64::NAN, sure: 0.0 };
         };
@@ -103,16 +106,16 @@ fn misfit() -> Error {
 /// What of a rig a scan is.
 fn face_of(rig: &Rig) -> Face {
     Face {
-        name: rig.name.clone(),
+        name: rig.surface().name.clone(),
         neutral: Mesh {
-            positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
-            faces: rig.faces.clone(),
+            positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
+            faces: rig.surface().faces.clone(),
             uvs: None,
             materials: None,
         },
-        metres_per_unit: rig.metres_per_unit,
-        up_axis: rig.up_axis,
-        handles: Handles { labels: rig.labels.clone(), vertices: rig.handles.clone() },
+        metres_per_unit: rig.surface().metres_per_unit,
+        up_axis: rig.surface().up_axis,
+        handles: Handles { labels: rig.handles().labels.clone(), vertices: rig.handles().vertices.clone() },
         examples: Vec::new(),
         settings: Settings::default(),
     }

@@ -44,14 +44,14 @@ impl Target {
     /// The handles of a rig.
     pub fn of(rig: &Rig) -> Self {
         let rest: Vec<DVec3> =
-            rig.handles.iter().map(|&v| DVec3::from_array(rig.rest[v as usize].map(f64::from))).collect();
+            rig.handles().rest.iter().map(|x| DVec3::from_array(x.map(f64::from))).collect();
         let strains = gross_strain::limits(rig);
-        let (labels, metres_per_unit) = (rig.labels.clone(), rig.metres_per_unit);
-        let shown = rig.example_handles.chunks(labels.len().max(1));
+        let (labels, metres_per_unit) = (rig.handles().labels.clone(), rig.surface().metres_per_unit);
+        let shown = rig.examples().handles.rows();
         let moved = |shown: &[[f32; 3]]| {
             shown.iter().zip(&rest).map(|(p, rest)| DVec3::from_array(p.map(f64::from)) - *rest).collect()
         };
-        let examples = rig.example_names.iter().cloned().zip(shown.map(moved)).collect();
+        let examples = rig.examples().names.iter().cloned().zip(shown.map(moved)).collect();
         Self { labels, rest, metres_per_unit, strains, examples }
     }
 

@@ -1,6 +1,6 @@
 //! Coverage by the chapter's method: what a take does that no example shows, by strains, and which of its frames to scan next.
 //! `docs/coverage.md` says how to read it.
-use rhytid_core::{Error, Result, Rig, Take};
+use rhytid_core::{Error, HandleId, Result, Rig, Take};
 use serde::Serialize;
 
 /// A frame is covered where its relative distance is at most this: that of the middle between two neighbouring examples.
@@ -95,7 +95,7 @@ pub struct Edge {
 /// # Errors
 /// [`Error::Input`] if the take lacks handles of the rig, or the rig has no strain edges.
 pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
-    let edges = rig.strain_edges.len();
+    let edges = rig.handles().strain_edges.len();
     if edges == 0 {
         return Err(Error::rig_lacks(
             "the rig has no strain edges, so there is nothing to compare its examples and the take by",
@@ -103,8 +103,9 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
     }
     let strains = strains(rig, take)?;
     let shapes: Vec<&[f64]> = strains.chunks_exact(edges).collect();
-    let to_mm: Vec<f64> = rig.rest_lengths().iter().map(|l| l * rig.metres_per_unit * 1e3).collect();
-    let centers: Vec<&[f64]> = rig.pose_features.chunks_exact(edges).collect();
+    let to_mm: Vec<f64> =
+        rig.handles().rest_lengths().iter().map(|l| l * rig.surface().metres_per_unit * 1e3).collect();
+    let centers: Vec<&[f64]> = rig.fine_scale().pose_features.rows().collect();
     let spacing = spacing(&centers);
 
     // Of each frame: the distance to the nearest centre, and which that is.
@@ -154,16 +155,16 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
 
 /// frames × F, from the positions as the runtime has them; NaN where a marker of the edge is a guess.
 fn strains(rig: &Rig<f64>, take: &Take) -> Result<Vec<f64>> {
-    let positions = take.handle_positions(&rig.labels)?;
+    let positions = take.handle_positions(&rig.handles().labels)?;
     let positions: Vec<[f64; 3]> = positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
-    let mut strains = rig.strains(&positions);
+    let mut strains = rig.handles().strains(&positions);
     if let Some(confidence) = &take.confidence {
         let marker = |label: &String| take.labels.iter().position(|known| known == label);
-        let markers: Vec<usize> = rig.labels.iter().filter_map(marker).collect();
-        let frames = strains.chunks_exact_mut(rig.strain_edges.len());
+        let markers: Vec<usize> = rig.handles().labels.iter().filter_map(marker).collect();
+        let frames = strains.chunks_exact_mut(rig.handles().strain_edges.len());
         for (strains, confidence) in frames.zip(confidence.chunks_exact(take.labels.len())) {
-            let is_guess = |handle: u32| confidence[markers[handle as usize]] <= GUESS;
-            for (strain, [a, b]) in strains.iter_mut().zip(&rig.strain_edges) {
+            let is_guess = |handle: HandleId| confidence[markers[handle.index()]] <= GUESS;
+            for (strain, [a, b]) in strains.iter_mut().zip(&rig.handles().strain_edges) {
                 if is_guess(*a) || is_guess(*b) {
                     *strain = f64::NAN;
                 }
@@ -213,15 +214,15 @@ fn farthest(nearest: &[(f64, usize)]) -> Option<(usize, (f64, usize))> {
 fn name(rig: &Rig<f64>, center: usize) -> String {
     match center.checked_sub(1) {
         None => "rest".into(),
-        Some(example) => match rig.example_names.get(example) {
+        Some(example) => match rig.examples().names.get(example) {
             Some(name) => name.clone(),
-            None => format!("expression {}", center - rig.example_names.len()),
+            None => format!("expression {}", center - rig.examples().names.len()),
         },
     }
 }
 
 fn handles(rig: &Rig<f64>, edge: usize) -> [String; 2] {
-    rig.strain_edges[edge].map(|h| rig.labels[h as usize].clone())
+    rig.handles().strain_edges[edge].map(|h| rig.handles().labels[h.index()].clone())
 }
 
 fn differences(rig: &Rig<f64>, shape: &[f64], nearest: &[f64], to_mm: &[f64]) -> Vec<Difference> {
@@ -244,8 +245,9 @@ fn differences(rig: &Rig<f64>, shape: &[f64], nearest: &[f64], to_mm: &[f64]) ->
 /// # Errors
 /// [`Error::Input`] if the take lacks handles of the rig.
 pub fn edges_beyond(rig: &Rig<f64>, take: &Take) -> Result<Vec<Edge>> {
-    let to_mm: Vec<f64> = rig.rest_lengths().iter().map(|l| l * rig.metres_per_unit * 1e3).collect();
-    Ok(match rig.strain_edges.is_empty() {
+    let to_mm: Vec<f64> =
+        rig.handles().rest_lengths().iter().map(|l| l * rig.surface().metres_per_unit * 1e3).collect();
+    Ok(match rig.handles().strain_edges.is_empty() {
         true => Vec::new(),
         false => beyond_of(rig, take, &strains(rig, take)?, &to_mm),
     })
@@ -253,15 +255,16 @@ pub fn edges_beyond(rig: &Rig<f64>, take: &Take) -> Result<Vec<Edge>> {
 
 /// The strain edges that are longest or shortest, measured from rest, where the handles are at these H positions.
 pub fn largest_strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Difference> {
-    let to_mm: Vec<f64> = rig.rest_lengths().iter().map(|l| l * rig.metres_per_unit * 1e3).collect();
-    let strains = rig.strains(handle_positions);
+    let to_mm: Vec<f64> =
+        rig.handles().rest_lengths().iter().map(|l| l * rig.surface().metres_per_unit * 1e3).collect();
+    let strains = rig.handles().strains(handle_positions);
     differences(rig, &strains, &vec![0.0; strains.len()], &to_mm)
 }
 
 fn beyond_of(rig: &Rig<f64>, take: &Take, strains: &[f64], to_mm: &[f64]) -> Vec<Edge> {
-    let edges = rig.strain_edges.len();
+    let edges = rig.handles().strain_edges.len();
     let of_edge = |edge: usize| {
-        let centers = || rig.pose_features.iter().skip(edge).step_by(edges).copied();
+        let centers = || rig.fine_scale().pose_features.rows().map(|center| center[edge]);
         let (low, high) =
             (centers().fold(f64::INFINITY, f64::min), centers().fold(f64::NEG_INFINITY, f64::max));
         let (mut beyond, mut at, mut frames_beyond) = (0.0_f64, 0, 0);

@@ -4,7 +4,7 @@ use crate::events::{event, runs};
 use crate::{Event, Kind};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Rig, Take};
+use rhytid_core::{HandleId, Rig, Take};
 
 /// A strain may be larger than in any example by this; a face without examples says less.
 const BEYOND: [f64; 2] = [1.0, 2.0];
@@ -20,15 +20,14 @@ pub struct StrainLimit {
 
 /// The limits of a rig's strain edges: beyond those of its examples by 100 %, by 200 % without examples.
 pub(crate) fn limits(rig: &Rig) -> Vec<StrainLimit> {
-    let edges = rig.strain_edges.len();
     let shown =
-        |e: usize| rig.pose_features.iter().skip(e).step_by(edges).fold(0.0_f32, |most, f| most.max(*f));
-    let beyond = if rig.example_names.is_empty() { BEYOND[1] } else { BEYOND[0] };
-    let limit = |(e, pair): (usize, &[u32; 2])| StrainLimit {
-        handles: pair.map(|h| h as usize),
+        |e: usize| rig.fine_scale().pose_features.rows().fold(0.0_f32, |most, center| most.max(center[e]));
+    let beyond = if rig.examples().names.is_empty() { BEYOND[1] } else { BEYOND[0] };
+    let limit = |(e, pair): (usize, &[HandleId; 2])| StrainLimit {
+        handles: pair.map(HandleId::index),
         most: f64::from(shown(e)) + beyond,
     };
-    rig.strain_edges.iter().enumerate().map(limit).collect()
+    rig.handles().strain_edges.iter().enumerate().map(limit).collect()
 }
 
 /// The worst strain of a take that is beyond what skin does.
@@ -48,7 +47,7 @@ pub struct GrossStrain {
 /// handles. `None` if there is none.
 pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
     let place = |label: &String| take.labels.iter().position(|known| known == label);
-    let columns: Vec<usize> = rig.labels.iter().map(place).collect::<Option<_>>()?;
+    let columns: Vec<usize> = rig.handles().labels.iter().map(place).collect::<Option<_>>()?;
     let target = Target::of(rig);
     let at = |h: usize, f: usize| DVec3::from_array(take.positions[f * take.labels.len() + columns[h]]);
     let events = events(&target, take.frames(), at);
@@ -62,7 +61,7 @@ pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
     let mut frames: Vec<usize> = events.iter().flat_map(|e| e.first..e.first + e.frames).collect();
     frames.sort_unstable();
     frames.dedup();
-    let labels = [a, b].map(|h| rig.labels[h].clone());
+    let labels = [a, b].map(|h| rig.handles().labels[h].clone());
     Some(GrossStrain { frame, labels, strain: strain(frame), frames: frames.len() })
 }
 

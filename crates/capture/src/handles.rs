@@ -8,6 +8,7 @@ use rhytid_core::Handles;
 use rhytid_core::InputErrorKind;
 use rhytid_core::RawTake;
 use rhytid_core::Result;
+use rhytid_core::VertexId;
 use rhytid_geometry::registration::OntoSurface;
 use rhytid_solve::Placed;
 use rhytid_solve::Skin;
@@ -128,7 +129,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let (laid, placed) = lay(&on_skin)?;
     let handles = Handles {
         labels: on_skin.iter().map(|&m| labels[m].clone()).collect(),
-        vertices: placed.iter().map(|placed| placed.vertex).collect(),
+        vertices: placed.iter().map(|placed| VertexId(placed.vertex)).collect(),
     };
     let warnings = warnings(face, &handles, &placed, &laid);
     Ok(PlacedHandles {

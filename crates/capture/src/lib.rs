@@ -6,7 +6,7 @@
 //! use rhytid_core::{NoProgress, RawTake};
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.rounded()?;
 //! # let mut tracks = rhytid_demo::performance(&face);
 //! // `rig` from rhytid_core::rig_file, `tracks` as rhytid_formats::raw_take reads them. A marker is hidden for a while:
 //! let markers = tracks.labels.len();

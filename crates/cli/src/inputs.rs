@@ -115,9 +115,9 @@ pub(crate) fn take(
     }
     times(&mut take, space.take_rate, path, ui);
     if is_known {
-        let metres_per_unit = space.take_unit.map_or(rig.metres_per_unit, UnitChoice::metres);
+        let metres_per_unit = space.take_unit.map_or(rig.surface().metres_per_unit, UnitChoice::metres);
         let axes = space.take_axes.unwrap_or(Axes::SAME);
-        capture::TakeSpace { metres_per_unit, axes }.bring(&mut take, rig.metres_per_unit);
+        capture::TakeSpace { metres_per_unit, axes }.bring(&mut take, rig.surface().metres_per_unit);
     }
     let misfit = capture::misfit(&take, &Target::of(rig));
     let remedy = match misfit {
@@ -126,7 +126,7 @@ pub(crate) fn take(
             return Ok(take);
         }
         Some(Misfit::Space(space)) => {
-            let unit = space.unit().filter(|_| space.metres_per_unit != rig.metres_per_unit);
+            let unit = space.unit().filter(|_| space.metres_per_unit != rig.surface().metres_per_unit);
             let unit = unit.map_or(String::new(), |unit| format!(" --take-unit {unit}"));
             let axes = match space.axes {
                 Axes::SAME => String::new(),
@@ -154,20 +154,26 @@ pub(crate) fn take(
     Ok(take)
 }
 
-/// A take with the edits of a file, if there is one, and what they do beside; what they do to folds in all frames is done to the rig.
+/// A take with the edits of a file, if there is one.
+pub(crate) struct Edited {
+    /// With what they do to folds in all frames.
+    pub rig: Rig,
+    /// The take.
+    pub take: EditedTake,
+    /// What they do beside.
+    pub layers: Option<Layers>,
+}
+
+/// Makes a take and its rig what a file of edits says, if there is one.
 ///
 /// # Errors
-/// As [`Layers::read`] and [`Layers::edit`].
-pub(crate) fn edited(
-    take: Take,
-    rig: &mut Rig,
-    edit: Option<&Path>,
-    reading: &TakeReading,
-) -> Result<(EditedTake, Option<Layers>)> {
-    let Some(mut layers) = layers(edit, rig, reading)? else { return Ok((take.into(), None)) };
-    let take = layers.edit(take, rig)?;
-    layers.settle(rig);
-    Ok((take, Some(layers)))
+/// As [`Layers::read`], [`Layers::edit`] and [`Layers::settle`].
+pub(crate) fn edited(take: Take, rig: Rig, edit: Option<&Path>, reading: &TakeReading) -> Result<Edited> {
+    let Some(mut layers) = layers(edit, &rig, reading)? else {
+        return Ok(Edited { rig, take: take.into(), layers: None });
+    };
+    let take = layers.edit(take, &rig)?;
+    Ok(Edited { rig: layers.settle(rig)?, take, layers: Some(layers) })
 }
 
 /// The edits in a file, if there is one.
@@ -210,10 +216,10 @@ pub(crate) fn frame(take: &Take, frame: usize, path: &Path) -> Result<Take> {
 fn filled(path: &Path, rig: &Rig, ui: &Ui) -> Result<Option<Take>> {
     // What is wrong otherwise was said already.
     let Ok(found) = take::read(path, None, Missing::Leave) else { return Ok(None) };
-    let lacking = rig.labels.iter().filter(|label| !found.labels.contains(label)).count();
+    let lacking = rig.handles().labels.iter().filter(|label| !found.labels.contains(label)).count();
     // Labels that the rig does not know are other names of those that it lacks.
-    let is_part = found.labels.iter().all(|label| rig.labels.contains(label));
-    if lacking == 0 || 2 * lacking > rig.labels.len() || !is_part {
+    let is_part = found.labels.iter().all(|label| rig.handles().labels.contains(label));
+    if lacking == 0 || 2 * lacking > rig.handles().labels.len() || !is_part {
         return Ok(None);
     }
     let skip = [Step::Head, Step::HeadLowPass, Step::Align, Step::Swaps, Step::Outliers, Step::LowPass];

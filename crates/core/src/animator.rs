@@ -15,40 +15,40 @@ pub struct Animator<S> {
 }
 
 impl<S: Session> Animator<S> {
-    /// Checks `rig` and uploads it to `backend`.
+    /// Uploads `rig` to `backend`.
     ///
     /// # Errors
-    /// [`Error::Input`] if the rig is not consistent, `max_frames` is 0, or the basis does not fit into its storage;
+    /// [`Error::Input`] if `max_frames` is 0, or the basis does not fit into its storage;
     /// [`Error::Device`].
     pub fn new<B: Backend<Session = S>>(backend: &B, rig: &Rig, options: UploadOptions) -> Result<Self> {
         let max_frames = options.max_frames;
         if max_frames == 0 {
             return Err(Error::out_of_range("a batch has at least 1 frame, found max_frames = 0"));
         }
-        let checked = rig.checked()?;
         if options.basis == BasisStorage::F16
-            && let Some(i) = rig.basis.iter().position(|b| b.abs() > LARGEST_FP16)
+            && let Some(i) = rig.basis().as_slice().iter().position(|b| b.abs() > LARGEST_FP16)
         {
             return Err(Error::out_of_range(format!(
                 "the basis of vertex {} has the number {}, expected at most {LARGEST_FP16} in size to be stored as \
                  fp16; store it as f32",
-                i / rig.handles.len(),
-                rig.basis[i]
+                i / rig.handles().len(),
+                rig.basis().as_slice()[i]
             )));
         }
-        let c = rig.learned.iter().flat_map(|learned| learned.example_weights.as_flattened());
+        let c =
+            rig.learned().into_iter().flat_map(|learned| learned.example_weights.as_slice().as_flattened());
         if options.basis == BasisStorage::F16
             && let Some((i, c)) = c.enumerate().find(|(_, c)| 0.5 * c.abs() > LARGEST_FP16)
         {
             return Err(Error::out_of_range(format!(
                 "the linear band of vertex {} has the weight {c}, expected at most {} in size to be stored as fp16, by its half; \
                  store it as f32",
-                i / (3 * rig.example_names.len()),
+                i / (3 * rig.examples().len()),
                 2.0 * LARGEST_FP16
             )));
         }
-        let session = backend.upload(checked, options)?;
-        Ok(Self { session, handles: rig.handles.len(), max_frames, evaluated: false })
+        let session = backend.upload(rig, options)?;
+        Ok(Self { session, handles: rig.handles().len(), max_frames, evaluated: false })
     }
 
     /// The same, behind one type for every backend.
@@ -62,7 +62,7 @@ impl<S: Session> Animator<S> {
     }
 
     /// Evaluates a batch: `positions` is frames × H × 3 in mesh units and head space, in the order of
-    /// [`Rig::labels`]. The results replace those of the last batch.
+    /// [`HandleSet::labels`](crate::HandleSet::labels). The results replace those of the last batch.
     ///
     /// # Errors
     /// [`Error::Input`] if the length is not a multiple of 3 H, the batch is empty or larger than

@@ -1,5 +1,5 @@
 //! The traits by which any device evaluates a rig, and what is said of devices.
-use crate::{Animator, CheckedRig, Result, Rig};
+use crate::{Animator, Result, Rig, Table};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::bands;
@@ -37,7 +37,7 @@ impl Stage {
     /// Numbers this stage has per frame for `rig`.
     pub fn values_per_frame<T: rhytid_kernels::Real>(self, rig: &Rig<T>) -> usize {
         match self {
-            Stage::Strain => rig.strain_edges.len(),
+            Stage::Strain => rig.handles().strain_edges.len(),
             _ => rig.vertices() * 3,
         }
     }
@@ -90,31 +90,24 @@ impl BasisStorage {
             return 0.0;
         }
         let error = |x: &f32| f64::from((x - f16::from_f32(*x).to_f32()).abs());
-        let of_rows: Vec<f64> =
-            rig.basis.par_chunks(rig.handles.len().max(1)).map(|row| row.iter().map(error).sum()).collect();
-        let Some(learned) = rig.learned.as_ref().filter(|learned| !learned.example_weights.is_empty()) else {
+        let of_rows: Vec<f64> = rig.basis().par_rows().map(|row| row.iter().map(error).sum()).collect();
+        let Some(learned) = rig.learned().filter(|learned| !learned.example_weights.is_empty()) else {
             return of_rows.into_iter().fold(0.0, f64::max);
         };
-        let (features, edges) = (rig.features(), rig.strain_edges.len());
-        let (k, a) = (rig.influences(), learned.anchors_per_vertex());
+        let (features, edges) = (rig.handles().features(), rig.handles().strain_edges.len());
         let length = |e: &[f32; 3]| e.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt();
         // The two ends of a strain edge can move apart by twice as much as either moves.
         let ends = |e: usize| if e < edges { 2.0 } else { 1.0 };
         let vectors = rig.example_vectors();
-        let lengths = rig.feature_lengths();
-        let of_feature = |(i, d)| ends(i % features) * length(d) / lengths[i % features];
-        let most: Vec<f64> = vectors.iter().enumerate().map(of_feature).collect();
+        let lengths = rig.handles().feature_lengths();
+        let of_feature = |(e, d)| ends(e) * length(d) / lengths[e];
+        let most: Vec<f64> = vectors.rows().flat_map(|row| row.iter().enumerate().map(of_feature)).collect();
+        let most = Table::new(rig.examples().len(), features, most);
         let of_vertex = |(v, of_row): (usize, &f64)| {
-            let (influences, alphas) = (&rig.influence_edges[v * k..][..k], &rig.influence_weights[v * k..]);
-            let (anchors, nus) = (&learned.anchors[v * a..][..a], &learned.anchor_weights[v * a..]);
-            let c = learned.example_weights[v * rig.example_names.len()..]
-                .iter()
-                .zip(most.chunks_exact(features));
+            let c = learned.example_weights.row(v).iter().zip(most.rows());
             let of_band = c.map(|(c, most)| {
-                let of_edges =
-                    influences.iter().zip(alphas).map(|(&e, alpha)| f64::from(*alpha) * most[e as usize]);
-                let of_anchors =
-                    anchors.iter().zip(nus).map(|(&h, nu)| f64::from(*nu) * most[edges + h as usize]);
+                let of_edges = rig.influences().of(v).map(|(e, alpha)| f64::from(alpha) * most[e.index()]);
+                let of_anchors = learned.anchors_of(v).map(|(h, nu)| f64::from(nu) * most[edges + h.index()]);
                 let kappa = bands::EDGES_SHARE * of_edges.sum::<f64>() + of_anchors.sum::<f64>();
                 c.iter().map(error).fold(0.0, f64::max) * kappa
             });
@@ -195,7 +188,7 @@ pub trait Backend: Sized + Send + Sync + 'static {
     ///
     /// # Errors
     /// [`crate::Error::Device`]: out of memory, unsupported, driver.
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<Self::Session>;
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<Self::Session>;
 }
 
 /// A rig resident on a device. Its inputs were validated by [`crate::Animator`].

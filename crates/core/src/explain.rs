@@ -1,17 +1,17 @@
 //! Why a vertex is where it is in a frame: what it listens to, and which examples its folds come from.
 
-use crate::{Error, Result, Rig};
+use crate::{Error, HandleId, Result, Rig, StrainEdgeId};
 use rhytid_kernels::vec3;
 
 /// What drives one vertex in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
     /// The handles that its large scale follows, and how far, B_vh (1 for all of it): the most first, none with 0.
-    pub handles: Vec<(usize, f64)>,
+    pub handles: Vec<HandleShare>,
     /// The strain edges that it listens to, the most first, none with a weight of 0.
     pub edges: Vec<EdgeShare>,
     /// The handles that it listens to by themselves (anchors), and their weights ν from 0 to 1: the most first, none with 0.
-    pub anchors: Vec<(usize, f64)>,
+    pub anchors: Vec<HandleShare>,
     /// How far the frame is from the rest pose, as the vertex sees it: a ratio, as a strain is.
     pub from_rest: f64,
     /// The part of the folds that is the rest pose's, as [`ExampleShare::fold`]: 0 but by the chapter's method.
@@ -20,11 +20,20 @@ pub struct Explanation {
     pub examples: Vec<ExampleShare>,
 }
 
+/// A handle that a vertex follows or listens to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HandleShare {
+    /// Which handle.
+    pub handle: HandleId,
+    /// How far.
+    pub weight: f64,
+}
+
 /// A strain edge that a vertex listens to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeShare {
-    /// Index into [`Rig::strain_edges`].
-    pub edge: usize,
+    /// Which strain edge.
+    pub edge: StrainEdgeId,
     /// α, from 0 to 1.
     pub weight: f64,
     /// How much longer it is than at rest: 0.1 for a tenth.
@@ -50,7 +59,7 @@ impl Explanation {
 }
 
 impl Rig {
-    /// What drives `vertex` where the H handles are at these positions, in mesh units and head space, in the order of [`Rig::labels`].
+    /// What drives `vertex` where the H handles are at these positions, in mesh units and head space, in the order of [`HandleSet::labels`](crate::HandleSet::labels).
     ///
     /// # Errors
     /// [`Error::Input`] if there is no such vertex, or not H positions.
@@ -59,31 +68,28 @@ impl Rig {
             let last = self.vertices() - 1;
             return Err(Error::out_of_range(format!("vertex {vertex}: the rig's vertices are 0 to {last}")));
         }
-        let h = self.handles.len();
+        let h = self.handles().len();
         if handle_positions.len() != h {
             let found = handle_positions.len();
             return Err(Error::mismatch(format!("{found} handle positions, expected those of {h} handles")));
         }
-        let strains = self.strains(handle_positions);
-        let of_edges = vertex * self.influences()..(vertex + 1) * self.influences();
-        let edges = of_edges.map(|i| {
-            let edge = self.influence_edges[i] as usize;
-            let (weight, strain) = (self.influence_weights[i], strains[edge]);
-            EdgeShare { edge, weight: weight.into(), strain: strain.into() }
+        let strains = self.handles().strains(handle_positions);
+        let edges = self.influences().of(vertex).map(|(edge, weight)| EdgeShare {
+            edge,
+            weight: weight.into(),
+            strain: strains[edge.index()].into(),
         });
         let mut edges: Vec<EdgeShare> = edges.filter(|edge| edge.weight > 0.0).collect();
         edges.sort_by(|a, b| b.weight.total_cmp(&a.weight).then(a.edge.cmp(&b.edge)));
-        let anchors = self.learned.iter().flat_map(|learned| {
-            let a = learned.anchors_per_vertex();
-            let of_vertex = vertex * a..(vertex + 1) * a;
-            of_vertex.map(|i| (learned.anchors[i] as usize, f64::from(learned.anchor_weights[i])))
-        });
-        let basis = self.basis[vertex * h..][..h].iter().map(|b| f64::from(*b)).enumerate();
+        let share = |(handle, weight): (HandleId, f32)| HandleShare { handle, weight: weight.into() };
+        let anchors = self.learned().into_iter().flat_map(|learned| learned.anchors_of(vertex)).map(share);
+        let basis = self.basis().row(vertex).iter().enumerate();
+        let basis = basis.map(|(h, b)| share((HandleId::from_index(h), *b)));
         let (from_rest, examples) = match self.vector_folds() {
             true => self.shares_of_vectors(vertex, handle_positions),
             false => self.shares_of_lengths(vertex, &strains),
         };
-        let of_rest = self.rbf_weights.get(vertex * self.centers()).filter(|_| self.learned.is_none());
+        let of_rest = self.fine_scale().rbf_weights.row(vertex).first().filter(|_| self.learned().is_none());
         let fold_of_rest = of_rest.map_or([0.0; 3], |w| w.map(|w| f64::from(w) * from_rest));
         Ok(Explanation {
             handles: the_most_first(basis),
@@ -97,13 +103,13 @@ impl Rig {
 
     /// Folds of vector strains: `Σ_p w_p (d_p − d_0 − ‖p‖)`, with the distances that the kernels `vector_differences` and `bands` make.
     fn shares_of_vectors(&self, vertex: usize, handles: &[[f32; 3]]) -> (f64, Vec<ExampleShare>) {
-        let features = self.features();
+        let features = self.handles().features();
         let bounds = self.feature_bounds();
-        let (least, most) = bounds.split_at(features);
+        let (least, most) = (bounds.row(0), bounds.row(1));
         let clamped = |(e, d): (usize, [f64; 3])| {
             std::array::from_fn(|c| d[c].clamp(least[e][c].into(), most[e][c].into()))
         };
-        let vectors = self.vector_strains(handles).into_iter().enumerate();
+        let vectors = self.handles().vector_strains(handles).into_iter().enumerate();
         let frame: Vec<[f64; 3]> = vectors.map(clamped).collect();
         let rest = vec![[0.0; 3]; features];
         let apart = |a: &[[f64; 3]], b: &[[f64; 3]]| {
@@ -114,9 +120,9 @@ impl Rig {
             self.listens_to(vertex).map(|(e, weight)| weight * square(e)).sum::<f64>().max(0.0).sqrt()
         };
         let from_rest = apart(&frame, &rest);
-        let examples = self.example_handles.chunks_exact(self.handles.len()).zip(self.fold_row(vertex));
+        let examples = self.examples().handles.rows().zip(self.fold_row(vertex));
         let share = |(example, weight): (&[[f32; 3]], [f64; 3])| {
-            let example = self.vector_strains(example);
+            let example = self.handles().vector_strains(example);
             let distance = apart(&frame, &example);
             let fold = weight.map(|w| w * (distance - from_rest - apart(&example, &rest)));
             ExampleShare { distance, fold }
@@ -126,19 +132,17 @@ impl Rig {
 
     /// Folds of strain lengths: the same, or by the chapter's method `Σ_j w_j d_j`.
     fn shares_of_lengths(&self, vertex: usize, strains: &[f32]) -> (f64, Vec<ExampleShare>) {
-        let edges = self.strain_edges.len();
-        let of_vertex = vertex * self.influences()..(vertex + 1) * self.influences();
         let apart = |a: &[f32], b: &[f32]| {
-            let square = |i: usize| {
-                let e = self.influence_edges[i] as usize;
-                f64::from(self.influence_weights[i]) * (f64::from(a[e]) - f64::from(b[e])).powi(2)
+            let square = |(e, alpha): (StrainEdgeId, f32)| {
+                let e = e.index();
+                f64::from(alpha) * (f64::from(a[e]) - f64::from(b[e])).powi(2)
             };
-            of_vertex.clone().map(square).sum::<f64>().sqrt()
+            self.influences().of(vertex).map(square).sum::<f64>().sqrt()
         };
-        let mut centers = self.pose_features.chunks_exact(edges.max(1));
+        let mut centers = self.fine_scale().pose_features.rows();
         let rest = centers.next().unwrap_or_default();
         let from_rest = apart(strains, rest);
-        let is_learned = self.learned.is_some();
+        let is_learned = self.learned().is_some();
         let share = |(center, weight): (&[f32], [f64; 3])| {
             let distance = apart(strains, center);
             let beyond_rest = if is_learned { distance - from_rest - apart(center, rest) } else { distance };
@@ -149,13 +153,12 @@ impl Rig {
 
     /// The weights of a vertex's folds for each example.
     fn fold_row(&self, vertex: usize) -> impl Iterator<Item = [f64; 3]> {
-        let row = self.rbf_weights.get(vertex * self.centers()..(vertex + 1) * self.centers());
-        row.unwrap_or_default().iter().skip(1).map(|w| w.map(f64::from))
+        self.fine_scale().rbf_weights.row(vertex).iter().skip(1).map(|w| w.map(f64::from))
     }
 }
 
-fn the_most_first(weights: impl Iterator<Item = (usize, f64)>) -> Vec<(usize, f64)> {
-    let mut weights: Vec<(usize, f64)> = weights.filter(|(_, weight)| *weight != 0.0).collect();
-    weights.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
-    weights
+fn the_most_first(shares: impl Iterator<Item = HandleShare>) -> Vec<HandleShare> {
+    let mut shares: Vec<HandleShare> = shares.filter(|share| share.weight != 0.0).collect();
+    shares.sort_by(|a, b| b.weight.abs().total_cmp(&a.weight.abs()).then(a.handle.cmp(&b.handle)));
+    shares
 }

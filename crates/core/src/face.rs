@@ -1,13 +1,13 @@
 //! The face: what the solve makes a rig of.
-use crate::{Mesh, UpAxis};
+use crate::{HandleId, Mesh, UpAxis, VertexId};
 
 /// The vertices that markers hold: H labels and vertex indices of the neutral mesh.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Handles {
     /// H distinct labels, as in the take.
     pub labels: Vec<String>,
-    /// H distinct vertex indices.
-    pub vertices: Vec<u32>,
+    /// H distinct vertices.
+    pub vertices: Vec<VertexId>,
 }
 
 /// One expression scan.
@@ -28,8 +28,8 @@ pub enum StrainEdges {
     /// than most, as around the back of a head.
     #[default]
     Auto,
-    /// These pairs, as indices into [`Handles`].
-    Given(Vec<[u32; 2]>),
+    /// These pairs.
+    Given(Vec<[HandleId; 2]>),
 }
 
 /// What happens to a connected component that has no handle.
@@ -51,7 +51,7 @@ pub struct Pins {
     /// Whether what no example moves is pinned, where markers that it would follow are moved by some; `None`: by the learned method.
     pub auto: Option<bool>,
     /// Vertices that are pinned in any case; examples are taken to be at rest there. A handle among them stays a handle.
-    pub vertices: Vec<u32>,
+    pub vertices: Vec<VertexId>,
 }
 
 /// The strains that folds are functions of.

@@ -159,12 +159,12 @@ impl Plan {
     pub fn new(rig: &Rig, options: UploadOptions, limits: PlanLimits, device: &str) -> Result<Self> {
         let sizes = Sizes {
             vertices: rig.vertices(),
-            handles: rig.handles.len(),
-            edges: rig.strain_edges.len(),
+            handles: rig.handles().len(),
+            edges: rig.handles().strain_edges.len(),
             centers: rig.centers(),
             bands: rig.bands().is_some(),
             vector_folds: rig.vector_folds(),
-            vectors: if rig.rotations { MOTION } else { 1 },
+            vectors: if rig.handles().rotations { MOTION } else { 1 },
         };
         let fp16_basis = options.basis == BasisStorage::F16;
         let limit = limits.max_binding_bytes.min(LARGEST_BINDING) as usize;
@@ -207,18 +207,18 @@ impl Plan {
         let frames_per_slice =
             (limit / frame_bytes).min(limits.max_workgroups as usize).min(options.max_frames);
 
-        let rotations = Rotations::new(rig).map(Box::new);
-        let center = rotations.as_ref().map_or(0, |rotations| rig.handles[rotations.center()]);
+        let rotations = Rotations::new(rig.handles()).map(Box::new);
+        let center = rotations.as_ref().map_or(0, |rotations| rig.handles().vertices[rotations.center()].0);
         let mut plan = Self {
             sizes,
             fp16_basis,
-            handle_rest: rig.handles.iter().map(|&v| rig.rest[v as usize]).collect(),
+            handle_rest: rig.handles().rest.clone(),
             rotations,
             center,
             parts,
             fan_offsets,
             influence_offsets,
-            zero_at_rest: rig.learned.is_some(),
+            zero_at_rest: rig.learned().is_some(),
             max_frames: options.max_frames,
             frames_per_slice,
             buffers: Vec::new(),

@@ -1,9 +1,10 @@
 //! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
 //!
-//! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::check`].
+//! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::new`].
 use crate::{
-    AtomicFile, Error, Faces, FoldStrains, InputErrorKind, Learned, Materials, Result, Rig, UpAxis, Uvs,
-    input_file,
+    AtomicFile, Error, Examples, Faces, FineScale, FoldStrains, HandleId, HandleSet, Influences,
+    InputErrorKind, Learned, Materials, Result, Rig, RigParts, StrainEdgeId, Surface, Table, UpAxis, Uvs,
+    VertexId, input_file,
 };
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
@@ -11,13 +12,13 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
-/// The newest version that this program writes and reads: that of a rig whose handles turn.
+/// The version of a rig whose handles turn.
 pub const VERSION: u32 = 6;
 
 /// The version of another rig of the learned method.
 const LEARNED_VERSION: u32 = 5;
 
-/// The version of another rig of the chapter's method, which has not changed.
+/// The version of another rig of the chapter's method.
 const CHAPTER_VERSION: u32 = 2;
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
@@ -32,7 +33,7 @@ struct Metadata {
     up_axis: UpAxis,
     method: String,
     bending_length: f64,
-    /// From version 6 on.
+    /// Of version 6 alone.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     rotations: bool,
     /// `null` for an infinite β, which JSON cannot hold.
@@ -53,15 +54,12 @@ struct LearnedMetadata {
     ridge: f64,
     fold_ridge: f64,
     marker_noise: f64,
-    /// Without it there is no bound, which JSON cannot hold: so it was before version 4.
+    /// Without it there is no bound, which JSON cannot hold.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reach: Option<f64>,
-    /// Lengths before version 5.
+    /// Without it they are lengths.
     #[serde(default = "lengths", skip_serializing_if = "is_lengths")]
     fold_strains: FoldStrains,
-    /// Of version 4 alone.
-    #[serde(default, skip_serializing)]
-    fold_axes: Option<String>,
 }
 
 fn lengths() -> FoldStrains {
@@ -72,7 +70,7 @@ fn is_lengths(strains: &FoldStrains) -> bool {
     *strains == FoldStrains::Lengths
 }
 
-/// Read apart from the rest, so that a newer file is told from a broken one.
+/// Read apart from the rest, so that a file of another version is told from a broken one.
 #[derive(Deserialize)]
 struct VersionOnly {
     version: u32,
@@ -113,79 +111,84 @@ pub fn write(path: &Path, rig: &Rig) -> Result<()> {
 /// The bytes of a rig file; the same rig gives the same bytes.
 ///
 /// # Errors
-/// [`Error::Input`] if the rig does not pass [`Rig::check`]: it could not be read back.
+/// [`Error::Internal`] if the libraries that write it fail.
 pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
-    rig.check()?;
-    let (v, h, f, n) = (rig.vertices(), rig.handles.len(), rig.strain_edges.len(), rig.centers());
-    let k = rig.influences();
+    let (surface, handles, examples) = (rig.surface(), rig.handles(), rig.examples());
+    let (influences, fine_scale) = (rig.influences(), rig.fine_scale());
     let metadata = Metadata {
-        version: match rig.learned {
-            _ if rig.rotations => VERSION,
+        version: match rig.learned() {
+            _ if handles.rotations => VERSION,
             Some(_) => LEARNED_VERSION,
             None => CHAPTER_VERSION,
         },
-        name: rig.name.clone(),
-        metres_per_unit: rig.metres_per_unit,
-        up_axis: rig.up_axis,
-        method: if rig.learned.is_some() { "learned" } else { "chapter" }.into(),
-        bending_length: rig.bending_length,
-        rotations: rig.rotations,
-        beta: rig.beta.is_finite().then_some(rig.beta),
-        labels: rig.labels.clone(),
-        examples: rig.example_names.clone(),
-        learned: rig.learned.as_ref().map(|learned| LearnedMetadata {
+        name: surface.name.clone(),
+        metres_per_unit: surface.metres_per_unit,
+        up_axis: surface.up_axis,
+        method: if rig.learned().is_some() { "learned" } else { "chapter" }.into(),
+        bending_length: rig.bending_length(),
+        rotations: handles.rotations,
+        beta: influences.beta.is_finite().then_some(influences.beta),
+        labels: handles.labels.clone(),
+        examples: examples.names.clone(),
+        learned: rig.learned().map(|learned| LearnedMetadata {
             share: learned.share,
             ridge: learned.ridge,
             fold_ridge: learned.fold_ridge,
             marker_noise: learned.marker_noise,
             reach: Some(learned.reach).filter(|reach| reach.is_finite()),
             fold_strains: learned.fold_strains,
-            fold_axes: None,
         }),
-        materials: rig.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
+        materials: surface.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
     };
     let json = serde_json::to_string(&metadata).map_err(|e| Error::Internal(e.to_string()))?;
+    let faces = &surface.faces;
     let mut tensors = vec![
-        ("face_counts", u32s(&rig.faces.counts), vec![rig.faces.len()]),
-        ("face_indices", u32s(&rig.faces.indices), vec![rig.faces.indices.len()]),
-        ("handles", u32s(&rig.handles), vec![h]),
-        ("triangles", u32s(rig.triangles.as_flattened()), vec![rig.triangles.len(), 3]),
-        ("rest", f32s(rig.rest.as_flattened()), vec![v, 3]),
-        ("basis", f32s(&rig.basis), vec![v, h]),
-        ("strain_edges", u32s(rig.strain_edges.as_flattened()), vec![f, 2]),
-        ("influence_edges", u32s(&rig.influence_edges), vec![v, k]),
-        ("influence_weights", f32s(&rig.influence_weights), vec![v, k]),
+        Tensor::u32s("face_counts", &faces.counts, vec![faces.len()]),
+        Tensor::u32s("face_indices", &faces.indices, vec![faces.indices.len()]),
+        Tensor::u32s("handles", VertexId::numbers(&handles.vertices), vec![handles.len()]),
+        Tensor::u32s("triangles", surface.triangles.as_flattened(), vec![surface.triangles.len(), 3]),
+        Tensor::f32s("rest", surface.rest.as_flattened(), vec![surface.rest.len(), 3]),
+        Tensor::table("basis", rig.basis()),
+        Tensor::u32s(
+            "strain_edges",
+            handles.edge_numbers().as_flattened(),
+            vec![handles.strain_edges.len(), 2],
+        ),
+        Tensor::ids("influence_edges", &influences.edges, StrainEdgeId::numbers),
+        Tensor::table("influence_weights", &influences.weights),
         // The tangent neighbours' key is older than their name: files keep it.
-        ("frame_neighbors", u32s(&rig.tangent_neighbors), vec![v]),
-        ("pose_features", f32s(&rig.pose_features), vec![n, f]),
-        ("rbf_weights", f32s(rig.rbf_weights.as_flattened()), vec![v, n, 3]),
-        ("example_handles", f32s(rig.example_handles.as_flattened()), vec![n - 1, h, 3]),
+        Tensor::u32s(
+            "frame_neighbors",
+            VertexId::numbers(&surface.tangent_neighbors),
+            vec![surface.tangent_neighbors.len()],
+        ),
+        Tensor::table("pose_features", &fine_scale.pose_features),
+        Tensor::vectors("rbf_weights", &fine_scale.rbf_weights),
+        Tensor::vectors("example_handles", &examples.handles),
     ];
-    if let Some(learned) = &rig.learned {
-        let a = learned.anchors_per_vertex();
+    if let Some(learned) = rig.learned() {
         tensors.extend([
-            ("anchors", u32s(&learned.anchors), vec![v, a]),
-            ("anchor_weights", f32s(&learned.anchor_weights), vec![v, a]),
-            ("feature_gains", f32s(&learned.feature_gains), vec![v, k + a]),
-            ("variances", f32s(&learned.variances), vec![v]),
+            Tensor::ids("anchors", &learned.anchors, HandleId::numbers),
+            Tensor::table("anchor_weights", &learned.anchor_weights),
+            Tensor::table("feature_gains", &learned.feature_gains),
+            Tensor::f32s("variances", &learned.variances, vec![learned.variances.len()]),
         ]);
         if !learned.example_weights.is_empty() {
-            let c = f32s(learned.example_weights.as_flattened());
-            tensors.push(("example_weights", c, vec![v, n - 1, 3]));
+            tensors.push(Tensor::vectors("example_weights", &learned.example_weights));
         }
     }
-    if let Some(materials) = &rig.materials {
-        tensors.push(("face_materials", u32s(&materials.of_face), vec![materials.of_face.len()]));
+    if let Some(Materials { of_face, .. }) = &surface.materials {
+        tensors.push(Tensor::u32s("face_materials", of_face, vec![of_face.len()]));
     }
-    if let Some(uvs) = &rig.uvs {
-        tensors.push(("uvs", f32s(uvs.values.as_flattened()), vec![uvs.values.len(), 2]));
+    if let Some(uvs) = &surface.uvs {
+        tensors.push(Tensor::f32s("uvs", uvs.values.as_flattened(), vec![uvs.values.len(), 2]));
         if let Some(corners) = &uvs.corners {
-            tensors.push(("uv_indices", u32s(corners), vec![corners.len()]));
+            tensors.push(Tensor::u32s("uv_indices", corners, vec![corners.len()]));
         }
     }
     let views = tensors
         .iter()
-        .map(|(name, (dtype, bytes), shape)| Ok((*name, TensorView::new(*dtype, shape.clone(), bytes)?)))
+        .map(|t| Ok((t.name, TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?)))
         .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
     views
         .and_then(|views| {
@@ -194,13 +197,36 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
         .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
 }
 
-/// Safetensors is little-endian, whatever the machine.
-fn u32s(numbers: &[u32]) -> (Dtype, Vec<u8>) {
-    (Dtype::U32, numbers.iter().flat_map(|x| x.to_le_bytes()).collect())
+/// An array of a file. Safetensors is little-endian, whatever the machine.
+struct Tensor {
+    name: &'static str,
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Vec<u8>,
 }
 
-fn f32s(numbers: &[f32]) -> (Dtype, Vec<u8>) {
-    (Dtype::F32, numbers.iter().flat_map(|x| x.to_le_bytes()).collect())
+impl Tensor {
+    fn u32s(name: &'static str, numbers: &[u32], shape: Vec<usize>) -> Self {
+        let bytes = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        Self { name, dtype: Dtype::U32, shape, bytes }
+    }
+
+    fn f32s(name: &'static str, numbers: &[f32], shape: Vec<usize>) -> Self {
+        let bytes = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
+        Self { name, dtype: Dtype::F32, shape, bytes }
+    }
+
+    fn ids<I>(name: &'static str, ids: &Table<I>, numbers: fn(&[I]) -> &[u32]) -> Self {
+        Self::u32s(name, numbers(ids.as_slice()), vec![ids.height(), ids.columns()])
+    }
+
+    fn table(name: &'static str, numbers: &Table<f32>) -> Self {
+        Self::f32s(name, numbers.as_slice(), vec![numbers.height(), numbers.columns()])
+    }
+
+    fn vectors(name: &'static str, vectors: &Table<[f32; 3]>) -> Self {
+        Self::f32s(name, vectors.as_slice().as_flattened(), vec![vectors.height(), vectors.columns(), 3])
+    }
 }
 
 /// Reads the bytes of a rig file; `name` stands for it in messages.
@@ -226,21 +252,21 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
     })?;
     let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
     let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
-    if !(CHAPTER_VERSION..=VERSION).contains(&version) {
+    if ![CHAPTER_VERSION, LEARNED_VERSION, VERSION].contains(&version) {
         return Err(fail(format!(
-            "is a rig file of version {version}, expected {CHAPTER_VERSION} to {VERSION}; solve the rig again with this \
-             program"
-        )).of_kind(InputErrorKind::UnsupportedVersion));
+            "is a rig file of version {version}, expected {CHAPTER_VERSION}, {LEARNED_VERSION} or {VERSION}; solve the face again \
+             with this program"
+        ))
+        .of_kind(InputErrorKind::UnsupportedVersion));
     }
     let metadata: Metadata = serde_json::from_str(json).map_err(broken)?;
     let tensors = SafeTensors::deserialize(bytes).map_err(not_whole)?;
     let arrays = Arrays { tensors, name };
     let rest = vectors::<3>(arrays.f32s("rest", &[None, Some(3)])?);
-    let v = Some(rest.len());
-    let handles = arrays.u32s("handles", &[None])?;
-    let h = Some(handles.len());
+    let handles = ids(arrays.u32s("handles", &[None])?, VertexId);
     let strain_edges = pairs(arrays.u32s("strain_edges", &[None, Some(2)])?);
-    let n = Some(metadata.examples.len() + 1);
+    let (v, h, f, p) = (rest.len(), handles.len(), strain_edges.len(), metadata.examples.len());
+    let n = p + 1;
     let uvs = match arrays.has("uvs") {
         true => Some(Uvs {
             values: vectors::<2>(arrays.f32s("uvs", &[None, Some(2)])?),
@@ -262,19 +288,13 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
         false => None,
     };
     let learned = match metadata.learned {
-        None if version != CHAPTER_VERSION && metadata.method != "chapter" => {
+        None if metadata.method != "chapter" => {
             return Err(fail(
                 "its metadata cannot be read (missing field `learned`); solve the rig again".into(),
             ));
         }
         None => None,
-        Some(LearnedMetadata { fold_axes: Some(axes), .. }) => {
-            return Err(fail(format!(
-                "is a rig file of version {version} with folds along the axes `{axes}`, which no other version has; solve the rig \
-                 again"
-            )).of_kind(InputErrorKind::UnsupportedVersion));
-        }
-        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains, .. }) => {
+        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains }) => {
             Some(Learned {
                 share,
                 ridge,
@@ -282,57 +302,71 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
                 marker_noise,
                 reach: reach.unwrap_or(f64::INFINITY),
                 fold_strains,
-                anchors: arrays.u32s("anchors", &[v, None])?,
-                anchor_weights: arrays.f32s("anchor_weights", &[v, None])?,
-                feature_gains: arrays.f32s("feature_gains", &[v, None])?,
-                example_weights: match share > 0.0 && !metadata.examples.is_empty() {
-                    true => vectors(arrays.f32s("example_weights", &[v, n.map(|n| n - 1), Some(3)])?),
-                    false => Vec::new(),
+                anchors: arrays.ids("anchors", v, HandleId)?,
+                anchor_weights: arrays.table("anchor_weights", v, None)?,
+                feature_gains: arrays.table("feature_gains", v, None)?,
+                example_weights: match share > 0.0 && p > 0 {
+                    true => arrays.vectors("example_weights", v, p)?,
+                    false => Table::without_columns(v),
                 },
-                variances: arrays.f32s("variances", &[v])?,
+                variances: arrays.f32s("variances", &[Some(v)])?,
             })
         }
     };
-    let rig = Rig {
+    let surface = Surface {
         name: metadata.name,
         metres_per_unit: metadata.metres_per_unit,
         up_axis: metadata.up_axis,
-        labels: metadata.labels,
-        example_names: metadata.examples,
         faces: Faces {
             counts: arrays.u32s("face_counts", &[None])?,
             indices: arrays.u32s("face_indices", &[None])?,
         },
         uvs,
         materials,
-        bending_length: metadata.bending_length,
-        rotations: metadata.rotations,
-        beta: metadata.beta.unwrap_or(f64::INFINITY),
         triangles: arrays.u32s("triangles", &[None, Some(3)])?.as_chunks().0.to_vec(),
-        basis: arrays.f32s("basis", &[v, h])?,
-        influence_edges: arrays.u32s("influence_edges", &[v, None])?,
-        influence_weights: arrays.f32s("influence_weights", &[v, None])?,
-        tangent_neighbors: arrays.u32s("frame_neighbors", &[v])?,
-        pose_features: arrays.f32s("pose_features", &[n, Some(strain_edges.len())])?,
-        rbf_weights: vectors::<3>(arrays.f32s("rbf_weights", &[v, n, Some(3)])?),
-        example_handles: vectors::<3>(arrays.f32s("example_handles", &[n.map(|n| n - 1), h, Some(3)])?),
+        tangent_neighbors: ids(arrays.u32s("frame_neighbors", &[Some(v)])?, VertexId),
         rest,
-        handles,
-        strain_edges,
+    };
+    // A vertex that is not there is found when the rig is made.
+    let at = |v: &VertexId| surface.rest.get(v.index()).copied().unwrap_or_default();
+    let parts = RigParts {
+        handles: HandleSet {
+            labels: metadata.labels,
+            rest: handles.iter().map(at).collect(),
+            vertices: handles,
+            strain_edges,
+            rotations: metadata.rotations,
+        },
+        surface,
+        bending_length: metadata.bending_length,
+        basis: arrays.table("basis", v, Some(h))?,
+        influences: Influences {
+            edges: arrays.ids("influence_edges", v, StrainEdgeId)?,
+            weights: arrays.table("influence_weights", v, None)?,
+            beta: metadata.beta.unwrap_or(f64::INFINITY),
+        },
+        fine_scale: FineScale {
+            pose_features: arrays.table("pose_features", n, Some(f))?,
+            rbf_weights: arrays.vectors("rbf_weights", v, n)?,
+        },
+        examples: Examples { names: metadata.examples, handles: arrays.vectors("example_handles", p, h)? },
         learned,
     };
-    rig.check().map_err(|error| {
+    Rig::new(parts).map_err(|error| {
         error.reworded(|what| format!("{name}: {what}; the file is damaged: solve the rig again"))
-    })?;
-    Ok(rig)
+    })
 }
 
 fn vectors<const N: usize>(numbers: Vec<f32>) -> Vec<[f32; N]> {
     numbers.as_chunks::<N>().0.to_vec()
 }
 
-fn pairs(numbers: Vec<u32>) -> Vec<[u32; 2]> {
-    numbers.as_chunks::<2>().0.to_vec()
+fn pairs(numbers: Vec<u32>) -> Vec<[HandleId; 2]> {
+    numbers.as_chunks::<2>().0.iter().map(|pair| pair.map(HandleId)).collect()
+}
+
+fn ids<I>(numbers: Vec<u32>, id: fn(u32) -> I) -> Vec<I> {
+    numbers.into_iter().map(id).collect()
 }
 
 /// The arrays of a file, each checked for type and shape as it is taken out.
@@ -347,7 +381,7 @@ impl Arrays<'_> {
     }
 
     /// `shape` has `None` where any extent will do.
-    fn bytes(&self, array: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<&[u8]> {
+    fn view(&self, array: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<TensorView<'_>> {
         let fail = |what: String| Error::rig_damaged(format!("{}: {what}; solve the rig again", self.name));
         let view = self.tensors.tensor(array).map_err(|_| fail(format!("has no array `{array}`")))?;
         let fits = view.shape().len() == shape.len()
@@ -362,16 +396,38 @@ impl Arrays<'_> {
                 extents.join(", ")
             )));
         }
-        Ok(view.data())
+        Ok(view)
     }
 
     fn u32s(&self, array: &str, shape: &[Option<usize>]) -> Result<Vec<u32>> {
-        let bytes = self.bytes(array, Dtype::U32, shape)?;
-        Ok(bytes.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect())
+        Ok(u32s_of(&self.view(array, Dtype::U32, shape)?))
     }
 
     fn f32s(&self, array: &str, shape: &[Option<usize>]) -> Result<Vec<f32>> {
-        let bytes = self.bytes(array, Dtype::F32, shape)?;
-        Ok(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
+        Ok(f32s_of(&self.view(array, Dtype::F32, shape)?))
     }
+
+    /// V×N ids, whatever N is.
+    fn ids<I>(&self, array: &str, rows: usize, id: fn(u32) -> I) -> Result<Table<I>> {
+        let view = self.view(array, Dtype::U32, &[Some(rows), None])?;
+        Table::try_new(rows, view.shape()[1], ids(u32s_of(&view), id))
+    }
+
+    fn table(&self, array: &str, rows: usize, columns: Option<usize>) -> Result<Table<f32>> {
+        let view = self.view(array, Dtype::F32, &[Some(rows), columns])?;
+        Table::try_new(rows, view.shape()[1], f32s_of(&view))
+    }
+
+    fn vectors(&self, array: &str, rows: usize, columns: usize) -> Result<Table<[f32; 3]>> {
+        let numbers = self.f32s(array, &[Some(rows), Some(columns), Some(3)])?;
+        Table::try_new(rows, columns, vectors(numbers))
+    }
+}
+
+fn u32s_of(view: &TensorView<'_>) -> Vec<u32> {
+    view.data().as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect()
+}
+
+fn f32s_of(view: &TensorView<'_>) -> Vec<f32> {
+    view.data().as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }

@@ -1,6 +1,8 @@
 //! How the surface turns at each handle (`docs/method.md`, rotations), and what devices are given of it: once per frame, on the host,
 //! in f64 and by sums, products and roots alone, so that every device has the same bits.
-use crate::{Rig, nearest_turn};
+use crate::HandleId;
+use crate::HandleSet;
+use crate::nearest_turn;
 use rayon::prelude::*;
 use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::{Real, vec3};
@@ -41,18 +43,18 @@ struct Neighbor {
 type Matrix = [[f64; 3]; 3];
 
 impl Rotations {
-    /// Of a rig whose handles turn; `None` where they do not.
-    pub fn new<T: Real>(rig: &Rig<T>) -> Option<Self> {
-        if !rig.rotations {
+    /// Of handles that turn; `None` where they do not.
+    pub fn new<T: Real>(handles: &HandleSet<T>) -> Option<Self> {
+        if !handles.rotations {
             return None;
         }
-        let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(T::widen)).collect();
+        let rest: Vec<[f64; 3]> = handles.rest.iter().map(|x| x.map(T::widen)).collect();
         let from_mean = from_mean(&rest);
         let square = |h: &usize| vec3::dot(from_mean[*h], from_mean[*h]);
         let center = (0..rest.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0);
         let mut of_handles = vec![Vec::new(); rest.len()];
-        for &[a, b] in &rig.strain_edges {
-            let [a, b] = [a, b].map(|h| h as usize);
+        for &[a, b] in &handles.strain_edges {
+            let [a, b] = [a, b].map(HandleId::index);
             let edge = vec3::sub(rest[b], rest[a]);
             let weight = 1.0 / vec3::dot(edge, edge);
             // Two handles at one place have no edge to turn.
@@ -125,18 +127,6 @@ impl Rotations {
     }
 }
 
-impl<T: Real> Rig<T> {
-    /// What the kernel `large_scale` reads of frames × H handle positions: frames × H displacements from rest or, where the handles turn,
-    /// [`Rotations::motions`] and the vertex that they turn about.
-    pub fn motions(&self, handle_positions: &[[T; 3]]) -> (Vec<[T; 3]>, Option<u32>) {
-        if let Some(rotations) = Rotations::new(self) {
-            return (rotations.motions(handle_positions), Some(self.handles[rotations.center()]));
-        }
-        let rest = self.handles.iter().map(|&v| self.rest[v as usize]).cycle();
-        (handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, rest)).collect(), None)
-    }
-}
-
 fn from_mean(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let sum = points.iter().fold([0.0; 3], |sum, x| vec3::add(sum, *x));
     let mean = sum.map(|x| x / points.len() as f64);
@@ -155,7 +145,7 @@ fn add(sum: &mut Matrix, w: f64, a: [f64; 3], b: [f64; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Faces, UpAxis};
+    use crate::VertexId;
 
     /// Handles at these places and nothing else; strain edges between all that lie apart, and not farther than that.
     fn rotations(rest: &[[f64; 3]], farthest: f64) -> Rotations {
@@ -165,32 +155,14 @@ mod tests {
             let length = off(rest[a as usize], rest[b as usize]);
             length > 0.0 && length <= farthest
         };
-        let rig = Rig::<f64> {
-            name: String::new(),
-            metres_per_unit: 0.01,
-            up_axis: UpAxis::Y,
+        let handles = HandleSet {
             labels: Vec::new(),
-            example_names: Vec::new(),
-            faces: Faces::default(),
-            uvs: None,
-            materials: None,
-            bending_length: 1.0,
-            beta: 0.0,
-            handles: (0..h as u32).collect(),
-            triangles: Vec::new(),
+            vertices: (0..h as u32).map(VertexId).collect(),
             rest: rest.to_vec(),
-            basis: Vec::new(),
-            strain_edges: pairs.filter(joined).collect(),
-            influence_edges: Vec::new(),
-            influence_weights: Vec::new(),
-            tangent_neighbors: Vec::new(),
-            pose_features: Vec::new(),
-            rbf_weights: Vec::new(),
-            example_handles: Vec::new(),
+            strain_edges: pairs.filter(joined).map(|pair| pair.map(HandleId)).collect(),
             rotations: true,
-            learned: None,
         };
-        Rotations::new(&rig).unwrap()
+        Rotations::new(&handles).unwrap()
     }
 
     /// About an axis of length 1, by Rodrigues' formula.

@@ -1,6 +1,6 @@
 //! The handles: where the markers sit.
 use crate::grid::Grid;
-use rhytid_core::Handles;
+use rhytid_core::{Handles, VertexId};
 
 /// On the midline: label and `up` in the domain.
 const MIDDLE: [(&str, f64); 13] = [
@@ -66,7 +66,7 @@ pub(crate) fn handles(grid: &Grid) -> Handles {
     let mut out = Handles::default();
     let mut add = |label: String, across: f64, up: f64| {
         out.labels.push(label);
-        out.vertices.push(grid.nearest(across, up) as u32);
+        out.vertices.push(VertexId::from_index(grid.nearest(across, up)));
     };
     for (label, up) in MIDDLE {
         add(label.into(), 0.0, up);

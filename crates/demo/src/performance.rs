@@ -120,13 +120,13 @@ impl Track {
 /// overshoot and run a little later on one side; it begins and ends at rest. The same on every machine.
 pub fn performance(face: &Face) -> Take {
     let rest: Vec<[f64; 3]> =
-        face.handles.vertices.iter().map(|&v| face.neutral.positions[v as usize]).collect();
+        face.handles.vertices.iter().map(|&v| face.neutral.positions[v.index()]).collect();
     let tracks: Vec<(&Track, Vec<[f64; 3]>)> = face
         .examples
         .iter()
         .filter_map(|example| {
             let track = TRACKS.iter().find(|t| t.example == example.name)?;
-            let apex = face.handles.vertices.iter().map(|&v| example.positions[v as usize]).collect();
+            let apex = face.handles.vertices.iter().map(|&v| example.positions[v.index()]).collect();
             Some((track, apex))
         })
         .collect();

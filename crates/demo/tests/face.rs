@@ -1,5 +1,6 @@
 //! The demo's mesh, handles, examples and performance hold what the solve and the exporters rely on.
 use glam::DVec3;
+use rhytid_core::VertexId;
 use rhytid_core::{Face, Mesh};
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
@@ -139,7 +140,7 @@ fn handles_are_distinct_and_mirrored() {
         assert_eq!(face.handles.vertices.len(), 89);
         assert_eq!(face.handles.vertices.iter().collect::<BTreeSet<_>>().len(), 89, "at {asked}");
         assert_eq!(face.handles.labels.iter().collect::<BTreeSet<_>>().len(), 89);
-        let at = |h: usize| point(&face.neutral, face.handles.vertices[h]);
+        let at = |h: usize| point(&face.neutral, face.handles.vertices[h].0);
         for (h, label) in face.handles.labels.iter().enumerate() {
             let Some((name, side)) = label.rsplit_once("_L") else { continue };
             let other = at(handle(&face, &format!("{name}_R{side}")));
@@ -169,10 +170,10 @@ fn touching_cells(face: &Face) -> usize {
         queue.push((std::cmp::Reverse(0u64), v, h));
     }
     while let Some((std::cmp::Reverse(nanometres), v, h)) = queue.pop() {
-        if owner[v as usize] == usize::MAX {
-            owner[v as usize] = h;
-            for &(w, length) in &around[v as usize] {
-                queue.push((std::cmp::Reverse(nanometres + (length * 1e7) as u64), w, h));
+        if owner[v.index()] == usize::MAX {
+            owner[v.index()] = h;
+            for &(w, length) in &around[v.index()] {
+                queue.push((std::cmp::Reverse(nanometres + (length * 1e7) as u64), VertexId(w), h));
             }
         }
     }
@@ -239,7 +240,7 @@ fn examples_move_markers_and_fold_between_them() {
         assert!(moved.iter().all(|d| d.is_finite()));
         let at_rim = loops[0].iter().map(|&v| moved[v as usize].length()).fold(0.0, f64::max);
         assert!(at_rim < 1e-3, "{}: the outer rim moves {at_rim} cm", example.name);
-        let most = face.handles.vertices.iter().map(|&v| moved[v as usize].length()).fold(0.0, f64::max);
+        let most = face.handles.vertices.iter().map(|&v| moved[v.index()].length()).fold(0.0, f64::max);
         assert!((0.3..3.2).contains(&most), "{}: markers move {most} cm", example.name);
         let folds = detail(&moved, &around, 24);
         let deepest = (0..folds.len() as u32)
@@ -326,7 +327,7 @@ fn the_performance_starts_and_ends_at_rest_and_passes_through_the_examples() {
     assert!(take.positions.iter().flatten().all(|x| x.is_finite()));
 
     let markers = |positions: &[[f64; 3]]| -> Vec<[f64; 3]> {
-        face.handles.vertices.iter().map(|&v| positions[v as usize]).collect()
+        face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
     };
     let farthest = |a: &[[f64; 3]], b: &[[f64; 3]]| {
         a.iter()

@@ -147,6 +147,7 @@ fn advised(error: Error) -> Error {
 mod tests {
     use super::*;
     use rhytid_core::NoProgress;
+    use rhytid_core::Rig;
     use rhytid_solve::solve;
     use rhytid_test_support::flaky::{Flaky, info, watched};
 
@@ -155,8 +156,9 @@ mod tests {
     /// All frames of the demo's performance in batches of five, as the devices give them one after the other.
     fn play(devices: &[&str]) -> (Result<[Vec<f32>; 2]>, String) {
         let face = rhytid_demo::face(1_000);
-        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let handles = rhytid_demo::performance(&face).slice(0..23).handle_positions(&rig.labels).unwrap();
+        let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let handles =
+            rhytid_demo::performance(&face).slice(0..23).handle_positions(&rig.handles().labels).unwrap();
         let devices: Vec<DeviceInfo> = devices.iter().map(|name| watched(name)).collect();
         let open: Open<'_> = &Device::open::<Flaky>;
         let mut evaluator = match Evaluator::new(&rig, UploadOptions::frames(5), &devices, open) {
@@ -165,7 +167,7 @@ mod tests {
         };
         let mut all = [Vec::new(), Vec::new()];
         let mut results = [Vec::new(), Vec::new()];
-        for batch in handles.chunks(5 * 3 * rig.handles.len()) {
+        for batch in handles.chunks(5 * 3 * rig.handles().vertices.len()) {
             if let Err(error) = evaluator.evaluate(batch, &STAGES, &mut results) {
                 return (Err(error), evaluator.device().name.clone());
             }
@@ -208,7 +210,7 @@ mod tests {
     #[test]
     fn a_mistake_of_the_input_is_no_reason_to_change_the_device() {
         let face = rhytid_demo::face(1_000);
-        let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let devices = [info("sound"), info("sound")];
         let mut evaluator =
             Evaluator::new(&rig, UploadOptions::frames(1), &devices, &Device::open::<Flaky>).unwrap();

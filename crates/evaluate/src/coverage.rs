@@ -131,8 +131,8 @@ pub fn coverage(
     edges: usize,
     progress: &dyn Progress,
 ) -> Result<Coverage> {
-    let positions = take.handle_positions(&rig.labels)?;
-    let of_take: Vec<&[[f32; 3]]> = positions.as_chunks::<3>().0.chunks_exact(rig.handles.len()).collect();
+    let positions = take.handle_positions(&rig.handles().labels)?;
+    let of_take: Vec<&[[f32; 3]]> = positions.as_chunks::<3>().0.chunks_exact(rig.handles().len()).collect();
     if let Some(frame) = candidates.and_then(|frames| frames.iter().find(|frame| **frame >= take.frames())) {
         return Err(Error::out_of_range(format!(
             "frame {frame} can't be scanned, as the take has {}",
@@ -151,7 +151,7 @@ pub fn coverage(
     let at = |frame: usize| of_take[frame].iter().map(|x| x.map(f64::from));
     let poses: Vec<[f64; 3]> = frames.iter().flat_map(|&frame| at(frame)).collect();
     let plan = plan_scans(rig, &poses, &places, scans, progress)?;
-    let f64_rig = rig.cast::<f64>();
+    let f64_rig = rig.widened();
     let of_plan = plan.scans.iter().map(|scan| Scan {
         frame: frames[scan.frame],
         time: take.times[frames[scan.frame]],
@@ -164,7 +164,7 @@ pub fn coverage(
     let edges_beyond = beyond.len();
     beyond.truncate(edges);
     let sigma =
-        (!rig.example_names.is_empty()).then(|| take_sigma(rig, take, regions, progress)).transpose()?;
+        (!rig.examples().names.is_empty()).then(|| take_sigma(rig, take, regions, progress)).transpose()?;
     Ok(Coverage {
         frames: take.frames(),
         sigma,
@@ -178,8 +178,9 @@ pub fn coverage(
 /// Whether every marker of a frame was seen.
 fn is_seen(rig: &Rig, take: &Take, frame: usize) -> bool {
     let Some(confidence) = &take.confidence else { return true };
-    let of_frame = &confidence[frame * take.labels.len()..][..take.labels.len()];
-    take.labels.iter().zip(of_frame).all(|(label, c)| *c > GUESS || !rig.labels.contains(label))
+    let mut frames = confidence.chunks_exact(take.labels.len());
+    let of_frame = frames.nth(frame).unwrap_or_default();
+    take.labels.iter().zip(of_frame).all(|(label, c)| *c > GUESS || !rig.handles().labels.contains(label))
 }
 
 /// What a scan takes away in each region, the most first.
@@ -207,25 +208,25 @@ fn taken(plan: &ScanPlan, gains: &[f64], regions: &Regions) -> Vec<ScanRegion> {
 /// As [`Confidence::new`]; [`Error::Input`] if the take lacks handles; [`Error::Cancelled`].
 pub fn take_sigma(rig: &Rig, take: &Take, regions: &Regions, progress: &dyn Progress) -> Result<TakeSigma> {
     let confidence = Confidence::sampled(rig, SAMPLES)?;
-    let positions = take.handle_positions(&rig.labels)?;
+    let positions = take.handle_positions(&rig.handles().labels)?;
     let positions = positions.as_chunks::<3>().0;
     let of_sample: Vec<Option<usize>> = confidence.vertices().iter().map(|&v| regions.of_vertex(v)).collect();
     let sums = RegionSums { of_sample: &of_sample, regions: regions.names().len() };
     let left_out: Vec<f64> = confidence.left_out().collect();
     let left_out = sums.at_least(sums.of(&left_out), confidence.typical_left_out());
     let samples = of_sample.len().max(1);
-    let of_examples = confidence.squared_strains(&rig.example_handles);
+    let of_examples = confidence.squared_strains(rig.examples().handles.as_slice());
     let examples: Vec<Vec<f64>> = of_examples.chunks(samples).map(|example| sums.of(example)).collect();
     let most = |region: usize| examples.iter().map(|example| example[region]).fold(0.0, f64::max);
     let strained: Vec<f64> = (0..=sums.regions).map(most).collect();
     let typical = strained[sums.regions] / samples as f64;
     let strained = sums.at_least(strained, QUIET.powi(2) * typical);
-    let millimetres = 1e3 * rig.metres_per_unit;
+    let millimetres = 1e3 * rig.surface().metres_per_unit;
     let mut frames_mm = Vec::with_capacity(take.frames());
     // Of each frame the region that is farthest, how far, and what of.
     let mut farthest: Vec<(usize, f64, FarOf)> = Vec::with_capacity(take.frames());
     const AT_ONCE: usize = 64;
-    for chunk in positions.chunks(AT_ONCE * rig.handles.len()) {
+    for chunk in positions.chunks(AT_ONCE * rig.handles().vertices.len()) {
         progress.step("confidence", frames_mm.len() as u64, take.frames() as u64)?;
         let (variances, strains) = (confidence.variances(chunk), confidence.squared_strains(chunk));
         for (variances, strains) in variances.chunks(samples).zip(strains.chunks(samples)) {

@@ -2,6 +2,7 @@
 
 use crate::Regions;
 use glam::Vec3;
+use rhytid_core::VertexId;
 use serde::Serialize;
 
 /// How far vertices are from where they should be, in millimetres.
@@ -70,7 +71,7 @@ impl<'a> Sum<'a> {
             if distance > self.worst.0 || distance.is_nan() {
                 self.worst = (distance, self.frames, v);
             }
-            if let Some(region) = self.regions.of_vertex(v as u32) {
+            if let Some(region) = self.regions.of_vertex(VertexId::from_index(v)) {
                 let worst = &mut self.worst_of_region[region];
                 *worst = worst.max(distance);
             }
@@ -87,7 +88,7 @@ impl<'a> Sum<'a> {
         let count = self.regions.names().len();
         let (mut squares, mut vertices) = (vec![0.0; count], vec![0_usize; count]);
         for (v, square) in self.squares.iter().enumerate() {
-            if let Some(region) = self.regions.of_vertex(v as u32) {
+            if let Some(region) = self.regions.of_vertex(VertexId::from_index(v)) {
                 squares[region] += square;
                 vertices[region] += 1;
             }

@@ -90,18 +90,17 @@ pub fn evaluate(
     progress: &dyn Progress,
 ) -> Result<(Rig, Evaluation, Vec<Map>)> {
     let (rig, _, left_out) = solve_and_leave_one_out(face, progress)?;
-    let rounded = rig.cast::<f32>();
+    let rounded = rig.rounded()?;
     let (regions, truth) = inputs(&rounded)?;
     let millimetres = 1e3 * face.metres_per_unit;
     let mut maps = Vec::new();
-    let leave_one_out = (!left_out.is_empty()).then(|| {
-        let examples = rig.example_names.len();
+    let leave_one_out = left_out.filter(|errors| !errors.is_empty()).map(|left_out| {
         let mut all = Sum::new(&regions, rig.vertices(), millimetres);
         let mut of_examples = Vec::new();
         let mut of_example_maps = Vec::new();
-        for (p, name) in rig.example_names.iter().enumerate() {
+        for (p, name) in rig.examples().names.iter().enumerate() {
             let distances = || {
-                let of_example = left_out.iter().skip(p).step_by(examples);
+                let of_example = left_out.rows().map(move |errors| errors[p]);
                 of_example.map(|e| e.iter().map(|x| x * x).sum::<f64>().sqrt())
             };
             let mut one = Sum::new(&regions, rig.vertices(), millimetres);
@@ -145,7 +144,7 @@ pub fn evaluate(
     let evaluation = Evaluation {
         name: face.name.clone(),
         vertices: rig.vertices(),
-        handles: rig.handles.len(),
+        handles: rig.handles().vertices.len(),
         leave_one_out,
         noise: NoiseAnswer { noise_mm: noise::NOISE_MM, errors },
         truth,

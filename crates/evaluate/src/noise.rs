@@ -24,20 +24,19 @@ pub(crate) fn noise(
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<(Errors, Vec<f32>)> {
-    let millimetres = 1e3 * rig.metres_per_unit;
-    let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]);
-    let poses: Vec<[f32; 3]> = rest.chain(rig.example_handles.iter().copied()).collect();
+    let millimetres = 1e3 * rig.surface().metres_per_unit;
+    let rest = std::iter::once(&rig.handles().rest[..]);
     let mut numbers = Numbers::new(1);
     // Each pose as it is, and DRAWS times with noise.
     let mut frames = Vec::new();
-    for pose in poses.chunks(rig.handles.len()) {
+    for pose in rest.chain(rig.examples().handles.rows()) {
         frames.extend_from_slice(pose.as_flattened());
         for _ in 0..DRAWS {
             let noisy = |x: &f32| (f64::from(*x) + normal(&mut numbers) * NOISE_MM / millimetres) as f32;
             frames.extend(pose.as_flattened().iter().map(noisy));
         }
     }
-    let count = frames.len() / (3 * rig.handles.len());
+    let count = frames.len() / (3 * rig.handles().vertices.len());
     let mut playback = Playback::new(rig, devices, count)?;
     let mut sum = Sum::new(regions, rig.vertices(), millimetres);
     let (mut without, mut frame) = (Vec::new(), 0);

@@ -1,7 +1,12 @@
 //! Regions of a face: brows, lids and so on where the markers' names say it, the neighbourhoods of the markers where not.
 
-use rhytid_core::{Error, Result, Rig};
-use rhytid_geometry::{Topology, geodesic};
+use rhytid_core::Error;
+use rhytid_core::HandleId;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::VertexId;
+use rhytid_geometry::Topology;
+use rhytid_geometry::geodesic;
 use rhytid_kernels::Real;
 use rhytid_playback::region_of;
 
@@ -17,6 +22,7 @@ impl Regions {
     /// `LipUpper2`, `mp36`), and in one of its own, `near LABEL`, where it names none.
     pub fn by_handles<T: Real>(rig: &Rig<T>) -> Self {
         let of_handle: Vec<String> = rig
+            .handles()
             .labels
             .iter()
             .map(|label| region_of(label).map_or_else(|| format!("near {label}"), str::to_owned))
@@ -24,10 +30,11 @@ impl Regions {
         let mut names = of_handle.clone();
         names.sort_by_key(|name| (name.starts_with("near "), name.clone()));
         names.dedup();
-        let rest: Vec<[f64; 3]> = rig.rest.iter().map(|x| x.map(T::widen)).collect();
-        let topology = Topology::new(rest.len(), &rig.triangles);
-        let cells = geodesic::voronoi_cells(&rest, &topology, &rig.handles);
-        let region = |h: u32| names.iter().position(|name| *name == of_handle[h as usize]).map(|i| i as u32);
+        let rest: Vec<[f64; 3]> = rig.surface().rest.iter().map(|x| x.map(T::widen)).collect();
+        let topology = Topology::new(rest.len(), &rig.surface().triangles);
+        let cells = geodesic::voronoi_cells(&rest, &topology, &rig.handles().vertices);
+        let region =
+            |h: HandleId| names.iter().position(|name| *name == of_handle[h.index()]).map(|i| i as u32);
         let of_vertex = cells.into_iter().map(|handle| handle.and_then(region)).collect();
         Self { names, of_vertex }
     }
@@ -57,8 +64,8 @@ impl Regions {
     }
 
     /// The index of a vertex's region in [`Regions::names`].
-    pub fn of_vertex(&self, v: u32) -> Option<usize> {
-        self.of_vertex[v as usize].map(|region| region as usize)
+    pub fn of_vertex(&self, v: VertexId) -> Option<usize> {
+        self.of_vertex[v.index()].map(|region| region as usize)
     }
 }
 
@@ -70,7 +77,7 @@ mod tests {
     fn groups_are_of_the_mesh() {
         let groups = [("a".to_owned(), vec![0, 1]), ("b".to_owned(), vec![1, 3])];
         let regions = Regions::by_groups(5, &groups).unwrap();
-        let found: Vec<Option<usize>> = (0..5).map(|v| regions.of_vertex(v)).collect();
+        let found: Vec<Option<usize>> = (0..5).map(|v| regions.of_vertex(VertexId(v))).collect();
         assert_eq!(found, [Some(0), Some(1), None, Some(1), None]);
         assert!(Regions::by_groups(3, &groups).unwrap_err().to_string().contains("“b” has the vertex 3"));
     }

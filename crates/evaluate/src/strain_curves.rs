@@ -1,7 +1,10 @@
 //! Curves of strain: how much each region of a face is stretched and squeezed, frame by frame.
 
 use crate::Regions;
-use rhytid_core::{Result, Rig, channel};
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::VertexId;
+use rhytid_core::channel;
 use rhytid_formats::export::Frame;
 use rhytid_formats::tables;
 use rhytid_geometry::{PrincipalStrains, StrainGauge};
@@ -26,11 +29,11 @@ pub struct StrainCurves<'a> {
 impl<'a> StrainCurves<'a> {
     /// For the vertices of `rig`, which `regions` are of.
     pub fn new(rig: &Rig, regions: &'a Regions) -> Self {
-        let gauge = StrainGauge::new(&rig.rest, &rig.triangles);
+        let gauge = StrainGauge::new(&rig.surface().rest, &rig.surface().triangles);
         let areas: Vec<f64> = gauge.areas().collect();
         let mut sums = vec![0.0; regions.names().len()];
         for (v, area) in areas.iter().enumerate() {
-            if let Some(region) = regions.of_vertex(v as u32) {
+            if let Some(region) = regions.of_vertex(VertexId::from_index(v)) {
                 sums[region] += area;
             }
         }
@@ -48,7 +51,7 @@ impl<'a> StrainCurves<'a> {
         };
         let mut means = vec![[0.0; CURVES.len()]; self.sums.len()];
         for (v, (strain, area)) in strains.iter().zip(&self.areas).enumerate() {
-            if let Some(region) = self.regions.of_vertex(v as u32) {
+            if let Some(region) = self.regions.of_vertex(VertexId::from_index(v)) {
                 let [first, second] = strain.map(f64::from);
                 let of_area = (1.0 + first) * (1.0 + second) - 1.0;
                 for (mean, x) in means[region].iter_mut().zip([first, second, of_area]) {
@@ -82,10 +85,10 @@ mod tests {
     #[test]
     fn a_face_that_grows_is_stretched_alike_in_every_region() {
         let face = rhytid_demo::face(1_000);
-        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let regions = Regions::by_handles(&rig);
         let mut curves = StrainCurves::new(&rig, &regions);
-        let rest = rig.rest.as_flattened();
+        let rest = rig.surface().rest.as_flattened();
         let larger: Vec<f32> = rest.iter().map(|x| 1.25 * x).collect();
         let strained = vec![[0.5, -0.2]; rig.vertices()].into_flattened();
         curves.frame(&Frame::new(rest));
@@ -115,18 +118,19 @@ mod tests {
     #[test]
     fn means_are_weighted_by_area() {
         let face = rhytid_demo::face(1_000);
-        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let left: Vec<u32> = (0..rig.vertices() as u32).filter(|v| rig.rest[*v as usize][0] > 0.0).collect();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let left: Vec<u32> =
+            (0..rig.vertices() as u32).filter(|v| rig.surface().rest[*v as usize][0] > 0.0).collect();
         let inside = |v: u32| left.binary_search(&v).is_ok();
         let regions = Regions::by_groups(rig.vertices(), &[("left".to_owned(), left.clone())]).unwrap();
-        let height = |v: u32| f64::from(rig.rest[v as usize][1]);
+        let height = |v: u32| f64::from(rig.surface().rest[v as usize][1]);
         let strains: Vec<f32> = (0..rig.vertices() as u32).flat_map(|v| [height(v) as f32, 0.0]).collect();
         let mut curves = StrainCurves::new(&rig, &regions);
-        let positions = rig.rest.as_flattened();
+        let positions = rig.surface().rest.as_flattened();
         curves.frame(&Frame::new(positions).with(&channel::STRAIN, &strains));
         let (mut sum, mut area) = (0.0, 0.0);
-        for triangle in &rig.triangles {
-            let [a, b, c] = triangle.map(|v| Vec3::from(rig.rest[v as usize]).as_dvec3());
+        for triangle in &rig.surface().triangles {
+            let [a, b, c] = triangle.map(|v| Vec3::from(rig.surface().rest[v as usize]).as_dvec3());
             let size = (b - a).cross(c - a).length();
             for v in triangle.iter().filter(|v| inside(**v)) {
                 (sum, area) = (sum + size * height(*v), area + size);

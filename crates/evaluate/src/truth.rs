@@ -5,7 +5,7 @@ use crate::blendshapes::{Blendshapes, Weights};
 use crate::errors::{Errors, Sum, distances};
 use rayon::prelude::*;
 use rhytid_core::{
-    DeviceInfo, Error, Example, Face, LearnedSettings, Method, NoProgress, Progress, Result, Rig, Take,
+    DeviceInfo, Error, Example, Face, LearnedSettings, Method, NoProgress, Progress, Result, Rig, Table, Take,
 };
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::sequence::Sequence;
@@ -76,8 +76,8 @@ pub(crate) fn compare(
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<Vec<(Comparison, Vec<f32>)>> {
-    let all = truth.take.handle_positions(&rig.labels)?;
-    let all: Vec<&[f32]> = all.chunks_exact(3 * rig.handles.len()).collect();
+    let all = truth.take.handle_positions(&rig.handles().labels)?;
+    let all: Vec<&[f32]> = all.chunks_exact(3 * rig.handles().len()).collect();
     let handles: Vec<f32> = truth.frames.iter().flat_map(|&frame| all[frame]).copied().collect();
     let smoothing = Smoothing::new(rig, &NoProgress)?;
     let millimetres = 1e3 * face.metres_per_unit;
@@ -90,10 +90,10 @@ pub(crate) fn compare(
         true => Method::Chapter,
         false => Method::Learned(LearnedSettings::default()),
     };
-    let other = solve(&other, progress)?.cast::<f32>();
-    let own = rig.cast::<f32>();
+    let other = solve(&other, progress)?.rounded()?;
+    let own = rig.rounded()?;
     let names = if is_learned { ["learned", "chapter"] } else { ["chapter", "learned"] };
-    let shell = own.clone().shell();
+    let shell = own.clone().shell()?;
     let mut found = Vec::new();
     for (name, rig, stage) in [
         (names[0], &own, OutputStage::Full),
@@ -108,10 +108,11 @@ pub(crate) fn compare(
     let offsets = |at: &dyn Fn(usize) -> [f64; 3], rest: &dyn Fn(usize) -> [f64; 3], n: usize| -> Vec<f64> {
         (0..n).flat_map(|i| [0, 1, 2].map(|c| at(i)[c] - rest(i)[c])).collect()
     };
-    let h = rig.handles.len();
-    let rest_handle = |i: usize| rig.rest[rig.handles[i] as usize];
-    let at_markers =
-        |example: &Example| offsets(&|i| example.positions[rig.handles[i] as usize], &rest_handle, h);
+    let h = rig.handles().vertices.len();
+    let rest_handle = |i: usize| rig.surface().rest[rig.handles().vertices[i].index()];
+    let at_markers = |example: &Example| {
+        offsets(&|i| example.positions[rig.handles().vertices[i].index()], &rest_handle, h)
+    };
     let shapes = Blendshapes::new(face.examples.iter().map(at_markers).collect());
     for (name, weights) in [("blendshapes", Weights::ZeroToOne), ("components", Weights::Any)] {
         found.push(against.compare(name, |each| {
@@ -124,7 +125,8 @@ pub(crate) fn compare(
                     }
                     x.map(|x| x as f32)
                 };
-                let positions: Vec<[f32; 3]> = rig.rest.par_iter().enumerate().map(position).collect();
+                let positions: Vec<[f32; 3]> =
+                    rig.surface().rest.par_iter().enumerate().map(position).collect();
                 each(positions.as_flattened())?;
             }
             Ok(())
@@ -178,14 +180,15 @@ impl Against<'_> {
     fn folds(&self, errors: &[Vec<f64>]) -> Result<f64> {
         let vertices = errors[0].len() / 3;
         let at = |v: usize, frame: &Vec<f64>| [0, 1, 2].map(|c| frame[3 * v + c]);
-        let field: Vec<[f64; 3]> =
-            (0..vertices).flat_map(|v| errors.iter().map(move |frame| at(v, frame))).collect();
+        let field = (0..vertices).flat_map(|v| errors.iter().map(move |frame| at(v, frame))).collect();
+        let field = Table::new(vertices, errors.len(), field);
         let mut smooth = field.clone();
         self.smoothing.apply(&mut smooth, &NoProgress)?;
         let left = field
+            .as_slice()
             .as_flattened()
             .iter()
-            .zip(smooth.as_flattened())
+            .zip(smooth.as_slice().as_flattened())
             .map(|(all, smooth)| (all - smooth).powi(2));
         Ok(left.sum())
     }

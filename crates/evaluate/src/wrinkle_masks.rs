@@ -41,7 +41,7 @@ impl WrinkleMasks {
     /// # Errors
     /// [`Error::Input`] if the rig's mesh has no texture coordinates, or some that are in no UDIM tile.
     pub fn new(rig: &Rig, channels: Vec<Channel>, folds: &[Vec<f32>], size: usize) -> Result<Self> {
-        let gauge = StrainGauge::new(&rig.rest, &rig.triangles);
+        let gauge = StrainGauge::new(&rig.surface().rest, &rig.surface().triangles);
         let areas: Vec<f64> = gauge.areas().collect();
         let weights = folds.iter().map(|folds| {
             let weights: Vec<f64> =
@@ -152,14 +152,14 @@ impl Texels {
                 "the rig's mesh has no texture coordinates, over which masks could be painted: solve it of a neutral that has some",
             )
         };
-        let uvs = rig.uvs.as_ref().ok_or_else(lacks)?;
-        let corners = rig.triangle_corners()?;
+        let uvs = rig.surface().uvs.as_ref().ok_or_else(lacks)?;
+        let corners = rig.surface().triangle_corners()?;
         let at = |corner: u32| match &uvs.corners {
             Some(entries) => uvs.values[entries[corner as usize] as usize],
-            None => uvs.values[rig.faces.indices[corner as usize] as usize],
+            None => uvs.values[rig.surface().faces.indices[corner as usize] as usize],
         };
         let has_folds = |triangle: &usize| {
-            let corners = rig.triangles[*triangle];
+            let corners = rig.surface().triangles[*triangle];
             folds.iter().any(|folds| corners.iter().any(|v| folds[*v as usize] > 0.0))
         };
         let (with, without): (Vec<usize>, Vec<usize>) = (0..corners.len()).partition(has_folds);
@@ -177,7 +177,7 @@ impl Texels {
             let empty = || Self {
                 size,
                 places: vec![(Self::NONE, [0.0; 2]); size * size],
-                triangles: rig.triangles.clone(),
+                triangles: rig.surface().triangles.clone(),
             };
             tiles
                 .entry(tile)
@@ -278,6 +278,7 @@ impl Texels {
 mod tests {
     use super::*;
     use rhytid_core::{NoProgress, Uvs};
+    use rhytid_test_support::changed;
     use std::fs::File;
     use std::io::BufReader;
 
@@ -292,12 +293,14 @@ mod tests {
     /// The demo's face with its x and y as texture coordinates, shrunk into the middle, and three channels.
     fn masks(size: usize) -> (Rig, WrinkleMasks) {
         let face = rhytid_demo::face(1_000);
-        let mut rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let bound = |of: fn(f32, f32) -> f32, c: usize| rig.rest.iter().map(|x| x[c]).reduce(of).unwrap();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let bound =
+            |of: fn(f32, f32) -> f32, c: usize| rig.surface().rest.iter().map(|x| x[c]).reduce(of).unwrap();
         let (low, high) =
             ([bound(f32::min, 0), bound(f32::min, 1)], [bound(f32::max, 0), bound(f32::max, 1)]);
         let uv = |x: &[f32; 3]| [0, 1].map(|c| 0.25 + 0.5 * (x[c] - low[c]) / (high[c] - low[c]));
-        rig.uvs = Some(Uvs { values: rig.rest.iter().map(uv).collect(), corners: None });
+        let uvs = Uvs { values: rig.surface().rest.iter().map(uv).collect(), corners: None };
+        let rig = changed(&rig, |r| r.surface.uvs = Some(uvs)).unwrap();
         let channels = ChannelKind::Wrinkles.channels(&["a", "b", "c"].map(String::from));
         let folds = vec![vec![1.0; rig.vertices()]; 3];
         let masks = WrinkleMasks::new(&rig, channels, &folds, size).unwrap();
@@ -309,14 +312,14 @@ mod tests {
         let (rig, masks) = masks(128);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("masks.png");
-        let uvs = &rig.uvs.as_ref().unwrap().values;
+        let uvs = &rig.surface().uvs.as_ref().unwrap().values;
         // u, v and their product, none of them the same upside down.
         let numbers: [Vec<f32>; 3] = [0, 1, 2].map(|i| uvs.iter().map(|[u, v]| [*u, *v, u * v][i]).collect());
         let frame = masks
             .channels
             .iter()
             .zip(&numbers)
-            .fold(Frame::new(rig.rest.as_flattened()), |frame, (channel, numbers)| {
+            .fold(Frame::new(rig.surface().rest.as_flattened()), |frame, (channel, numbers)| {
                 frame.with(channel, numbers)
             });
         masks.write_frame(&path, &frame).unwrap();
@@ -342,17 +345,20 @@ mod tests {
 
     #[test]
     fn a_texture_in_tiles_has_a_picture_for_each() {
-        let (mut rig, masks) = masks(32);
-        let left: Vec<bool> = rig.rest.iter().map(|x| x[0] < 0.0).collect();
-        let uvs = rig.uvs.as_mut().unwrap();
-        uvs.values.iter_mut().zip(&left).filter(|(_, left)| **left).for_each(|(uv, _)| uv[0] += 1.0);
-        uvs.values.iter_mut().zip(&left).filter(|(_, left)| !**left).for_each(|(uv, _)| uv[1] += 2.0);
+        let (rig, masks) = masks(32);
+        let left: Vec<bool> = rig.surface().rest.iter().map(|x| x[0] < 0.0).collect();
         // Triangles across are stretched over both, which no artist's are.
         let across =
             |corners: &[u32; 3]| corners.iter().any(|v| left[*v as usize] != left[corners[0] as usize]);
-        rig.triangles.retain(|corners| !across(corners));
-        rig.faces = rhytid_core::Faces::default();
-        rig.triangles.iter().for_each(|corners| rig.faces.push(corners));
+        let rig = changed(&rig, |r| {
+            let values = &mut r.surface.uvs.as_mut().unwrap().values;
+            values.iter_mut().zip(&left).filter(|(_, left)| **left).for_each(|(uv, _)| uv[0] += 1.0);
+            values.iter_mut().zip(&left).filter(|(_, left)| !**left).for_each(|(uv, _)| uv[1] += 2.0);
+            r.surface.triangles.retain(|corners| !across(corners));
+            r.surface.faces = rhytid_core::Faces::default();
+            r.surface.triangles.iter().for_each(|corners| r.surface.faces.push(corners));
+        })
+        .unwrap();
         let folds = vec![vec![1.0; rig.vertices()]; 3];
         let tiled = WrinkleMasks::new(&rig, masks.channels.clone(), &folds, 32).unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -363,11 +369,11 @@ mod tests {
         let frame = tiled
             .channels
             .iter()
-            .fold(Frame::new(rig.rest.as_flattened()), |frame, channel| frame.with(channel, &ones));
+            .fold(Frame::new(rig.surface().rest.as_flattened()), |frame, channel| frame.with(channel, &ones));
         tiled.write_frame(&folder.path().join("a.masks.png"), &frame).unwrap();
         let lit = |file: &PathBuf| read(file).1.iter().filter(|pixel| **pixel == 255).count();
         assert!(files.iter().all(|file| lit(file) > 100));
-        rig.uvs.as_mut().unwrap().values[3] = [-5.0, 0.5];
+        let rig = changed(&rig, |r| r.surface.uvs.as_mut().unwrap().values[3] = [-5.0, 0.5]).unwrap();
         let error = WrinkleMasks::new(&rig, masks.channels, &folds, 32).err().unwrap().to_string();
         assert!(error.contains("in no UDIM tile"), "{error}");
     }
@@ -381,7 +387,7 @@ mod tests {
         for amount in [0.2_f32, 0.6, 0.4] {
             let [a, b, c] = [vec![amount; n], vec![0.5 * amount; n], vec![0.001; n]];
             let channels = masks.channels.clone();
-            let frame = Frame::new(rig.rest.as_flattened())
+            let frame = Frame::new(rig.surface().rest.as_flattened())
                 .with(&channels[0], &a)
                 .with(&channels[1], &b)
                 .with(&channels[2], &c);

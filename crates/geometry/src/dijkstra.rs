@@ -35,31 +35,6 @@ impl Label for f64 {
     }
 }
 
-/// The distance, and from which source. Of sources that are equally near the lowest counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FromSource {
-    /// Along the edges; infinite where no source reaches the node.
-    pub distance: f64,
-    /// As it was given.
-    pub source: u32,
-}
-
-impl Label for FromSource {
-    const UNREACHED: Self = Self { distance: f64::INFINITY, source: u32::MAX };
-
-    fn distance(&self) -> f64 {
-        self.distance
-    }
-
-    fn through(&self, length: f64) -> Self {
-        Self { distance: self.distance + length, ..*self }
-    }
-
-    fn order(&self, other: &Self) -> Ordering {
-        self.distance.total_cmp(&other.distance).then(self.source.cmp(&other.source))
-    }
-}
-
 /// A node in the queue.
 struct Visit<L> {
     label: L,

@@ -1,8 +1,10 @@
 //! Distances along the edges of the rest mesh, and the handles' geodesic Voronoi cells, for `auto` strain edges (section 3).
 use crate::Topology;
-use crate::dijkstra::{FromSource, Label, shortest_ways};
+use crate::dijkstra::{Label, shortest_ways};
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_core::{HandleId, VertexId};
+use std::cmp::Ordering;
 
 /// The edges of the rest mesh with their lengths.
 pub struct EdgeGraph<'a> {
@@ -40,26 +42,54 @@ impl<'a> EdgeGraph<'a> {
 
 /// The handle that is nearest to each vertex along the edges of the rest mesh (ties: the lowest handle);
 /// `None` where no handle can be reached.
-pub fn voronoi_cells(positions: &[[f64; 3]], topology: &Topology, handles: &[u32]) -> Vec<Option<u32>> {
+pub fn voronoi_cells(
+    positions: &[[f64; 3]],
+    topology: &Topology,
+    handles: &[VertexId],
+) -> Vec<Option<HandleId>> {
     let cells = nearest_handles(&EdgeGraph::new(positions, topology), handles);
-    cells.into_iter().map(|cell| cell.map(|(_, handle)| handle)).collect()
+    cells.into_iter().map(|cell| cell.map(|cell| cell.handle)).collect()
 }
 
-/// A handle, and how far it is along the edges of the rest mesh, before it.
-pub type Cell = Option<(f64, u32)>;
+/// The handle that is nearest to a vertex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cell {
+    /// How far it is along the edges of the rest mesh.
+    pub distance: f64,
+    /// Which.
+    pub handle: HandleId,
+}
+
+impl Label for Cell {
+    const UNREACHED: Self = Self { distance: f64::INFINITY, handle: HandleId(u32::MAX) };
+
+    fn distance(&self) -> f64 {
+        self.distance
+    }
+
+    fn through(&self, length: f64) -> Self {
+        Self { distance: self.distance + length, ..*self }
+    }
+
+    /// Of handles that are equally near the lowest counts.
+    fn order(&self, other: &Self) -> Ordering {
+        self.distance.total_cmp(&other.distance).then(self.handle.cmp(&other.handle))
+    }
+}
 
 /// As [`voronoi_cells`], with the distances.
-pub fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[u32]) -> Vec<Cell> {
-    let mut labels = vec![FromSource::UNREACHED; graph.vertices()];
-    let sources = handles.iter().zip(0..).map(|(&v, source)| (v, FromSource { distance: 0.0, source }));
-    shortest_ways(sources, |v| graph.edges(v), |_| f64::INFINITY, &mut labels);
-    let is_reached = |label: &FromSource| label.source != u32::MAX;
-    labels.iter().map(|label| is_reached(label).then_some((label.distance, label.source))).collect()
+pub fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[VertexId]) -> Vec<Option<Cell>> {
+    let mut cells = vec![Cell::UNREACHED; graph.vertices()];
+    let handle_at =
+        |(h, vertex): (usize, &VertexId)| (vertex.0, Cell { distance: 0.0, handle: HandleId::from_index(h) });
+    let sources = handles.iter().enumerate().map(handle_at);
+    shortest_ways(sources, |v| graph.edges(v), |_| f64::INFINITY, &mut cells);
+    cells.into_iter().map(|cell| (cell != Cell::UNREACHED).then_some(cell)).collect()
 }
 
 /// The pairs of handles whose cells touch: those with an edge of the mesh between them. Each pair ascending,
 /// pairs sorted.
-pub fn touching_cells(topology: &Topology, cells: &[Option<u32>]) -> Vec<[u32; 2]> {
+pub fn touching_cells(topology: &Topology, cells: &[Option<HandleId>]) -> Vec<[HandleId; 2]> {
     let mut pairs = Vec::new();
     for (v, cell) in cells.iter().enumerate() {
         for &w in topology.neighbors(v) {
@@ -77,14 +107,14 @@ pub fn touching_cells(topology: &Topology, cells: &[Option<u32>]) -> Vec<[u32; 2
 
 /// For each of `edges`, as [`touching_cells`] gives them, the shortest way along the mesh from one handle to the other over a place where
 /// their cells touch.
-pub fn ways(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &[[u32; 2]]) -> Vec<f64> {
+pub fn ways(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &[[HandleId; 2]]) -> Vec<f64> {
     let mut ways = vec![f64::INFINITY; edges.len()];
     for (v, cell) in cells.iter().enumerate() {
         for (w, between) in graph.edges(v as u32) {
-            if let (Some((from_a, a)), Some((from_b, b))) = (*cell, cells[w as usize])
-                && let Ok(edge) = edges.binary_search(&[a.min(b), a.max(b)])
+            if let (Some(a), Some(b)) = (*cell, cells[w as usize])
+                && let Ok(edge) = edges.binary_search(&[a.handle.min(b.handle), a.handle.max(b.handle)])
             {
-                ways[edge] = ways[edge].min(from_a + between + from_b);
+                ways[edge] = ways[edge].min(a.distance + between + b.distance);
             }
         }
     }
@@ -97,7 +127,7 @@ pub fn ways(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &[[u32; 2]]) -> Vec<f6
 const FAR: f64 = 5.0;
 
 /// Takes the pairs out of `edges` whose handles are [`FAR`] times as far along the skin as most are.
-pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Cell], edges: &mut Vec<[u32; 2]>) {
+pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &mut Vec<[HandleId; 2]>) {
     let ways = ways(graph, cells, edges);
     let mut sorted = ways.clone();
     sorted.sort_by(f64::total_cmp);
@@ -119,13 +149,13 @@ mod tests {
             .collect();
         let topology = Topology::new(17, &triangles);
         let positions = [positions, vec![[9.0; 3]]].concat();
-        let cells = voronoi_cells(&positions, &topology, &[0, 14, 6]);
+        let cells = voronoi_cells(&positions, &topology, &[0, 14, 6].map(VertexId));
         // From the strip's lower side up it is one along a quad's side, and √2 along its diagonal, which leans to the left: the
         // left handle has the first two columns, the middle one the next three. The sixth column is as far from
         // the middle as from the right end below, where the lower handle has it, and nearer to the right end above.
-        let expected = [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1].map(Some);
+        let expected = [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1].map(|h| Some(HandleId(h)));
         assert_eq!(cells[..16], expected);
-        assert_eq!(touching_cells(&topology, &cells), [[0, 2], [1, 2]]);
+        assert_eq!(touching_cells(&topology, &cells), [[0, 2], [1, 2]].map(|pair| pair.map(HandleId)));
     }
 
     /// A grid of 7 × 6 quads of 3 by 4, each cut in two, so that all lengths are whole numbers and many are equal; `bend` moves
@@ -175,11 +205,13 @@ mod tests {
                     assert!((distance - all[h as usize][v]).abs() < 1e-12, "from {h} to {v}");
                 }
             }
-            for (v, cell) in voronoi_cells(&positions, &topology, &handles).into_iter().enumerate() {
+            for (v, cell) in
+                voronoi_cells(&positions, &topology, &handles.map(VertexId)).into_iter().enumerate()
+            {
                 let of_handle = |h: usize| all[handles[h] as usize][v];
                 let nearest =
                     (0..handles.len()).min_by(|a, b| of_handle(*a).total_cmp(&of_handle(*b))).unwrap();
-                assert_eq!(cell, Some(nearest as u32), "vertex {v}, bent by {bend}");
+                assert_eq!(cell, Some(HandleId::from_index(nearest)), "vertex {v}, bent by {bend}");
             }
         }
     }
@@ -198,15 +230,15 @@ mod tests {
             })
             .collect();
         let topology = Topology::new(180, &triangles);
-        let handles: Vec<u32> = (0..4).map(|i| v(3 * i, 1)).collect();
+        let handles: Vec<VertexId> = (0..4).map(|i| VertexId(v(3 * i, 1))).collect();
         let graph = EdgeGraph::new(&positions, &topology);
         let cells = nearest_handles(&graph, &handles);
-        let of: Vec<Option<u32>> = cells.iter().map(|cell| cell.map(|(_, handle)| handle)).collect();
+        let of: Vec<Option<HandleId>> = cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
         let mut edges = touching_cells(&topology, &of);
-        assert_eq!(edges, [[0, 1], [0, 3], [1, 2], [2, 3]]);
+        assert_eq!(edges, [[0, 1], [0, 3], [1, 2], [2, 3]].map(|pair| pair.map(HandleId)));
         let ways = ways(&graph, &cells, &edges);
         assert!((ways[1] / ways[0] - 51.0 / 3.0).abs() < 0.5, "{ways:?}");
         drop_far_pairs(&graph, &cells, &mut edges);
-        assert_eq!(edges, [[0, 1], [1, 2], [2, 3]]);
+        assert_eq!(edges, [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(HandleId)));
     }
 }

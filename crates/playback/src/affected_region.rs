@@ -3,7 +3,10 @@
 use crate::edit_falloff::EditFalloff;
 use crate::fade::VertexGain;
 use crate::stages::Context;
-use rhytid_core::{Result, Rig, Stage};
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::Stage;
+use rhytid_core::VertexId;
 use rhytid_devices::Evaluator;
 use std::ops::Range;
 
@@ -12,7 +15,7 @@ pub(crate) struct AffectedRegion {
     /// How far edits of markers reach.
     falloff: Option<EditFalloff>,
     /// Where these or gains of the folds do something, ascending.
-    vertices: Vec<u32>,
+    vertices: Vec<VertexId>,
     /// A rig of them, which come first; `None` where they are so much of the face that it is evaluated as a whole.
     part: Option<Rig>,
 }
@@ -50,7 +53,8 @@ impl AffectedRegion {
         gains: impl Iterator<Item = &'g VertexGain>,
     ) -> Option<Self> {
         let gained = gains.flat_map(VertexGain::vertices);
-        let mut vertices: Vec<u32> = gained.chain(falloff.iter().flat_map(EditFalloff::followers)).collect();
+        let mut vertices: Vec<VertexId> =
+            gained.chain(falloff.iter().flat_map(EditFalloff::followers)).map(VertexId).collect();
         vertices.sort_unstable();
         vertices.dedup();
         if vertices.is_empty() {
@@ -58,13 +62,13 @@ impl AffectedRegion {
         }
         let part = (2 * vertices.len() < rig.vertices()).then(|| rig.part(&vertices));
         if part.is_none() {
-            vertices = (0..rig.vertices() as u32).collect();
+            vertices = (0..rig.vertices() as u32).map(VertexId).collect();
         }
         Some(Self { falloff, vertices, part })
     }
 
     /// The vertices, ascending.
-    pub(crate) fn vertices(&self) -> &[u32] {
+    pub(crate) fn vertices(&self) -> &[VertexId] {
         &self.vertices
     }
 

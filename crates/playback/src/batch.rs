@@ -11,27 +11,26 @@ const MAX_BATCH: usize = 16;
 
 /// Bytes of the rig's arrays on a device: all but what only the exporters use.
 pub fn rig_bytes(rig: &Rig) -> usize {
-    let words = rig.handles.len()
-        + rig.triangles.len() * 3
-        + rig.rest.len() * 3
-        + rig.basis.len()
-        + rig.strain_edges.len() * 2
-        + rig.influence_edges.len()
-        + rig.influence_weights.len()
-        + rig.tangent_neighbors.len()
-        + rig.pose_features.len()
-        + rig.rbf_weights.len() * 3;
-    let learned = rig
-        .learned
-        .as_ref()
-        .map_or(0, |learned| learned.anchors.len() * 2 + learned.example_weights.len() * 3);
+    let words = rig.handles().vertices.len()
+        + rig.surface().triangles.len() * 3
+        + rig.surface().rest.len() * 3
+        + rig.basis().as_slice().len()
+        + rig.handles().strain_edges.len() * 2
+        + rig.influences().edges.as_slice().len()
+        + rig.influences().weights.as_slice().len()
+        + rig.surface().tangent_neighbors.len()
+        + rig.fine_scale().pose_features.as_slice().len()
+        + rig.fine_scale().rbf_weights.as_slice().len() * 3;
+    let learned = rig.learned().map_or(0, |learned| {
+        learned.anchors.as_slice().len() * 2 + learned.example_weights.as_slice().len() * 3
+    });
     (words + learned) * 4
 }
 
 /// Bytes of one frame's handle positions and results, every stage together.
 pub fn frame_bytes(rig: &Rig) -> usize {
     let results: usize = Stage::ALL.iter().map(|stage| stage.values_per_frame(rig)).sum();
-    (results + rig.handles.len() * 3) * 4
+    (results + rig.handles().vertices.len() * 3) * 4
 }
 
 /// Frames in a batch.

@@ -1,6 +1,12 @@
 //! How well a rig gives back what it was made of.
 
-use rhytid_core::{DeviceInfo, Face, Result, Rig, Stage, UploadOptions};
+use rhytid_core::DeviceInfo;
+use rhytid_core::Face;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::Stage;
+use rhytid_core::UploadOptions;
+use rhytid_core::VertexId;
 use rhytid_devices::Evaluator;
 use rhytid_solve::Misplaced;
 
@@ -42,8 +48,8 @@ pub fn comes_back(
     let mut found = Vec::new();
     let mut out = [Vec::new()];
     for (example, positions) in states {
-        let at = |v: &u32| positions[*v as usize].map(|x| x as f32);
-        let of_handles: Vec<[f32; 3]> = rig.handles.iter().map(at).collect();
+        let at = |v: &VertexId| positions[v.index()].map(|x| x as f32);
+        let of_handles: Vec<[f32; 3]> = rig.handles().vertices.iter().map(at).collect();
         evaluator.evaluate(of_handles.as_flattened(), &[Stage::Positions], &mut out)?;
         let (mut squares, mut worst, mut vertex) = (0.0, 0.0_f64, 0);
         for (v, (x, y)) in out[0].as_chunks::<3>().0.iter().zip(&positions).enumerate() {

@@ -53,7 +53,7 @@ pub(crate) struct Sculpted<'a> {
 
 impl Correction {
     pub(crate) fn new(rig: &Rig, triangles: &VertexTriangles, sculpted: Sculpted<'_>) -> Self {
-        let bounds = rig.rest.iter().fold([[f64::MAX; 3], [f64::MIN; 3]], |[low, high], x| {
+        let bounds = rig.surface().rest.iter().fold([[f64::MAX; 3], [f64::MIN; 3]], |[low, high], x| {
             let x = x.map(f64::from);
             [0, 1].map(|end: usize| {
                 [0, 1, 2].map(|c| if end == 0 { low[c].min(x[c]) } else { high[c].max(x[c]) })
@@ -144,9 +144,9 @@ impl Correction {
 
 /// What vertices see of a pose.
 fn features(rig: &Rig, handles: &[[f32; 3]]) -> Vec<[f64; 3]> {
-    match rig.learned {
-        Some(_) => rig.vector_strains(handles),
-        None => rig.strains(handles).into_iter().map(|strain| [strain.into(), 0.0, 0.0]).collect(),
+    match rig.learned() {
+        Some(_) => rig.handles().vector_strains(handles),
+        None => rig.handles().strains(handles).into_iter().map(|strain| [strain.into(), 0.0, 0.0]).collect(),
     }
 }
 
@@ -169,8 +169,8 @@ fn apart(rig: &Rig, vertex: usize, a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 
 /// Tangent, bitangent and normal of a vertex; the axes where it has no surface around it.
 fn frame_of(rig: &Rig, triangles: &VertexTriangles, positions: &[[f32; 3]], v: usize) -> [[f64; 3]; 3] {
-    let n = normals::vertex_normal(positions, &rig.triangles, triangles.at(v)).map(f64::from);
-    let neighbour = positions[rig.tangent_neighbors[v] as usize].map(f64::from);
+    let n = normals::vertex_normal(positions, &rig.surface().triangles, triangles.at(v)).map(f64::from);
+    let neighbour = positions[rig.surface().tangent_neighbors[v].index()].map(f64::from);
     let edge = vec3::sub(neighbour, positions[v].map(f64::from));
     let along = vec3::dot(edge, n);
     let tangent: [f64; 3] = std::array::from_fn(|c| edge[c] - along * n[c]);

@@ -24,13 +24,13 @@ impl EditFalloff {
     /// Of an edited take; `None` where nothing was edited, or all of the face follows.
     pub(crate) fn new(rig: &Rig, take: &EditedTake) -> Option<Self> {
         let edited: Vec<f64> =
-            rig.labels.iter().map(|label| f64::from(u8::from(take.is_edited(label)))).collect();
+            rig.handles().labels.iter().map(|label| f64::from(u8::from(take.is_edited(label)))).collect();
         if edited.iter().all(|edited| *edited == 0.0) || edited.iter().all(|edited| *edited == 1.0) {
             return None;
         }
-        let edges = rig.strain_edges.len();
-        let of_feature = |e: usize| match rig.strain_edges.get(e) {
-            Some(&[a, b]) => 0.5 * (edited[a as usize] + edited[b as usize]),
+        let edges = rig.handles().strain_edges.len();
+        let of_feature = |e: usize| match rig.handles().strain_edges.get(e) {
+            Some(&[a, b]) => 0.5 * (edited[a.index()] + edited[b.index()]),
             None => edited[e - edges],
         };
         let of_vertex = |(v, row): (usize, &[f32])| {
@@ -46,7 +46,7 @@ impl EditFalloff {
             let s = ((driven - DRIVEN[0]) / (DRIVEN[1] - DRIVEN[0])).clamp(0.0, 1.0);
             (s * s * (3.0 - 2.0 * s)) as f32
         };
-        let rows = rig.basis.chunks_exact(rig.handles.len()).enumerate();
+        let rows = rig.basis().rows().enumerate();
         Some(Self { weights: rows.map(of_vertex).collect() })
     }
 

@@ -36,7 +36,7 @@ impl Playback<'_> {
     ) -> Result<Written> {
         let (rig, Performance { selection, recipe, .. }) = (self.rig(), performance);
         let rest_normals = recipe.has(ChannelKind::Normals).then(|| self.rest_normals()).transpose()?;
-        let (corners, channels) = (rig.triangle_corners()?, channels::of_recipe(rig, recipe)?);
+        let (corners, channels) = (rig.surface().triangle_corners()?, channels::of_recipe(rig, recipe)?);
         let frames = selection.inner.len();
         let stated = StatedRecipe::from(recipe);
         let scene = Scene {

@@ -4,7 +4,7 @@
 use crate::channels::Uncertainty;
 use crate::local_normals;
 use rayon::prelude::*;
-use rhytid_core::{Result, Rig, Take};
+use rhytid_core::{HandleId, Result, Rig, Take};
 use rhytid_formats::edits::Curve;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::FAR;
@@ -81,12 +81,12 @@ impl<'a> Fade<'a> {
         fades: bool,
     ) -> Result<Option<Self>> {
         let marker = |label: &String| take.labels.iter().position(|known| known == label);
-        let markers: Vec<usize> = rig.labels.iter().filter_map(marker).collect();
+        let markers: Vec<usize> = rig.handles().labels.iter().filter_map(marker).collect();
         let confidence = take.confidence.as_ref().filter(|_| fades);
         let mut edges: Vec<f32> = confidence.map_or_else(Vec::new, |confidence| {
             let of_frame = |frame: &[f32]| {
-                let at = |handle: u32| frame[markers[handle as usize]];
-                rig.strain_edges.iter().map(|&[a, b]| at(a).min(at(b))).collect::<Vec<f32>>()
+                let at = |handle: HandleId| frame[markers[handle.index()]];
+                rig.handles().strain_edges.iter().map(|&[a, b]| at(a).min(at(b))).collect::<Vec<f32>>()
             };
             confidence.chunks_exact(take.labels.len()).flat_map(of_frame).collect()
         });
@@ -114,7 +114,7 @@ impl<'a> Fade<'a> {
 
     /// Whether any of these frames may fade all over the face, for which it needs its large scale.
     pub(crate) fn is_everywhere(&self, frames: Range<usize>) -> bool {
-        let edges = self.rig.strain_edges.len();
+        let edges = self.rig.handles().strain_edges.len();
         let unsure = |frame: usize| {
             let of_frame = self.edges.get(frame * edges..(frame + 1) * edges).unwrap_or_default();
             of_frame.iter().any(|&c| c < 1.0)
@@ -139,7 +139,7 @@ impl<'a> Fade<'a> {
     ) {
         let mut moved: Vec<u32> = Vec::new();
         if self.is_everywhere(frame..frame + 1) {
-            let edges = self.rig.strain_edges.len();
+            let edges = self.rig.handles().strain_edges.len();
             let confidence = self.edges.get(frame * edges..(frame + 1) * edges).unwrap_or_default();
             let far = self.far.as_ref().map(|far| (far, far.samples(frame)));
             let fade = |(v, (x, smooth)): (usize, (&mut [f32; 3], &[f32; 3]))| {
@@ -176,20 +176,17 @@ pub(crate) fn folded(smooth: [f32; 3], full: [f32; 3], factor: f64) -> [f32; 3] 
 
 /// V numbers from those of the H handles: the mean of those of the handles that drive a vertex's folds, 0 where there is none.
 pub(crate) fn of_vertices(rig: &Rig, handles: &[f64]) -> Vec<f32> {
-    let mean = |&[a, b]: &[u32; 2]| (0.5 * (handles[a as usize] + handles[b as usize])) as f32;
-    let edges: Vec<f32> = rig.strain_edges.iter().map(mean).collect();
-    let k = rig.influences();
-    let is_driven = |v: usize| rig.influence_weights[v * k..][..k].iter().any(|alpha| *alpha > 0.0);
+    let mean = |&[a, b]: &[HandleId; 2]| (0.5 * (handles[a.index()] + handles[b.index()])) as f32;
+    let edges: Vec<f32> = rig.handles().strain_edges.iter().map(mean).collect();
+    let is_driven = |v: usize| rig.influences().weights.row(v).iter().any(|alpha| *alpha > 0.0);
     (0..rig.vertices()).map(|v| if is_driven(v) { of_vertex(rig, v, &edges) as f32 } else { 0.0 }).collect()
 }
 
 /// c_v, from the confidence of the F edges; or what else they have.
 fn of_vertex(rig: &Rig, v: usize, edges: &[f32]) -> f64 {
-    let k = rig.influences();
-    let influences = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..][..k]);
     let (mut weighted, mut total) = (0.0, 0.0);
-    for (&edge, &alpha) in influences {
-        weighted += f64::from(alpha) * f64::from(edges[edge as usize]);
+    for (edge, alpha) in rig.influences().of(v) {
+        weighted += f64::from(alpha) * f64::from(edges[edge.index()]);
         total += f64::from(alpha);
     }
     if total > 0.0 { weighted / total } else { 1.0 }

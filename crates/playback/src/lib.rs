@@ -11,7 +11,7 @@
 //! use rhytid_playback::{Playback, Selection};
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.rounded()?;
 //! # let take = rhytid_demo::performance(&face).slice(0..20);
 //! // `rig` from rhytid_core::rig_file::read, `take` from read_take.
 //! let selection = Selection::all(take)?;

@@ -27,7 +27,7 @@ pub(crate) fn beside(
 ) -> Vec<bool> {
     let mut beside = vec![false; rig.vertices()];
     for v in vertices {
-        let corners = triangles.at(v as usize).iter().flat_map(|&t| rig.triangles[t as usize]);
+        let corners = triangles.at(v as usize).iter().flat_map(|&t| rig.surface().triangles[t as usize]);
         corners.for_each(|v| beside[v as usize] = true);
     }
     beside
@@ -42,6 +42,6 @@ pub(crate) fn update_where(
     normals: &mut [[f32; 3]],
 ) {
     normals.par_iter_mut().enumerate().filter(|(v, _)| vertices[*v]).for_each(|(v, normal)| {
-        *normal = vertex_normal(positions, &rig.triangles, triangles.at(v));
+        *normal = vertex_normal(positions, &rig.surface().triangles, triangles.at(v));
     });
 }

@@ -29,15 +29,14 @@ impl Performance {
         }
         Self::check(&recipe, &rig)?;
         if recipe.stage == OutputStage::Shell {
-            rig = rig.shell();
+            rig = rig.shell()?;
         }
-        rig.scale_folds(|_| recipe.detail);
-        scale_folds(&mut rig, &recipe.detail_of.0)?;
+        rig = scale_folds(rig.scale_folds(|_| recipe.detail)?, &recipe.detail_of.0)?;
         let mut layers = layers;
         let take = match &mut layers {
             Some(layers) => {
                 let take = layers.edit(take, &rig)?;
-                layers.settle(&mut rig);
+                rig = layers.settle(rig)?;
                 take
             }
             None => take.into(),
@@ -55,13 +54,13 @@ impl Performance {
     /// [`Error::Input`] if it is to be refined and has examples, a gain or a group of wrinkles names what it does not have, or it does not know
     /// what a channel says.
     pub fn check(recipe: &Recipe, rig: &Rig) -> Result<()> {
-        if recipe.refine && !rig.example_names.is_empty() {
+        if recipe.refine && !rig.examples().names.is_empty() {
             return Err(Error::conflict(format!(
                 "refinement is for rigs without examples, found {}, which show better what becomes of the face; leave it out",
-                human::counted(rig.example_names.len(), "example")
+                human::counted(rig.examples().len(), "example")
             )).with_remedies(&[Remedy::NoRefinement]));
         }
-        check_gains(&rig.labels, &recipe.detail_of.0)?;
+        check_gains(&rig.handles().labels, &recipe.detail_of.0)?;
         channels::of_recipe(rig, recipe).map(|_| ())
     }
 

@@ -57,7 +57,7 @@ impl<'a> Playback<'a> {
     }
 
     fn with(rig: &'a Rig, evaluator: Evaluator<'a>, batch: usize) -> Self {
-        let triangles = Arc::new(VertexTriangles::new(rig.vertices(), &rig.triangles));
+        let triangles = Arc::new(VertexTriangles::new(rig.vertices(), &rig.surface().triangles));
         Self {
             rig,
             evaluator,
@@ -92,7 +92,7 @@ impl<'a> Playback<'a> {
                 )));
             }
             let selection = Selection::all(edited.slice(frame..frame + 1))?;
-            let handles = selection.take.take.handle_positions(&self.rig.labels)?;
+            let handles = selection.take.take.handle_positions(&self.rig.handles().labels)?;
             let recipe = Recipe { channels: ChannelChoice::NONE, ..Recipe::default() };
             let mut before = Vec::new();
             self.play(&selection, &recipe, progress, |frame| {
@@ -148,7 +148,8 @@ impl<'a> Playback<'a> {
     /// # Errors
     /// [`Error::Device`].
     pub fn rest_normals(&mut self) -> Result<Vec<[f32; 3]>> {
-        let handles: Vec<f32> = self.rig.handles.iter().flat_map(|&v| self.rig.rest[v as usize]).collect();
+        let handles: Vec<f32> =
+            self.rig.handles().vertices.iter().flat_map(|&v| self.rig.surface().rest[v.index()]).collect();
         let mut results = [Vec::new(), Vec::new()];
         self.evaluator.evaluate(&handles, &stages(OutputStage::LargeScale), &mut results)?;
         let [_, normals] = results;
@@ -187,7 +188,7 @@ impl<'a> Playback<'a> {
         progress: &dyn Progress,
         mut each: impl FnMut(FrameBuffers<'_>) -> Result<()>,
     ) -> Result<()> {
-        if context.stage == OutputStage::Shell && self.rig.learned.is_some() {
+        if context.stage == OutputStage::Shell && self.rig.learned().is_some() {
             return Err(Error::conflict(
                 "the rig has a linear band in its large scale; play what Rig::shell gives",
             ));
@@ -234,8 +235,8 @@ impl<'a> Playback<'a> {
             .with_remedies(&[Remedy::NoRefinement]));
         }
         let take = &selection.take.take;
-        let handles = take.handle_positions(&rig.labels)?;
-        let before = selection.take.before().handle_positions(&rig.labels)?;
+        let handles = take.handle_positions(&rig.handles().labels)?;
+        let before = selection.take.before().handle_positions(&rig.handles().labels)?;
         let (gains, corrections) = (self.gains.clone(), self.corrections.clone());
         let (triangles, untangle) = (self.triangles.clone(), self.untangle.clone());
         let is_full = recipe.stage == OutputStage::Full;
@@ -307,7 +308,7 @@ mod tests {
     /// frames; the file's frame `refused` is left without normals.
     fn export(path: &Path, device: &str, batch: usize, refused: Option<usize>) -> Result<Vec<u8>> {
         let face = rhytid_demo::face(1_000);
-        let rig = solve(&face, &NoProgress)?.cast::<f32>();
+        let rig = solve(&face, &NoProgress)?.rounded()?;
         let options = UploadOptions::frames(batch);
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
         let mut playback = Playback::with(&rig, evaluator, batch);
@@ -318,8 +319,10 @@ mod tests {
         let recipe =
             Recipe { channels: kinds.fold(ChannelChoice::NONE, ChannelChoice::with), ..Recipe::default() };
         let channels = crate::channels::of_recipe(&rig, &recipe)?;
-        let (stated, corners) =
-            (StatedRecipe::default(), rig.faces.triangle_corners(&rig.triangles).unwrap());
+        let (stated, corners) = (
+            StatedRecipe::default(),
+            rig.surface().faces.triangle_corners(&rig.surface().triangles).unwrap(),
+        );
         let rest_normals = playback.rest_normals()?;
         let scene = Scene {
             rest_normals: Some(&rest_normals),

@@ -20,7 +20,7 @@ impl<'a> Refined<'a> {
         vertex_triangles: &'a VertexTriangles,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        Ok(Self { rig, refine: Refine::new(&rig.cast(), progress)?, vertex_triangles, exact: Vec::new() })
+        Ok(Self { rig, refine: Refine::new(&rig.widened(), progress)?, vertex_triangles, exact: Vec::new() })
     }
 
     /// Refines a frame's V positions, and makes its normals anew (empty where they are not wanted), from the positions of its H handles.
@@ -36,7 +36,8 @@ impl<'a> Refined<'a> {
         self.refine.frame(&handles, &mut self.exact);
         positions.iter_mut().zip(&self.exact).for_each(|(x, exact)| *x = exact.map(|x| x as f32));
         for (v, n) in normals.iter_mut().enumerate() {
-            *n = normals::vertex_normal(positions, &self.rig.triangles, self.vertex_triangles.at(v));
+            *n =
+                normals::vertex_normal(positions, &self.rig.surface().triangles, self.vertex_triangles.at(v));
         }
     }
 }
@@ -55,17 +56,18 @@ mod tests {
         face.examples.clear();
         face.settings.rotations = true;
         let exact = rhytid_solve::solve(&face, &NoProgress).unwrap();
-        let (rig, refine) = (exact.cast::<f32>(), Refine::new(&exact, &NoProgress).unwrap());
+        let (rig, refine) = (exact.rounded().unwrap(), Refine::new(&exact, &NoProgress).unwrap());
         let bent = |x: [f64; 3]| [1.3 * x[0], x[1] + 0.3 * x[0], x[2] - 0.4 * x[0].abs()];
-        let bent: Vec<[f64; 3]> = rig.handles.iter().map(|&v| bent(exact.rest[v as usize])).collect();
+        let bent: Vec<[f64; 3]> =
+            rig.handles().vertices.iter().map(|&v| bent(exact.surface().rest[v.index()])).collect();
         let take = Take {
-            labels: rig.labels.clone(),
+            labels: rig.handles().labels.clone(),
             times: vec![0.0, 0.1, 0.2],
             positions: [&bent[..], &bent[..], &bent[..]].concat(),
             confidence: None,
             head: None,
         };
-        let handles = take.handle_positions(&rig.labels).unwrap();
+        let handles = take.handle_positions(&rig.handles().labels).unwrap();
         let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
         let mut playback = Playback::new(&rig, &devices, 3).unwrap();
         let selection = Selection::all(take).unwrap();
@@ -82,8 +84,9 @@ mod tests {
         };
         let [before, after] = [false, true].map(|refine| frames(&mut playback, refine));
         let widened = |x: &[f32]| x.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect::<Vec<_>>();
-        let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
-        for ((before, after), handles) in before.iter().zip(&after).zip(handles.chunks(3 * rig.handles.len()))
+        let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+        for ((before, after), handles) in
+            before.iter().zip(&after).zip(handles.chunks(3 * rig.handles().vertices.len()))
         {
             let mut expected = widened(&before[0]);
             refine.frame(&widened(handles), &mut expected);
@@ -95,12 +98,12 @@ mod tests {
             let found = widened(&after[0]);
             assert!(farthest(&found, &expected) < 1e-5);
             assert!(farthest(&found, &widened(&before[0])) > 1e-2, "it changes nothing");
-            for (h, &v) in rig.handles.iter().enumerate() {
-                assert_eq!(positions[v as usize], handles[3 * h..][..3]);
+            for (h, &v) in rig.handles().vertices.iter().enumerate() {
+                assert_eq!(positions[v.index()], handles[3 * h..][..3]);
             }
             for (v, found) in normals.iter().enumerate() {
                 let incident = vertex_triangles.at(v);
-                assert_eq!(*found, normals::vertex_normal(positions, &rig.triangles, incident));
+                assert_eq!(*found, normals::vertex_normal(positions, &rig.surface().triangles, incident));
             }
         }
     }

@@ -30,17 +30,16 @@ pub fn region_of(label: &str) -> Option<&'static str> {
     by_word.map(|(name, _)| *name).or_else(|| by_number().map(|(name, _)| *name))
 }
 
-/// Multiplies a rig's folds by `gains`, each a handle or a region and a ratio; a handle's own counts before its region's. A vertex has the mean of those of
+/// The rig with its folds multiplied by `gains`, each a handle or a region and a ratio; a handle's own counts before its region's. A vertex has the mean of those of
 /// the handles that drive its folds.
 ///
 /// # Errors
-/// [`Error::Input`] if a name is neither a handle's nor that of a region which some handle is in.
-pub fn scale_folds(rig: &mut Rig, gains: &[(String, f64)]) -> Result<()> {
-    let gains = handle_gains(&rig.labels, gains)?;
+/// [`Error::Input`] if a name is neither a handle's nor that of a region which some handle is in, or as [`Rig::scale_folds`].
+pub fn scale_folds(rig: Rig, gains: &[(String, f64)]) -> Result<Rig> {
+    let gains = handle_gains(&rig.handles().labels, gains)?;
     let beyond: Vec<f64> = gains.iter().map(|gain| gain - 1.0).collect();
-    let beyond = of_vertices(rig, &beyond);
-    rig.scale_folds(|v| 1.0 + f64::from(beyond[v]));
-    Ok(())
+    let beyond = of_vertices(&rig, &beyond);
+    rig.scale_folds(|v| 1.0 + f64::from(beyond[v]))
 }
 
 /// Whether each name of `gains` is that of a handle, or of a region which some handle is in.

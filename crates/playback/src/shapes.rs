@@ -1,7 +1,7 @@
 //! Shapes: a rig's examples and handles as offsets from its rest pose, for sliders.
 
 use crate::Playback;
-use rhytid_core::{Error, Progress, Result, Rig};
+use rhytid_core::{Error, HandleId, Progress, Result, Rig};
 use rhytid_formats::export::{OutputStage, Shape};
 
 impl Playback<'_> {
@@ -16,15 +16,15 @@ impl Playback<'_> {
         progress: &dyn Progress,
     ) -> Result<Vec<Shape>> {
         let rig = self.rig();
-        let mut names = rig.example_names.iter();
-        let mut shapes = Vec::with_capacity(rig.example_names.len());
-        let total = rig.example_names.len() as u64;
+        let mut names = rig.examples().names.iter();
+        let mut shapes = Vec::with_capacity(rig.examples().names.len());
+        let total = rig.examples().names.len() as u64;
         progress.report("evaluate the examples", 0, total);
-        let handles = rig.example_handles.as_flattened();
+        let handles = rig.examples().handles.as_slice().as_flattened();
         let normals = rest_normals.is_some();
         self.evaluate(handles, OutputStage::Full, normals, progress, |positions, normals| {
             let name = names.next().cloned().unwrap_or_default();
-            let offsets = difference(positions, &rig.rest);
+            let offsets = difference(positions, &rig.surface().rest);
             let normal_offsets = rest_normals.map(|rest| difference(normals, rest));
             shapes.push(Shape { name, offsets, normal_offsets });
             progress.step("evaluate the examples", shapes.len() as u64, total)
@@ -39,10 +39,10 @@ impl Playback<'_> {
     /// # Errors
     /// As [`Playback::evaluate`].
     pub fn example_folds(&mut self, progress: &dyn Progress) -> Result<Vec<Vec<f32>>> {
-        let handles = self.rig().example_handles.clone();
+        let handles = self.rig().examples().handles.clone();
         let mut poses = |stage| {
             let mut poses: Vec<Vec<f32>> = Vec::new();
-            self.evaluate(handles.as_flattened(), stage, false, progress, |positions, _| {
+            self.evaluate(handles.as_slice().as_flattened(), stage, false, progress, |positions, _| {
                 poses.push(positions.to_vec());
                 Ok(())
             })?;
@@ -66,13 +66,17 @@ fn difference(moved: &[f32], rest: &[[f32; 3]]) -> Vec<[f32; 3]> {
 /// The large scale's columns, 3 H of them: what one handle adds when it moves by one unit along an axis. None has the name of one of
 /// the `examples`.
 pub fn handle_shapes(rig: &Rig, examples: &[Shape]) -> Vec<Shape> {
-    let handles = rig.handles.len();
-    let shape = |h: usize, axis: usize| {
-        let mut name = format!("{}_{}", rig.labels[h], ["x", "y", "z"][axis]);
+    let handles = rig.handles().vertices.len();
+    let shape = |h: HandleId, axis: usize| {
+        let mut name = format!("{}_{}", rig.handles().labels[h.index()], ["x", "y", "z"][axis]);
         while examples.iter().any(|example| example.name == name) {
             name += "_handle";
         }
         Shape { name, offsets: rig.large_scale_column(h, axis), normal_offsets: None }
     };
-    (0..handles).flat_map(|h| (0..3).map(move |axis| (h, axis))).map(|(h, axis)| shape(h, axis)).collect()
+    (0..handles)
+        .map(HandleId::from_index)
+        .flat_map(|h| (0..3).map(move |axis| (h, axis)))
+        .map(|(h, axis)| shape(h, axis))
+        .collect()
 }

@@ -36,13 +36,13 @@ pub(crate) struct Context<'c> {
 impl<'c> Context<'c> {
     /// The number of frames.
     pub(crate) fn frames(&self) -> usize {
-        self.edited.len() / self.rig.handles.len()
+        self.edited.len() / self.rig.handles().vertices.len()
     }
 
     /// H positions of a frame, of one of the two arrays.
     pub(crate) fn pose(&self, of: &'c [[f32; 3]], frame: usize) -> &'c [[f32; 3]] {
-        let handles = self.rig.handles.len();
-        &of[frame * handles..][..handles]
+        let mut frames = of.chunks_exact(self.rig.handles().len());
+        frames.nth(frame).expect("a frame of the take")
     }
 
     /// The device's stage that has a frame's positions.
@@ -115,7 +115,7 @@ impl Evaluate<'_, '_> {
         wanted.extend(self.fades_everywhere(&frames).then_some(Stage::LargeScale));
         batch.results.resize(wanted.len(), Vec::new());
         batch.frames = frames.clone();
-        let handles = context.rig.handles.len();
+        let handles = context.rig.handles().vertices.len();
         let poses = &context.unedited[frames.start * handles..frames.end * handles];
         self.evaluator.evaluate(poses.as_flattened(), &wanted, &mut batch.results)?;
         let Some(region) = &effects.region else { return Ok(()) };
@@ -239,7 +239,7 @@ impl<'c> Stages<'c> {
             (None, Some(found)) => {
                 self.large_scale.resize(self.context.rig.vertices(), [0.0; 3]);
                 let vertices = self.effects.region.as_ref().map_or(&[][..], AffectedRegion::vertices);
-                vertices.iter().zip(found).for_each(|(&v, x)| self.large_scale[v as usize] = *x);
+                vertices.iter().zip(found).for_each(|(&v, x)| self.large_scale[v.index()] = *x);
                 LargeScale::OfRegion
             }
         }
@@ -262,7 +262,7 @@ impl<'c> Stages<'c> {
             into.extend_from_slice(without);
             if !without.is_empty() {
                 for (&v, x) in vertices.iter().zip(with) {
-                    into[v as usize] = falloff.between(v as usize, without[v as usize], *x);
+                    into[v.index()] = falloff.between(v.index(), without[v.index()], *x);
                 }
             }
         };

@@ -30,7 +30,7 @@ pub fn read_take(
     progress: &dyn Progress,
 ) -> Result<Take> {
     if raw_take::is_take_csv(path) {
-        return reading(progress, || take::read(path, Some(&rig.labels), missing));
+        return reading(progress, || take::read(path, Some(&rig.handles().labels), missing));
     }
     let take = read_raw_take(path, rig, clean_up, progress)?.0.take;
     if take.positions.iter().flatten().any(|x| x.is_nan()) {
@@ -58,13 +58,14 @@ pub fn read_raw_take(
     let mut raw = reading(progress, || raw_take::read(path, clean_up.rate))?;
     if clean_up.world && raw.in_head_space {
         raw.in_head_space = false;
-        raw.metres_per_unit = raw.metres_per_unit.or(Some(rig.metres_per_unit));
+        raw.metres_per_unit = raw.metres_per_unit.or(Some(rig.surface().metres_per_unit));
     }
     let mut settings = clean_up.settings.clone();
-    let named = capture::same_names(&rig.labels, &raw.tracks.labels, &settings.markers).map_err(in_file)?;
+    let named =
+        capture::same_names(&rig.handles().labels, &raw.tracks.labels, &settings.markers).map_err(in_file)?;
     let named = named.iter().flatten().count();
     let mut matches = Vec::new();
-    if 2 * named < rig.labels.len() && raw.tracks.frames() > 0 {
+    if 2 * named < rig.handles().labels.len() && raw.tracks.frames() > 0 {
         matches = match match_by_position(rig, &raw, &settings.markers) {
             // Without a match the clean-up says which names there are.
             Err(Error::Input(_)) => Vec::new(),

@@ -2,7 +2,7 @@
 
 use crate::local_normals;
 use rayon::prelude::*;
-use rhytid_core::{Learned, Rig};
+use rhytid_core::{Learned, Rig, Table, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{Real, vec3};
 use std::collections::HashMap;
@@ -45,7 +45,7 @@ pub(crate) struct Untangle<'a> {
     /// V: which may move.
     is_free: Vec<bool>,
     /// D_pe, (F + H)×P.
-    example_vectors: Vec<[f32; 3]>,
+    example_vectors: Table<[f32; 3]>,
 }
 
 #[derive(Clone, Copy)]
@@ -60,12 +60,11 @@ struct Triangle {
 impl<'a> Untangle<'a> {
     /// `None` where nothing was learned.
     pub(crate) fn new(rig: &'a Rig, vertex_triangles: Arc<VertexTriangles>) -> Option<Self> {
-        let learned = rig.learned.as_ref().filter(|_| !rig.example_names.is_empty())?;
-        let rows = rig.basis.chunks(rig.handles.len());
-        let mut is_free: Vec<bool> = rows.map(|row| row.iter().any(|b| *b != 0.0)).collect();
-        rig.handles.iter().for_each(|&v| is_free[v as usize] = false);
+        let learned = rig.learned().filter(|_| !rig.examples().names.is_empty())?;
+        let mut is_free: Vec<bool> = rig.basis().rows().map(|row| row.iter().any(|b| *b != 0.0)).collect();
+        rig.handles().vertices.iter().for_each(|&v| is_free[v.index()] = false);
         let triangle = |(index, &corners): (usize, &[u32; 3])| {
-            let n = normal(corners.map(|v| rig.rest[v as usize].map(f64::from)));
+            let n = normal(corners.map(|v| rig.surface().rest[v as usize].map(f64::from)));
             let square = vec3::dot(n, n);
             let rest_normal = n.map(|x| (x / square) as f32);
             let can_turn =
@@ -73,14 +72,16 @@ impl<'a> Untangle<'a> {
             can_turn.then_some(Triangle { index: index as u32, corners, rest_normal })
         };
         let by_example = rig.example_vectors();
-        let of_feature = |e: usize| by_example.iter().skip(e).step_by(rig.features()).copied();
+        let (features, examples) = (by_example.columns(), by_example.height());
+        let of_feature = |e: usize| by_example.rows().map(move |example| example[e]);
+        let by_feature = (0..features).flat_map(of_feature).collect();
         Some(Self {
             rig,
             learned,
             vertex_triangles,
-            triangles: rig.triangles.iter().enumerate().filter_map(triangle).collect(),
+            triangles: rig.surface().triangles.iter().enumerate().filter_map(triangle).collect(),
             is_free,
-            example_vectors: (0..rig.features()).flat_map(of_feature).collect(),
+            example_vectors: Table::new(features, examples, by_feature),
         })
     }
 
@@ -194,28 +195,33 @@ impl<'a> Untangle<'a> {
 struct Frame<'a> {
     rig: &'a Rig,
     learned: &'a Learned,
-    /// u, H in mesh units; where the handles turn, what the kernel `large_scale` reads, 4 × H.
-    motions: Vec<[f64; 3]>,
+    /// u, 1×H in mesh units; where the handles turn, what the kernel `large_scale` reads, 4×H.
+    motions: Table<[f64; 3]>,
     /// The vertex that they turn about.
-    center: Option<u32>,
+    center: Option<VertexId>,
     /// D, F + H.
     vectors: Vec<[f64; 3]>,
     /// ‖D_e − D_pe‖² and ‖D_pe‖², (F + H)×P.
-    squares: Vec<[f64; 2]>,
+    squares: Table<[f64; 2]>,
 }
 
 impl<'a> Frame<'a> {
-    fn new(rig: &'a Rig, learned: &'a Learned, example_vectors: &[[f32; 3]], handles: &[[f32; 3]]) -> Self {
-        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]);
-        let moved = |(x, rest): (&[f32; 3], [f32; 3])| vec3::sub(x.map(f64::from), rest.map(f64::from));
-        let (motions, center) = match rig.rotations {
+    fn new(
+        rig: &'a Rig,
+        learned: &'a Learned,
+        example_vectors: &Table<[f32; 3]>,
+        handles: &[[f32; 3]],
+    ) -> Self {
+        let (motions, center) = match rig.handles().rotations {
             true => {
-                let (motions, center) = rig.motions(handles);
-                (motions.into_iter().map(|x| x.map(f64::from)).collect(), center)
+                let motions = rig.handles().motions(handles);
+                (motions.vectors.into_iter().map(|x| x.map(f64::from)).collect(), motions.center)
             }
-            false => (handles.iter().zip(rest).map(moved).collect(), None),
+            false => (rig.handles().displacements(handles), None),
         };
-        let vectors = rig.vector_strains(handles);
+        let of_frame = motions.len() / handles.len();
+        let motions = Table::new(of_frame, handles.len(), motions);
+        let vectors = rig.handles().vector_strains(handles);
         let squares = |(d, of_examples): (&[f64; 3], &[[f32; 3]])| {
             let square = |d: [f64; 3]| vec3::dot(d, d);
             let of_example = |of_example: &[f32; 3]| {
@@ -224,15 +230,9 @@ impl<'a> Frame<'a> {
             };
             of_examples.iter().map(of_example).collect::<Vec<_>>()
         };
-        let of_examples = example_vectors.chunks_exact(rig.example_names.len());
-        Self {
-            rig,
-            learned,
-            motions,
-            center,
-            squares: vectors.iter().zip(of_examples).flat_map(squares).collect(),
-            vectors,
-        }
+        let (features, examples) = (example_vectors.height(), example_vectors.columns());
+        let squares = vectors.iter().zip(example_vectors.rows()).flat_map(squares).collect();
+        Self { rig, learned, motions, center, squares: Table::new(features, examples, squares), vectors }
     }
 
     /// How much of a triangle is to be left, of which so much is: `before`.
@@ -249,30 +249,29 @@ impl<'a> Frame<'a> {
 
     /// Where the shell has a vertex, in mesh units.
     fn shell(&self, v: usize) -> [f64; 3] {
-        let rest = self.rig.rest[v].map(f64::from);
-        let handles = self.rig.handles.len();
-        let row = &self.rig.basis[v * handles..][..handles];
-        let from_center = self.center.map(|c| vec3::sub(rest, self.rig.rest[c as usize].map(f64::from)));
+        let rest = self.rig.surface().rest[v].map(f64::from);
+        let row = self.rig.basis().row(v);
+        let from_center =
+            self.center.map(|c| vec3::sub(rest, self.rig.surface().rest[c.index()].map(f64::from)));
         let scales = std::iter::once(1.0).chain(from_center.into_iter().flatten());
         let mut x = rest;
         let mut add = |weight: f64, moved: &[f64; 3]| (0..3).for_each(|c| x[c] += weight * moved[c]);
-        for (scale, of_handles) in scales.zip(self.motions.chunks_exact(handles)) {
+        for (scale, of_handles) in scales.zip(self.motions.rows()) {
             row.iter().zip(of_handles).for_each(|(b, u)| add(scale * f64::from(*b), u));
         }
         // The basis has ΔB in it.
-        let listens = self.rig.influences() + self.learned.anchors_per_vertex();
-        let gains = &self.learned.feature_gains[v * listens..];
+        let gains = self.learned.feature_gains.row(v);
         self.rig.listens_to(v).zip(gains).for_each(|((e, _), g)| add(-f64::from(*g), &self.vectors[e]));
         x
     }
 
     /// The least squared distance from an example, of that example's from rest, of what a vertex listens to.
     fn nearest(&self, v: usize) -> f64 {
-        let examples = self.rig.example_names.len();
+        let examples = self.rig.examples().names.len();
         let of_example = |p: usize| {
             let (mut apart, mut size) = (0.0, 0.0);
             for (e, omega) in self.rig.listens_to(v) {
-                let [of_frame, of_example] = self.squares[e * examples + p];
+                let [of_frame, of_example] = self.squares.row(e)[p];
                 apart += omega * of_frame;
                 size += omega * of_example;
             }
@@ -302,7 +301,7 @@ mod tests {
     use rhytid_kernels::normals;
 
     fn untangle(rig: &Rig) -> Untangle<'_> {
-        let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+        let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
         Untangle::new(rig, Arc::new(triangles)).unwrap()
     }
     use std::collections::BTreeSet;
@@ -310,11 +309,11 @@ mod tests {
     fn rig(share: Option<f64>) -> Rig {
         let mut face = rhytid_demo::face(1_000);
         face.settings.method = Method::Learned(LearnedSettings { share, ..LearnedSettings::default() });
-        rhytid_solve::solve(&face, &NoProgress).unwrap().cast()
+        rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap()
     }
 
     fn handles_at_rest(rig: &Rig) -> Vec<f32> {
-        rig.handles.iter().flat_map(|&v| rig.rest[v as usize]).collect()
+        rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]).collect()
     }
 
     /// What is left of every triangle.
@@ -322,10 +321,10 @@ mod tests {
         let of =
             |positions: &[[f32; 3]], t: &[u32; 3]| normal(t.map(|v| positions[v as usize].map(f64::from)));
         let of_triangle = |t| {
-            let rest = of(&rig.rest, t);
+            let rest = of(&rig.surface().rest, t);
             vec3::dot(of(positions, t), rest) / vec3::dot(rest, rest)
         };
-        rig.triangles.iter().map(of_triangle).collect()
+        rig.surface().triangles.iter().map(of_triangle).collect()
     }
 
     fn apart(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
@@ -334,10 +333,10 @@ mod tests {
 
     /// The rest pose with one vertex moved towards a neighbour, by so many times the way there.
     fn tangled(rig: &Rig, v: u32, times: f32) -> Vec<[f32; 3]> {
-        let t = rig.triangles.iter().find(|t| t.contains(&v)).unwrap();
+        let t = rig.surface().triangles.iter().find(|t| t.contains(&v)).unwrap();
         let neighbour = *t.iter().find(|w| **w != v).unwrap();
-        let mut positions = rig.rest.clone();
-        let (from, to) = (rig.rest[v as usize], rig.rest[neighbour as usize]);
+        let mut positions = rig.surface().rest.clone();
+        let (from, to) = (rig.surface().rest[v as usize], rig.surface().rest[neighbour as usize]);
         positions[v as usize] = [0, 1, 2].map(|c| from[c] + times * (to[c] - from[c]));
         positions
     }
@@ -345,7 +344,7 @@ mod tests {
     /// The vertices that may move, as may all around them.
     fn amid_free_ones(untangle: &Untangle<'_>) -> Vec<u32> {
         let around = |v: usize| {
-            untangle.vertex_triangles.at(v).iter().flat_map(|&t| untangle.rig.triangles[t as usize])
+            untangle.vertex_triangles.at(v).iter().flat_map(|&t| untangle.rig.surface().triangles[t as usize])
         };
         let is_free = |v: &u32| around(*v as usize).all(|w| untangle.is_free[w as usize]);
         (0..untangle.rig.vertices() as u32).filter(is_free).collect()
@@ -357,9 +356,9 @@ mod tests {
         let handles = handles_at_rest(&rig);
         let untangle = untangle(&rig);
         let all_normals = |positions: &[[f32; 3]]| -> Vec<[f32; 3]> {
-            let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+            let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
             (0..rig.vertices())
-                .map(|v| normals::vertex_normal(positions, &rig.triangles, triangles.at(v)))
+                .map(|v| normals::vertex_normal(positions, &rig.surface().triangles, triangles.at(v)))
                 .collect()
         };
         let mut seen = 0;
@@ -377,11 +376,13 @@ mod tests {
                 );
                 assert_eq!(normals, all_normals(&after));
                 let is_near = |w: usize| {
-                    let way = vec3::length(vec3::sub(rig.rest[w], rig.rest[v as usize]));
-                    way < 4.0 * apart(&before, &rig.rest).max(0.01)
+                    let way = vec3::length(vec3::sub(rig.surface().rest[w], rig.surface().rest[v as usize]));
+                    way < 4.0 * apart(&before, &rig.surface().rest).max(0.01)
                 };
                 for (w, (after, before)) in after.iter().zip(&before).enumerate() {
-                    let stays = rig.handles.contains(&(w as u32)) || !is_near(w) || turned == 0 && step < 10;
+                    let stays = rig.handles().vertices.contains(&VertexId::from_index(w))
+                        || !is_near(w)
+                        || turned == 0 && step < 10;
                     assert!(!stays || after == before, "vertex {v}, step {step}: {w}");
                 }
                 // It goes on as smoothly as what comes in.
@@ -405,12 +406,12 @@ mod tests {
         let untangle = untangle(&rig);
         let rest = handles_at_rest(&rig);
         // Where the example moves most.
-        let example = evaluate(&rig, &rig.example_handles[..rig.handles.len()]).positions;
-        let moved = |v: &u32| vec3::length(vec3::sub(example[*v as usize], rig.rest[*v as usize]));
+        let example = evaluate(&rig, rig.examples().handles.row(0)).positions;
+        let moved = |v: &u32| vec3::length(vec3::sub(example[*v as usize], rig.surface().rest[*v as usize]));
         let v = amid_free_ones(&untangle).into_iter().max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap();
         let positions = tangled(&rig, v, 1.5);
         let moved = |part: f32| {
-            let example = rig.example_handles[..rig.handles.len()].as_flattened();
+            let example = rig.examples().handles.row(0).as_flattened();
             let handles: Vec<f32> = rest.iter().zip(example).map(|(r, x)| r + part * (x - r)).collect();
             let mut after = positions.clone();
             untangle.frame(handles.as_chunks().0, &mut after, &mut []);
@@ -428,15 +429,20 @@ mod tests {
         for share in [None, Some(0.2)] {
             let rig = rig(share);
             let untangle = untangle(&rig);
-            let mut handles: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+            let mut handles: Vec<[f32; 3]> =
+                rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
             // Two handles change their places.
-            let [a, b] = rig.strain_edges[0].map(|h| h as usize);
+            let [a, b] = rig.handles().strain_edges[0].map(|h| h.index());
             handles.swap(a, b);
-            let shell = evaluate(&rig.clone().shell(), &handles).positions;
+            let shell = evaluate(&rig.clone().shell().unwrap(), &handles).positions;
             let frame = Frame::new(&rig, untangle.learned, &untangle.example_vectors, &handles);
             let found: Vec<[f32; 3]> =
                 (0..rig.vertices()).map(|v| frame.shell(v).map(|x| x as f32)).collect();
-            assert!(apart(&found, &shell) < 1e-4 * apart(&shell, &rig.rest), "{}", apart(&found, &shell));
+            assert!(
+                apart(&found, &shell) < 1e-4 * apart(&shell, &rig.surface().rest),
+                "{}",
+                apart(&found, &shell)
+            );
             let turned: BTreeSet<u32> = untangle.turned(&shell).into_iter().collect();
             assert!(!turned.is_empty());
             let moved = untangle.turn_back(&handles, &shell, turned.into_iter().collect());

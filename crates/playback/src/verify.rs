@@ -153,17 +153,21 @@ fn differences(summary: &Summary, performance: &Performance, format: Format) -> 
         }
     };
     // glTF has it in 32 bits.
-    let ratio = summary.metres_per_unit / rig.metres_per_unit;
+    let ratio = summary.metres_per_unit / rig.surface().metres_per_unit;
     if ratio.is_nan() || (ratio - 1.0).abs() > 1e-6 {
-        compare("metres per unit", summary.metres_per_unit.to_string(), rig.metres_per_unit.to_string());
+        compare(
+            "metres per unit",
+            summary.metres_per_unit.to_string(),
+            rig.surface().metres_per_unit.to_string(),
+        );
     }
     if let Some(shown) = summary.frames_per_second {
         compare("framesPerSecond", shown.to_string(), summary.rate.to_string());
     }
-    compare("up axis", format!("{:?}", summary.up_axis), format!("{:?}", rig.up_axis));
+    compare("up axis", format!("{:?}", summary.up_axis), format!("{:?}", rig.surface().up_axis));
     let faces_are_right = match is_usd {
-        true => summary.faces == rig.faces,
-        false => rig.triangles.as_flattened() == summary.faces.indices,
+        true => summary.faces == rig.surface().faces,
+        false => rig.surface().triangles.as_flattened() == summary.faces.indices,
     };
     compare("faces", if faces_are_right { "the rig's" } else { "others" }.into(), "the rig's".into());
     let expected = channels::of_recipe(rig, &performance.recipe)?;
@@ -298,7 +302,7 @@ impl Compared {
 /// For each vertex the least height of its triangles, in mesh units; infinite where it has none.
 fn heights(rig: &Rig, positions: &[[f32; 3]]) -> Vec<f64> {
     let mut heights = vec![f64::INFINITY; positions.len()];
-    for corners in &rig.triangles {
+    for corners in &rig.surface().triangles {
         let [a, b, c] = corners.map(|v| positions[v as usize].map(f64::from));
         let [ab, ac, bc] = [vec3::sub(b, a), vec3::sub(c, a), vec3::sub(c, b)];
         let normal = vec3::cross(ab, ac);
@@ -322,7 +326,7 @@ fn extent_of(positions: &[f32]) -> [[f32; 3]; 2] {
 /// Of the rest pose's bounding box, in mesh units.
 fn diagonal(rig: &Rig) -> f64 {
     let extent = |c: usize| {
-        let along = || rig.rest.iter().map(|p| f64::from(p[c]));
+        let along = || rig.surface().rest.iter().map(|p| f64::from(p[c]));
         along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
     };
     (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()

@@ -25,12 +25,12 @@ pub fn what_changes(
     devices: &[DeviceInfo],
 ) -> Result<Vec<Change>> {
     let [a, b] = rigs;
-    if a.vertices() != b.vertices() || a.labels != b.labels {
+    if a.vertices() != b.vertices() || a.handles().labels != b.handles().labels {
         return Err(Error::mismatch(
             "the rigs are of different faces, expected the same vertices and handles",
         ));
     }
-    let handles = take.pick(frames).handle_positions(&a.labels)?;
+    let handles = take.pick(frames).handle_positions(&a.handles().labels)?;
     let mut evaluators = Vec::with_capacity(2);
     for rig in rigs {
         evaluators.push(Evaluator::new(
@@ -42,7 +42,7 @@ pub fn what_changes(
     }
     let mut out = [[Vec::new()], [Vec::new()]];
     let mut changes = Vec::with_capacity(frames.len());
-    for (&frame, handles) in frames.iter().zip(handles.chunks_exact(3 * a.labels.len())) {
+    for (&frame, handles) in frames.iter().zip(handles.chunks_exact(3 * a.handles().labels.len())) {
         for (evaluator, out) in evaluators.iter_mut().zip(&mut out) {
             evaluator.evaluate(handles, &[Stage::Positions], out)?;
         }

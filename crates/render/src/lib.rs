@@ -10,7 +10,7 @@
 //! use rhytid_render::{Camera, Look, Offscreen, Renderer, Vertices, View};
 //!
 //! # let face = rhytid_demo::face(2_000);
-//! # let rig = rhytid_solve::solve(&face, &rhytid_core::NoProgress)?.cast::<f32>();
+//! # let rig = rhytid_solve::solve(&face, &rhytid_core::NoProgress)?.rounded()?;
 //! # let rest: Vec<f32> = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]).collect();
 //! // `rig` is a face's, and `rest` where its handles are at rest.
 //! if let Some(info) = Wgpu::devices()?.into_iter().next() {

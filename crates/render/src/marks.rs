@@ -3,6 +3,7 @@
 use crate::heat::Heat;
 use crate::overlay::Mark;
 use glam::Vec3;
+use rhytid_core::HandleId;
 use rhytid_core::Rig;
 
 const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
@@ -15,18 +16,18 @@ const FRAMES: usize = 500;
 
 /// The strain edges in the colours of their strains, and the markers over them, in a frame of V × 3 `positions`.
 pub fn marker_marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
-    let (markers, rest) = (markers_of(rig, positions), rig.handles_at_rest());
-    let length = |points: &[[f32; 3]], edge: [u32; 2]| {
-        let [a, b] = edge.map(|handle| Vec3::from(points[handle as usize]));
+    let (markers, rest) = (markers_of(rig, positions), &rig.handles().rest);
+    let length = |points: &[[f32; 3]], edge: [HandleId; 2]| {
+        let [a, b] = edge.map(|handle| Vec3::from(points[handle.index()]));
         a.distance(b)
     };
-    let edge = |&edge: &[u32; 2]| Mark {
-        ends: edge.map(|handle| markers[handle as usize]),
-        colour: heat.colour(length(&markers, edge) / length(&rest, edge) - 1.0),
+    let edge = |&edge: &[HandleId; 2]| Mark {
+        ends: edge.map(|handle| markers[handle.index()]),
+        colour: heat.colour(length(&markers, edge) / length(rest, edge) - 1.0),
         width: 2.0,
     };
     let dots = markers.iter().map(|&at| Mark::dot(at, MARKER, 5.0));
-    rig.strain_edges.iter().map(edge).chain(dots).collect()
+    rig.handles().strain_edges.iter().map(edge).chain(dots).collect()
 }
 
 /// The strain edges that `vertex` listens to and its anchors, the wider the more they count (the chapter's figure 27.3), in a frame of V × 3 `positions`.
@@ -36,25 +37,22 @@ pub fn marker_marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
 pub fn influence_marks(rig: &Rig, positions: &[f32], vertex: usize) -> Vec<Mark> {
     let markers = markers_of(rig, positions);
     let at = positions.as_chunks::<3>().0[vertex];
-    let of = |n: usize| vertex * n..(vertex + 1) * n;
-    let edges = of(rig.influences());
-    let edges = rig.influence_edges[edges.clone()].iter().zip(&rig.influence_weights[edges]);
+    let edges = rig.influences().of(vertex);
     let width = |weight: f32, most: f32| 1.5 + 8.0 * weight / most.max(f32::MIN_POSITIVE);
-    let most = edges.clone().map(|(_, weight)| *weight).fold(0.0, f32::max);
+    let most = edges.clone().map(|(_, weight)| weight).fold(0.0, f32::max);
     let mut marks: Vec<Mark> = edges
-        .filter(|(_, weight)| **weight > 0.0)
-        .map(|(&edge, &weight)| Mark {
-            ends: rig.strain_edges[edge as usize].map(|handle| markers[handle as usize]),
+        .filter(|(_, weight)| *weight > 0.0)
+        .map(|(edge, weight)| Mark {
+            ends: rig.handles().strain_edges[edge.index()].map(|handle| markers[handle.index()]),
             colour: VERTEX,
             width: width(weight, most),
         })
         .collect();
-    if let Some(learned) = &rig.learned {
-        let anchors = of(learned.anchors_per_vertex());
-        let anchors = learned.anchors[anchors.clone()].iter().zip(&learned.anchor_weights[anchors]);
-        let most = anchors.clone().map(|(_, weight)| *weight).fold(0.0, f32::max);
-        marks.extend(anchors.filter(|(_, weight)| **weight > 0.0).map(|(&handle, &weight)| Mark {
-            ends: [at, markers[handle as usize]],
+    if let Some(learned) = rig.learned() {
+        let anchors = learned.anchors_of(vertex);
+        let most = anchors.clone().map(|(_, weight)| weight).fold(0.0, f32::max);
+        marks.extend(anchors.filter(|(_, weight)| *weight > 0.0).map(|(handle, weight)| Mark {
+            ends: [at, markers[handle.index()]],
             colour: ANCHOR,
             width: 0.5 * width(weight, most),
         }));
@@ -73,7 +71,7 @@ pub fn tangent_frame_marks(rig: &Rig, positions: &[f32], normals: &[f32], length
     let mut marks = Vec::new();
     for v in (0..points.len()).step_by(step) {
         let (at, n) = (Vec3::from(points[v]), Vec3::from(normals[v]));
-        let e = Vec3::from(points[rig.tangent_neighbors[v] as usize]) - at;
+        let e = Vec3::from(points[rig.surface().tangent_neighbors[v].index()]) - at;
         let t = e - e.dot(n) * n;
         let size = t.length();
         if size == 0.0 {
@@ -91,7 +89,7 @@ pub fn tangent_frame_marks(rig: &Rig, positions: &[f32], normals: &[f32], length
 
 fn markers_of(rig: &Rig, positions: &[f32]) -> Vec<[f32; 3]> {
     let (points, _) = positions.as_chunks::<3>();
-    rig.handles.iter().map(|&v| points[v as usize]).collect()
+    rig.handles().vertices.iter().map(|&v| points[v.index()]).collect()
 }
 
 #[cfg(test)]
@@ -100,21 +98,22 @@ mod tests {
     use rhytid_core::NoProgress;
 
     fn rig() -> Rig {
-        rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().cast()
+        rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().rounded().unwrap()
     }
 
     #[test]
     fn edges_have_the_colours_of_their_strains() {
         let rig = rig();
-        let mut positions = rig.rest.as_flattened().to_vec();
+        let mut positions = rig.surface().rest.as_flattened().to_vec();
         positions.iter_mut().for_each(|x| *x *= 1.1);
         let heat = Heat::Signed(0.3);
         let marks = marker_marks(&rig, &positions, heat);
-        assert_eq!(marks.len(), rig.strain_edges.len() + rig.handles.len());
-        for (mark, edge) in marks.iter().zip(&rig.strain_edges) {
+        assert_eq!(marks.len(), rig.handles().strain_edges.len() + rig.handles().vertices.len());
+        for (mark, edge) in marks.iter().zip(&rig.handles().strain_edges) {
             let expected = heat.colour(0.1);
             assert!((0..3).all(|c| (mark.colour[c] - expected[c]).abs() < 1e-4), "{mark:?}");
-            let [a, _] = edge.map(|handle| rig.rest[rig.handles[handle as usize] as usize]);
+            let [a, _] =
+                edge.map(|handle| rig.surface().rest[rig.handles().vertices[handle.index()].index()]);
             assert!((0..3).all(|c| (mark.ends[0][c] - 1.1 * a[c]).abs() < 1e-4));
         }
     }
@@ -122,15 +121,15 @@ mod tests {
     #[test]
     fn a_vertex_has_its_influences_and_frames_are_at_right_angles() {
         let rig = rig();
-        let positions = rig.rest.as_flattened();
+        let positions = rig.surface().rest.as_flattened();
         let vertex = rig.vertices() / 2;
-        let weights = &rig.influence_weights[vertex * rig.influences()..][..rig.influences()];
+        let weights = rig.influences().weights.row(vertex);
         let edges = weights.iter().filter(|weight| **weight > 0.0).count();
         let marks = influence_marks(&rig, positions, vertex);
         let lines = marks.iter().filter(|mark| mark.ends[0] != mark.ends[1]);
         let red = lines.filter(|mark| mark.colour == VERTEX).count();
         assert!(edges > 0 && red == edges, "{red} of {edges}");
-        assert_eq!(marks.last().unwrap().ends[0], rig.rest[vertex]);
+        assert_eq!(marks.last().unwrap().ends[0], rig.surface().rest[vertex]);
 
         let normal = [0.0, 0.0, 1.0].repeat(rig.vertices());
         let marks = tangent_frame_marks(&rig, positions, &normal, 0.5);

@@ -1,6 +1,6 @@
 //! The connected parts of a mesh: skin, eyes, teeth, lashes.
 
-use rhytid_core::{Faces, Rig};
+use rhytid_core::{Faces, Result, Rig};
 
 /// Red, green and blue of teeth and eyeballs, linear: a shade of white, since nothing says more of them.
 const WHITE: [f32; 3] = [0.62, 0.60, 0.55];
@@ -26,10 +26,9 @@ fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
 
 /// Albedos of V vertices, linear: `skin`, but for what moves as a solid and has no handle, which is taken for teeth and eyes.
 pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
-    let Some(learned) = &rig.learned else { return vec![skin; rig.vertices()] };
-    let parts = parts(rig.vertices(), &rig.faces);
-    let n = learned.anchors_per_vertex();
-    let row = |v: usize| (&learned.anchors[v * n..][..n], &learned.anchor_weights[v * n..][..n]);
+    let Some(learned) = rig.learned() else { return vec![skin; rig.vertices()] };
+    let parts = parts(rig.vertices(), &rig.surface().faces);
+    let row = |v: usize| (learned.anchors.row(v), learned.anchor_weights.row(v));
     // A solid listens to the same anchors everywhere, and to nothing else.
     let listens_alone = |v: usize| row(v).1.iter().sum::<f32>() > 0.999;
     let mut solid: Vec<bool> = (0..rig.vertices()).map(listens_alone).collect();
@@ -38,36 +37,45 @@ pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
             solid[part as usize] = false;
         }
     }
-    for &handle in &rig.handles {
-        solid[parts[handle as usize] as usize] = false;
+    for &handle in &rig.handles().vertices {
+        solid[parts[handle.index()] as usize] = false;
     }
     parts.iter().map(|&part| if solid[part as usize] { WHITE } else { skin }).collect()
 }
 
-/// Takes the polygons and triangles out of a rig whose connected parts have any of these `vertices`: they are not drawn.
+/// The rig without the polygons and triangles whose connected parts have any of these `vertices`: they are not drawn.
+///
+/// # Errors
+/// [`rhytid_core::Error::Input`] if nothing is left.
 ///
 /// # Panics
 /// If the rig has no such vertex.
-pub fn hide_parts(rig: &mut Rig, vertices: &[usize]) {
-    let parts = parts(rig.vertices(), &rig.faces);
+pub fn hide_parts(rig: Rig, vertices: &[usize]) -> Result<Rig> {
+    if vertices.is_empty() {
+        return Ok(rig);
+    }
+    let mut rig = rig.into_parts();
+    let surface = &mut rig.surface;
+    let parts = parts(surface.rest.len(), &surface.faces);
     let hidden: Vec<u32> = vertices.iter().map(|&v| parts[v]).collect();
     let is_seen = |corners: &[u32]| corners.iter().all(|&v| !hidden.contains(&parts[v as usize]));
-    let of_faces: Vec<bool> = rig.faces.iter().map(is_seen).collect();
-    let counts = rig.faces.counts.iter();
+    let of_faces: Vec<bool> = surface.faces.iter().map(is_seen).collect();
+    let counts = surface.faces.counts.iter();
     let of_corners: Vec<bool> = of_faces
         .iter()
         .zip(counts)
         .flat_map(|(seen, &count)| std::iter::repeat_n(*seen, count as usize))
         .collect();
-    rig.triangles.retain(|triangle| is_seen(&triangle[..]));
-    keep(&mut rig.faces.counts, &of_faces);
-    keep(&mut rig.faces.indices, &of_corners);
-    if let Some(corners) = rig.uvs.as_mut().and_then(|uvs| uvs.corners.as_mut()) {
+    surface.triangles.retain(|triangle| is_seen(&triangle[..]));
+    keep(&mut surface.faces.counts, &of_faces);
+    keep(&mut surface.faces.indices, &of_corners);
+    if let Some(corners) = surface.uvs.as_mut().and_then(|uvs| uvs.corners.as_mut()) {
         keep(corners, &of_corners);
     }
-    if let Some(materials) = &mut rig.materials {
+    if let Some(materials) = &mut surface.materials {
         keep(&mut materials.of_face, &of_faces);
     }
+    Rig::new(rig)
 }
 
 /// Those that are seen.
@@ -85,7 +93,7 @@ mod tests {
     fn rig() -> Rig {
         let mut face = rhytid_demo::face(2_000);
         let first = face.neutral.positions.len() as u32;
-        let at = face.handles.vertices[0] as usize;
+        let at = face.handles.vertices[0].index();
         let corner = |p: [f64; 3], i: usize| {
             let [x, y, z] = p;
             [x + (i & 1) as f64, y + (i >> 1 & 1) as f64, z - 2.0 - (i >> 2) as f64]
@@ -101,7 +109,7 @@ mod tests {
             let moved = example.positions[at];
             example.positions.extend((0..8).map(|i| corner(moved, i)));
         }
-        rhytid_solve::solve(&face, &NoProgress).unwrap().cast()
+        rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap()
     }
 
     #[test]
@@ -112,15 +120,16 @@ mod tests {
         let albedos = albedos(&rig, skin);
         assert!(albedos[..first].iter().all(|albedo| *albedo == skin));
         assert!(albedos[first..].iter().all(|albedo| *albedo == WHITE));
-        let mut face = rig.clone();
-        hide_parts(&mut face, &[first + 3]);
-        let counts = [face.faces.len(), face.triangles.len(), face.faces.indices.len()];
-        let all = [rig.faces.len(), rig.triangles.len(), rig.faces.indices.len()];
+        let face = hide_parts(rig.clone(), &[first + 3]).unwrap();
+        let counts =
+            [face.surface().faces.len(), face.surface().triangles.len(), face.surface().faces.indices.len()];
+        let all =
+            [rig.surface().faces.len(), rig.surface().triangles.len(), rig.surface().faces.indices.len()];
         assert_eq!(counts, [all[0] - 6, all[1] - 12, all[2] - 24]);
-        assert!(face.triangles.as_flattened().iter().all(|&v| (v as usize) < first));
-        face.triangle_corners().unwrap();
-        let mut block = rig;
-        hide_parts(&mut block, &[0]);
-        assert_eq!((block.faces.len(), block.triangles.len()), (6, 12));
+        assert!(face.surface().triangles.as_flattened().iter().all(|&v| (v as usize) < first));
+        face.surface().triangle_corners().unwrap();
+        assert!(hide_parts(rig.clone(), &[0, first]).is_err(), "nothing is left");
+        let block = hide_parts(rig, &[0]).unwrap();
+        assert_eq!((block.surface().faces.len(), block.surface().triangles.len()), (6, 12));
     }
 }

@@ -41,7 +41,7 @@ pub fn write_evaluation(
 fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) -> Result<String> {
     let about = html! {
         (human::count(found.vertices)) " vertices, " (human::counted(found.handles, "handle"))
-        ", " (human::counted(rig.example_names.len(), "example")) ", as Rhytid found it"
+        ", " (human::counted(rig.examples().len(), "example")) ", as Rhytid found it"
     };
     let drawn = painter.map(|painter| drawn(maps, rig, painter)).transpose()?;
     let [left_out_maps, noise, truth] = drawn.unwrap_or_default();
@@ -88,7 +88,7 @@ fn drawn(maps: &[Map], rig: &Rig, painter: &Painter) -> Result<[Markup; 3]> {
         let end = end_of(subject);
         of(subject).map(move |map| map::Map {
             title: html! { (map.title) },
-            positions: &rig.rest,
+            positions: &rig.surface().rest,
             values: map.values.clone(),
             end,
             markers: false,

@@ -8,7 +8,7 @@
 //! use rhytid_core::{NoProgress, RawTake};
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.cast::<f32>();
+//! # let rig = rhytid_solve::solve(&face, &NoProgress)?.rounded()?;
 //! # let raw = RawTake { tracks: rhytid_demo::performance(&face), in_head_space: true, ..RawTake::default() };
 //! # let folder = tempfile::tempdir().unwrap();
 //! # let folder = folder.path();
@@ -101,11 +101,11 @@ pub fn write(
 
 /// Whether the report's frames have times, and every index in it is within what it counts.
 fn check(report: &Report, rig: &Rig) -> Result<()> {
-    let handles = rig.labels.len();
+    let handles = rig.handles().labels.len();
     let markers = |event: &rhytid_capture::Event| event.marker.into_iter().chain(event.other);
     let fault = if !(report.rate.is_finite() && report.rate > 0.0 && report.start.is_finite()) {
         "its frames have no times"
-    } else if report.labels != rig.labels {
+    } else if report.labels != rig.handles().labels {
         "its labels are not the rig's"
     } else if report.setup.markers.len() != handles || report.setup.offsets_mm.len() != handles {
         "its set-up has not one entry a handle"

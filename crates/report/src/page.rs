@@ -29,7 +29,7 @@ pub(crate) fn page(
 ) -> Result<String> {
     let plots = plots(summary, strains, report)?;
     let views = painter.map(|painter| picture::views(report, strains, take, rig, painter)).transpose()?;
-    let about = html! { "on " b { (rig.name) } ", as Rhytid made it clean" };
+    let about = html! { "on " b { (rig.surface().name) } ", as Rhytid made it clean" };
     Ok(document(
         title,
         &about,

@@ -31,14 +31,15 @@ impl Painter {
     /// # Errors
     /// [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Input`] if the face or the pictures are too large for it.
     pub(crate) fn draw(&self, rig: &Rig, size: [u32; 2], shots: &[Shot<'_>]) -> Result<Vec<Drawn>> {
-        let mut canvas = Canvas::new(self, &rig.faces, &rig.triangles, rig.vertices(), size)?;
-        let handles: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+        let surface = rig.surface();
+        let mut canvas = Canvas::new(self, &surface.faces, &surface.triangles, rig.vertices(), size)?;
+        let handles = &rig.handles().rest;
         let lift = LIFT * Sphere::around(&handles).radius;
         let drawn = |shot: &Shot<'_>| {
-            let camera = camera(&handles, &rig.rest, rig.up_axis, shot.turn, size);
+            let camera = camera(&handles, &rig.surface().rest, rig.surface().up_axis, shot.turn, size);
             let picture = canvas.draw(&camera, shot.positions, shot.heat, lift, &[])?;
             let points: Vec<[f32; 3]> = shot.points.iter().map(|p| p.map(|x| x as f32)).collect();
-            let is_behind = behind(&camera, size, shot.positions, &rig.triangles, lift, &points);
+            let is_behind = behind(&camera, size, shot.positions, &rig.surface().triangles, lift, &points);
             let places = points.iter().zip(is_behind).map(|(point, is_behind)| {
                 let [x, y, _] = camera.project(size, *point);
                 Place { at: [x, y], is_behind }

@@ -36,7 +36,8 @@ pub(crate) fn views(
     let markers = markers(report, strains, take, rig);
     let worst = strains.edges.first().map(|edge| strains.handles(edge));
     let points = || markers.iter().flat_map(|marker| [marker.handle, marker.neutral, marker.strained]);
-    let shot = |(_, turn)| Shot { turn, positions: &rig.rest, heat: None, points: points().collect() };
+    let shot =
+        |(_, turn)| Shot { turn, positions: &rig.surface().rest, heat: None, points: points().collect() };
     let drawn = painter.draw(rig, SIZE, &VIEWS.map(shot))?;
     Ok(html! {
         div.views {
@@ -57,7 +58,7 @@ fn markers<'a>(report: &'a Report, strains: &Strains, take: &Take, rig: &Rig) ->
         |handle: usize| report.events.iter().any(|e| e.kind == Kind::NeverSeen && e.marker == Some(handle));
     let marker = |(handle, label): (usize, &'a String)| Marker {
         label,
-        handle: rig.rest[rig.handles[handle] as usize].map(f64::from),
+        handle: rig.surface().rest[rig.handles().vertices[handle].index()].map(f64::from),
         neutral: strains.position(handle, neutral),
         strained: strains.position(handle, strained),
         never_seen: never(handle),

@@ -6,7 +6,7 @@ use crate::painter::Painter;
 use crate::shot::left_out;
 use crate::written::write_texts;
 use maud::{Markup, html};
-use rhytid_core::{Error, Result, Rig, human};
+use rhytid_core::{Error, Result, Rig, VertexId, human};
 use rhytid_evaluate::Regions;
 use rhytid_evaluate::coverage::{Coverage, Scan};
 use std::path::Path;
@@ -35,7 +35,7 @@ pub fn write_plan(
     for ((i, scan), pose) in found.scans.iter().enumerate().zip(poses) {
         let largest = scan.regions.first().map_or(1.0, |region| region.taken);
         let share = |v: u32| {
-            let region = regions.of_vertex(v).map(|region| &regions.names()[region]);
+            let region = regions.of_vertex(VertexId(v)).map(|region| &regions.names()[region]);
             let of_region = scan.regions.iter().find(|r| Some(&r.region) == region);
             of_region.map_or(0.0, |r| (r.taken / largest) as f32)
         };
@@ -43,11 +43,11 @@ pub fn write_plan(
         maps.push(Map { title: caption(i, scan), positions: pose, values, end: 1.0, markers: true });
     }
     let figures = painter.map(|painter| map::figures(painter, rig, &maps)).transpose()?;
-    let about = html! { "on " b { (rig.name) } ", as Rhytid planned it" };
+    let about = html! { "on " b { (rig.surface().name) } ", as Rhytid planned it" };
     let main = html! {
         section {
             h2 { "Which scans to make" }
-            p { (human::counted(found.frames, "frame")) ", " (human::counted(rig.example_names.len(), "example")) " so far. Each frame is the one whose "
+            p { (human::counted(found.frames, "frame")) ", " (human::counted(rig.examples().names.len(), "example")) " so far. Each frame is the one whose "
                 "scan takes most uncertainty from the whole take, given those before it." }
             @match painter.zip(figures) {
                 Some((painter, figures)) => {

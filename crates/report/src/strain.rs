@@ -1,7 +1,7 @@
 //! Strains: how far the clean take stretches the rig's strain edges (section 3 of the method).
 
 use glam::DVec3;
-use rhytid_core::{Error, Result, Rig, Take};
+use rhytid_core::{Error, HandleId, Result, Rig, Take};
 use serde::Serialize;
 
 /// The strains of a take.
@@ -45,16 +45,15 @@ impl<'a> Strains<'a> {
             let found = take.labels.iter().position(|l| l == label);
             found.ok_or_else(|| Error::Internal(format!("the clean take lacks the handle {label:?}")))
         };
-        let columns = rig.labels.iter().map(column).collect::<Result<Vec<_>>>()?;
-        let rest = |handle: usize| DVec3::from(rig.rest[rig.handles[handle] as usize].map(f64::from));
-        let pairs: Vec<([usize; 2], f64)> = (rig.strain_edges.iter())
-            .map(|edge| edge.map(|handle| handle as usize))
-            .map(|[a, b]| ([a, b], rest(a).distance(rest(b))))
+        let columns = rig.handles().labels.iter().map(column).collect::<Result<Vec<_>>>()?;
+        let rest = |handle: HandleId| DVec3::from(rig.handles().rest[handle.index()].map(f64::from));
+        let pairs: Vec<([usize; 2], f64)> = (rig.handles().strain_edges.iter())
+            .map(|edge| (edge.map(HandleId::index), rest(edge[0]).distance(rest(edge[1]))))
             .collect();
         let mut strains = Self { take, columns, pairs, edges: Vec::new() };
         let start = take.times.first().copied().unwrap_or(0.0);
         let edge = |index: usize| {
-            let [a, b] = strains.pairs[index].0.map(|handle| rig.labels[handle].clone());
+            let [a, b] = strains.pairs[index].0.map(|handle| rig.handles().labels[handle].clone());
             Edge { a, b, least: 0.0, greatest: 0.0, time: start, frame: 0, index }
         };
         let mut edges: Vec<Edge> =

@@ -3,7 +3,9 @@
 use super::*;
 use rhytid_capture::{Event, Found, Kind};
 use rhytid_core::NoProgress;
+use rhytid_core::Table;
 use rhytid_solve::solve;
+use rhytid_test_support::changed;
 use scraper::{ElementRef, Html, Selector};
 use serde_json::Value;
 use std::sync::LazyLock;
@@ -18,7 +20,7 @@ pub(crate) static DEMO: LazyLock<(Rig, Take)> = LazyLock::new(|| {
     for labels in [&mut face.handles.labels, &mut take.labels] {
         labels[3] = NASTY.to_owned();
     }
-    (solve(&face, &NoProgress).unwrap().cast(), take)
+    (solve(&face, &NoProgress).unwrap().rounded().unwrap(), take)
 });
 
 pub(crate) fn event(kind: Kind, marker: Option<usize>, first: usize, frames: usize) -> Event {
@@ -27,7 +29,7 @@ pub(crate) fn event(kind: Kind, marker: Option<usize>, first: usize, frames: usi
 
 /// What a clean-up of the demo's performance, taken at 120 Hz, might have said; markers and frames of the events are as given.
 pub(crate) fn report(frames: usize, events: Vec<Event>) -> Report {
-    let labels = DEMO.0.labels.clone();
+    let labels = DEMO.0.handles().labels.clone();
     let offsets = (0..labels.len()).map(|i| (i != 7).then_some(0.3 + 0.02 * i as f64)).collect();
     Report {
         frames,
@@ -137,9 +139,9 @@ fn labels_come_through_as_text() {
     let page = Html::parse_document(&html);
     assert_eq!(text(&select(&page, "h1")[0]), "a <take> & more.c3d");
     let labels: Vec<String> = select(&page, ".timeline .marker > th").iter().map(text).collect();
-    assert_eq!(labels, DEMO.0.labels);
+    assert_eq!(labels, DEMO.0.handles().labels);
     let handles: Vec<String> = select(&page, ".mapping td:first-child").iter().map(text).collect();
-    assert_eq!(handles, DEMO.0.labels);
+    assert_eq!(handles, DEMO.0.handles().labels);
     let unused: Vec<String> = select(&page, "code").iter().map(text).collect();
     assert!(unused.contains(&"<script>alert(1)</script>".to_owned()), "{unused:?}");
     assert_eq!(text(&select(&page, ".warnings li")[0]), usual().warnings[0].sentence());
@@ -309,13 +311,14 @@ fn a_spike_of_one_frame_is_in_the_plot_at_its_height() {
 #[test]
 fn strains_are_those_of_the_take() {
     let (rig, take) = &*DEMO;
-    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
+    let rest: Vec<[f64; 3]> =
+        rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()].map(f64::from)).collect();
     let scaled = |factor: f64| rest.iter().map(move |p| p.map(|x| factor * x));
-    let order: Vec<String> = rig.labels.iter().rev().cloned().collect();
+    let order: Vec<String> = rig.handles().labels.iter().rev().cloned().collect();
     let positions = [1.0, 1.1, 0.8].iter().flat_map(|&s| scaled(s).rev()).collect();
     let take = Take { labels: order, times: vec![2.0, 2.5, 3.0], positions, ..take.clone() };
     let strains = Strains::new(&take, rig).unwrap();
-    assert_eq!(strains.edges.len(), rig.strain_edges.len());
+    assert_eq!(strains.edges.len(), rig.handles().strain_edges.len());
     for edge in &strains.edges {
         assert!((edge.greatest - 0.1).abs() < 1e-9 && (edge.least + 0.2).abs() < 1e-9, "{edge:?}");
         assert_eq!((edge.time, edge.frame), (3.0, 2));
@@ -330,7 +333,7 @@ fn the_same_report_gives_the_same_bytes() {
 
 #[test]
 fn ten_minutes_of_markers_stay_small() {
-    let (take, labels) = (&DEMO.1, DEMO.0.labels.len());
+    let (take, labels) = (&DEMO.1, DEMO.0.handles().labels.len());
     let gap = |i: usize| event(Kind::Spline, Some(i % labels), 57 * i, 4 + i % 60);
     let ghost = |i: usize| event(Kind::Outlier, Some(i * 7 % labels), 390 * i, 1);
     let events = (0..2_500).map(gap).chain((0..360).map(ghost)).collect();
@@ -365,7 +368,14 @@ fn takes_with_hardly_anything_in_them() {
     assert!(Html::parse_document(&written(&usual(), &far).0).errors.is_empty());
     let nowhere = Take { positions: vec![[f64::NAN; 3]; take.positions.len()], ..take.clone() };
     assert!(Html::parse_document(&written(&usual(), &nowhere).0).errors.is_empty());
-    let rigid = Rig { strain_edges: Vec::new(), ..rig.clone() };
+    let rigid = changed(rig, |r| {
+        let (v, centers) = (r.surface.rest.len(), r.examples.len() + 1);
+        r.handles.strain_edges.clear();
+        (r.influences.edges, r.influences.weights) = (Table::without_columns(v), Table::without_columns(v));
+        r.fine_scale.pose_features = Table::without_columns(centers);
+        r.learned = None;
+    })
+    .unwrap();
     let dir = TempDir::new().unwrap();
     write(dir.path(), "no edges", &usual(), take, &rigid, None).unwrap();
 }

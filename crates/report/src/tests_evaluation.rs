@@ -33,7 +33,7 @@ fn assert_left_out(page: &Html) {
 }
 
 fn rig() -> Rig {
-    rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().cast()
+    rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().rounded().unwrap()
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn an_evaluation_has_its_tables() {
     let folder = TempDir::new().unwrap();
     write_evaluation(&folder.path().join("new"), &found, &maps, &rig, None).unwrap();
     let (page, json) = page(&folder.path().join("new"), "evaluation");
-    assert_eq!(json["handles"], rig.handles.len());
+    assert_eq!(json["handles"], rig.handles().vertices.len());
     let rows = texts(&page, "tbody tr");
     assert_eq!(rows.len(), 1 + face.examples.len(), "a row for each example and one for all");
     let left_out = found.leave_one_out.as_ref().unwrap();
@@ -68,7 +68,7 @@ fn a_plan_shows_each_frame() {
     let take = rhytid_demo::performance(&rhytid_demo::face(2_000));
     let regions = Regions::by_handles(&rig);
     let found = coverage(&rig, &take, &regions, None, 3, 3, &NoProgress).unwrap();
-    let poses = vec![rig.rest.clone(); 3];
+    let poses = vec![rig.surface().rest.clone(); 3];
     let folder = TempDir::new().unwrap();
     write_plan(folder.path(), "<take>.csv", &found, &regions, &poses, &rig, None).unwrap();
     let (page, json) = page(folder.path(), "plan");

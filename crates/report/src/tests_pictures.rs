@@ -37,11 +37,11 @@ fn decoded(image: &ElementRef) -> Picture {
 }
 
 fn handles(rig: &Rig) -> Vec<[f32; 3]> {
-    rig.handles.iter().map(|&v| rig.rest[v as usize]).collect()
+    rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect()
 }
 
 fn camera_of(rig: &Rig, turn: f32, size: [u32; 2]) -> Camera {
-    camera(&handles(rig), &rig.rest, rig.up_axis, turn, size)
+    camera(&handles(rig), &rig.surface().rest, rig.surface().up_axis, turn, size)
 }
 
 /// Where a point is in a picture.
@@ -93,7 +93,7 @@ fn a_clean_ups_markers_are_where_the_camera_sees_them() {
         let behind = select(&page, ".views g.behind");
         assert!(behind.len() < 89, "{} of 178 are behind the face", behind.len());
         let titles: Vec<String> = select(&page, ".views title").iter().map(text).collect();
-        assert_eq!(&titles[..3], &rig.labels[..3]);
+        assert_eq!(&titles[..3], &rig.handles().labels[..3]);
 
         // The same again, by bytes.
         assert!(html == drawn(&usual(), take, Some(painter)).0, "{device}");
@@ -106,17 +106,19 @@ fn what_is_behind_is_what_a_device_hides() {
     const SIZE: [u32; 2] = [260, 320];
     const GREEN: [f32; 3] = [0.0, 1.0, 0.0];
     let (rig, _) = &*DEMO;
-    let points: Vec<[f32; 3]> = rig.rest.iter().step_by(rig.vertices() / 150).copied().collect();
+    let points: Vec<[f32; 3]> = rig.surface().rest.iter().step_by(rig.vertices() / 150).copied().collect();
     let lift = LIFT * Sphere::around(&handles(rig)).radius;
     each_painter(|device, painter| {
-        let mut canvas = Canvas::new(painter, &rig.faces, &rig.triangles, rig.vertices(), SIZE).unwrap();
+        let mut canvas =
+            Canvas::new(painter, &rig.surface().faces, &rig.surface().triangles, rig.vertices(), SIZE)
+                .unwrap();
         let (mut seen, mut cut) = ([0; 2], 0);
         for turn in [0.0, 70.0] {
             let camera = camera_of(rig, turn, SIZE);
-            let found = behind(&camera, SIZE, &rig.rest, &rig.triangles, lift, &points);
+            let found = behind(&camera, SIZE, &rig.surface().rest, &rig.surface().triangles, lift, &points);
             for (&point, is_behind) in points.iter().zip(found) {
                 let dot = [Mark::dot(point, GREEN, 6.0)];
-                let picture = canvas.draw(&camera, &rig.rest, None, lift, &dot).unwrap();
+                let picture = canvas.draw(&camera, &rig.surface().rest, None, lift, &dot).unwrap();
                 let [r, g, b, _] = picture.pixel(place(&camera, SIZE, point));
                 match (r, g, b) {
                     (..=2, 253.., ..=2) => seen[1] += usize::from(!is_behind),
@@ -138,7 +140,7 @@ fn maps_have_the_colours_of_their_numbers() {
     const SIZE: [u32; 2] = [300, 370];
     let (rig, _) = &*DEMO;
     // 0 on the face's right, 2 mm and more on its left but for what is no number, and each in a map of its own.
-    let sides = rig.rest.iter().map(|p| if p[0] > 0.0 { 2.0 } else { 0.0 });
+    let sides = rig.surface().rest.iter().map(|p| if p[0] > 0.0 { 2.0 } else { 0.0 });
     let mut values: Vec<f32> = sides.collect();
     let left = values.iter().position(|x| *x > 0.0).unwrap();
     values[left] = f32::NAN;
@@ -159,7 +161,7 @@ fn maps_have_the_colours_of_their_numbers() {
     let found = Evaluation {
         name: "face".into(),
         vertices: rig.vertices(),
-        handles: rig.handles.len(),
+        handles: rig.handles().vertices.len(),
         leave_one_out: None,
         noise: NoiseAnswer { noise_mm: 0.1, errors },
         truth: None,
@@ -195,7 +197,7 @@ fn maps_have_the_colours_of_their_numbers() {
             let (picture, camera) = (decoded(image), camera_of(rig, turn, SIZE));
             let on_face = |x: f32| {
                 // The foremost vertex about here.
-                let near = rig.rest.iter().filter(|p| (p[0] - x).abs() < 0.4 && p[1].abs() < 1.0);
+                let near = rig.surface().rest.iter().filter(|p| (p[0] - x).abs() < 0.4 && p[1].abs() < 1.0);
                 *near.max_by(|a, b| a[2].total_cmp(&b[2])).unwrap()
             };
             let [right, left] = [-2.0, 2.0].map(|x| picture.pixel(place(&camera, SIZE, on_face(x))));
@@ -219,7 +221,7 @@ fn a_plan_shows_each_frame_with_its_markers() {
     let (rig, take) = &*DEMO;
     let regions = Regions::by_handles(rig);
     let found = coverage(rig, take, &regions, None, 3, 3, &NoProgress).unwrap();
-    let poses = vec![rig.rest.clone(); 3];
+    let poses = vec![rig.surface().rest.clone(); 3];
     each_painter(|device, painter| {
         let folder = TempDir::new().unwrap();
         write_plan(folder.path(), "take", &found, &regions, &poses, rig, Some(painter)).unwrap();
@@ -247,7 +249,7 @@ fn handles_are_dots_on_the_neutral() {
     const SIZE: [u32; 2] = [520, 640];
     let face = rhytid_demo::face(2_000);
     let rest: Vec<[f32; 3]> = face.neutral.positions.iter().map(|p| p.map(|x| x as f32)).collect();
-    let at: Vec<[f32; 3]> = face.handles.vertices.iter().map(|&v| rest[v as usize]).collect();
+    let at: Vec<[f32; 3]> = face.handles.vertices.iter().map(|&v| rest[v.index()]).collect();
     let doubtful: Vec<bool> = (0..at.len()).map(|i| i % 2 == 1).collect();
     // Where a marker was laid: before the first vertex that is far from all handles.
     let far =

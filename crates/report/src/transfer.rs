@@ -76,7 +76,7 @@ fn section(
     let end = map::end(std::iter::once(values));
     let map = Map {
         title: html! { "with the handles" },
-        positions: &rig.rest,
+        positions: &rig.surface().rest,
         values: values.to_vec(),
         end,
         markers: true,

@@ -48,7 +48,7 @@
 //! // let rig = rhytid::open_rig("face.safetensors")?;
 //! let options = AnimatorOptions { device: Some("cpu:0"), ..AnimatorOptions::default() };
 //! let mut animator = rhytid::animator(&rig, &options)?;
-//! let mut handles = rig.handles_at_rest();
+//! let mut handles = rig.handles().rest.clone();
 //! let mut positions = Vec::new();
 //! for frame in 0..3 {
 //!     // The first handle rises.
@@ -145,7 +145,7 @@ pub use rhytid_formats::export::Recipe;
 /// [`Error::Input`] with the first error that [`solve::examine`] finds; [`Error::Cancelled`].
 #[cfg(feature = "solve")]
 pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig> {
-    Ok(rhytid_solve::solve(face, progress)?.cast())
+    rhytid_solve::solve(face, progress)?.rounded()
 }
 
 #[doc(inline)]

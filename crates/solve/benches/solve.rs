@@ -11,10 +11,16 @@ use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Mat, Side};
 use npyz::WriterBuilder;
 use rhytid_core::NoProgress;
-use rhytid_geometry::cholesky::{Columns, Dissection, Factor, dissect};
+use rhytid_core::Table;
+use rhytid_core::VertexId;
+use rhytid_geometry::cholesky::Columns;
+use rhytid_geometry::cholesky::Dissection;
+use rhytid_geometry::cholesky::Factor;
+use rhytid_geometry::cholesky::dissect;
 use rhytid_geometry::laplacian::laplacian;
+use rhytid_solve::DrivenComponents;
+use rhytid_solve::System;
 use rhytid_solve::basis::solve_columns;
-use rhytid_solve::{DrivenComponents, System};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -29,7 +35,7 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 struct Input {
     rest: Vec<[f64; 3]>,
     triangles: Vec<[u32; 3]>,
-    handles: Vec<u32>,
+    handles: Vec<VertexId>,
     bending_length: f64,
 }
 
@@ -63,7 +69,7 @@ fn main() -> Outcome<()> {
     );
     println!("Laplacian             {time:7.2} s");
     let mut free = DrivenComponents::new(&input.rest, &input.triangles, &input.handles).driven;
-    input.handles.iter().for_each(|&v| free[v as usize] = false);
+    input.handles.iter().for_each(|v| free[v.index()] = false);
     let free: Vec<u32> = (0..).zip(&free).filter(|(_, free)| **free).map(|(v, _)| v).collect();
     let (system, time) = timed(|| System::new(laplacian, input.bending_length));
     println!("pattern               {time:7.2} s");
@@ -77,7 +83,7 @@ fn main() -> Outcome<()> {
     println!("factorisation         {factorisation:7.2} s, {} million entries", factor.entries() / 1_000_000);
     drop((matrix, root));
     let h = input.handles.len();
-    let mut basis = vec![0.0; input.rest.len() * h];
+    let mut basis = Table::filled(input.rest.len(), h, 0.0);
     let (done, solves) =
         timed(|| solve_columns(&system, &factor, &order, &input.handles, &mut basis, &NoProgress));
     done?;
@@ -94,7 +100,7 @@ fn main() -> Outcome<()> {
         return Ok(());
     };
     let folder = tempfile::tempdir()?;
-    write_system(folder.path(), &system, &free, &input.handles, &basis)?;
+    write_system(folder.path(), &system, &free, &input.handles, basis.as_slice())?;
     drop((system, basis));
     let best = peer(&python, folder.path(), superlu)?;
     println!("ours takes {:.2} of the peer's best time", ours / best);
@@ -184,7 +190,13 @@ struct Told {
 }
 
 /// The system with its vertices in the mesh's order, and its solution.
-fn write_system(folder: &Path, system: &System, free: &[u32], handles: &[u32], basis: &[f64]) -> Outcome<()> {
+fn write_system(
+    folder: &Path,
+    system: &System,
+    free: &[u32],
+    handles: &[VertexId],
+    basis: &[f64],
+) -> Outcome<()> {
     let matrix = system.lower(free);
     let write = |name: &str, matrix: &Columns| -> Outcome<()> {
         let offsets: Vec<u32> = matrix.offsets.iter().map(|&offset| offset as u32).collect();
@@ -223,10 +235,10 @@ fn write_npy<T: npyz::AutoSerialize>(
 fn from_rig(path: &Path) -> Outcome<Input> {
     let rig = rhytid_core::rig_file::read(path)?;
     Ok(Input {
-        rest: rig.rest.iter().map(|p| p.map(f64::from)).collect(),
-        triangles: rig.triangles,
-        handles: rig.handles,
-        bending_length: rig.bending_length,
+        rest: rig.surface().rest.iter().map(|p| p.map(f64::from)).collect(),
+        triangles: rig.surface().triangles.clone(),
+        handles: rig.handles().vertices.clone(),
+        bending_length: rig.bending_length(),
     })
 }
 
@@ -249,8 +261,9 @@ fn sheet(vertices: usize) -> Input {
         .collect();
     // A sequence that fills the square evenly.
     let spread = |i: u32, step: f64| (f64::from(i) * step).fract() * f64::from(side);
-    let handles =
-        (1..=89).map(|i| number(spread(i, 0.754_877_666) as u32, spread(i, 0.569_840_291) as u32)).collect();
+    let handles = (1..=89)
+        .map(|i| VertexId(number(spread(i, 0.754_877_666) as u32, spread(i, 0.569_840_291) as u32)))
+        .collect();
     Input { rest, triangles, handles, bending_length: 2.0 }
 }
 

@@ -54,7 +54,7 @@ pub fn misplaced(face: &Face) -> Vec<Misplaced> {
     let area = laplacian(rest, &triangulate(&face.neutral)).mass;
     let compared: Vec<usize> = match mask.len() {
         0..3 => (0..rest.len()).step_by(rest.len().div_ceil(COMPARED).max(1)).collect(),
-        _ => mask.iter().map(|&v| v as usize).collect(),
+        _ => mask.iter().map(|&v| v.index()).collect(),
     };
     let weights: Vec<f64> = compared.iter().map(|&v| area[v]).collect();
     let at = |positions: &[[f64; 3]]| {

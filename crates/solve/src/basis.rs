@@ -1,15 +1,19 @@
 //! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
 use crate::system::{NONE, System};
 use rayon::prelude::*;
-use rhytid_core::{Progress, Result};
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Table;
+use rhytid_core::VertexId;
+use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
-use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::cholesky::dissect;
 use rhytid_geometry::laplacian::Laplacian;
 
 /// Right-hand sides solved for by one thread at a time: enough for dense kernels, few enough to bound the memory.
 const COLUMNS_AT_ONCE: usize = 16;
 
-/// B, V×H row-major. `moves[v]` says whether vertex v is in a component with a handle and no pin; rows of other vertices
+/// B, V×H. `moves[v]` says whether vertex v is in a component with a handle and no pin; rows of other vertices
 /// are zero, rows of handles are the identity.
 ///
 /// # Errors
@@ -17,18 +21,17 @@ const COLUMNS_AT_ONCE: usize = 16;
 pub fn basis(
     rest: &[[f64; 3]],
     laplacian: Laplacian,
-    handles: &[u32],
+    handles: &[VertexId],
     moves: &[bool],
     bending_length: f64,
     progress: &dyn Progress,
-) -> Result<Vec<f64>> {
+) -> Result<Table<f64>> {
     let vertices = moves.len();
-    let count = handles.len();
-    let mut basis = vec![0.0; vertices * count];
+    let mut basis = Table::filled(vertices, handles.len(), 0.0);
     let mut free = moves.to_vec();
-    for (h, &v) in handles.iter().enumerate() {
-        free[v as usize] = false;
-        basis[v as usize * count + h] = 1.0;
+    for (h, v) in handles.iter().enumerate() {
+        free[v.index()] = false;
+        basis.row_mut(v.index())[h] = 1.0;
     }
     let free: Vec<u32> = (0..vertices as u32).filter(|&v| free[v as usize]).collect();
 
@@ -43,7 +46,7 @@ pub fn basis(
     Ok(basis)
 }
 
-/// B_free = −A_ff⁻¹ A_fH, into the rows of `order` of the basis, V×H row-major.
+/// B_free = −A_ff⁻¹ A_fH, into the rows of `order` of the basis, V×H.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`].
@@ -51,8 +54,8 @@ pub fn solve_columns(
     system: &System,
     factor: &Factor,
     order: &[u32],
-    handles: &[u32],
-    basis: &mut [f64],
+    handles: &[VertexId],
+    basis: &mut Table<f64>,
     progress: &dyn Progress,
 ) -> Result<()> {
     let count = handles.len();
@@ -78,7 +81,7 @@ pub fn solve_columns(
             }
             factor.solve(x, k);
         });
-        let rows = basis.par_chunks_mut(count).zip(&place).filter(|(_, place)| **place != NONE);
+        let rows = basis.par_rows_mut().zip(&place).filter(|(_, place)| **place != NONE);
         rows.for_each(|(row, &place)| {
             for (block, (x, row)) in
                 blocks.iter().zip(row[first..end].chunks_mut(COLUMNS_AT_ONCE)).enumerate()

@@ -1,8 +1,10 @@
 //! Components without a handle that follow the driven surface (`bind = "nearest"`).
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_core::Table;
+use rhytid_geometry::Closest;
+use rhytid_geometry::Surface;
 use rhytid_geometry::laplacian::is_degenerate;
-use rhytid_geometry::{Closest, Surface};
 
 /// Gives every vertex of which `binds` is true, none of them driven, the basis row of the closest point of the driven
 /// surface: the barycentric mean of the three rows there. The vertex keeps its offset from that point. Of triangles that
@@ -14,8 +16,7 @@ pub(crate) fn bind_nearest(
     triangles: &[[u32; 3]],
     driven: &[bool],
     binds: impl Fn(usize) -> bool,
-    handles: usize,
-    basis: &mut [f64],
+    basis: &mut Table<f64>,
 ) {
     let bound: Vec<usize> = (0..rest.len()).filter(|&v| binds(v)).collect();
     if bound.is_empty() {
@@ -29,13 +30,14 @@ pub(crate) fn bind_nearest(
     let row_of = |&v: &usize| {
         let Closest { triangle, weights, .. } = surface.closest(DVec3::from_array(rest[v]))?;
         let corners = triangles[triangle];
-        let row = |h| (0..3).map(|i| weights[i] * basis[corners[i] as usize * handles + h]).sum();
-        Some((0..handles).map(row).collect())
+        let rows = corners.map(|corner| basis.row(corner as usize));
+        let of_handle = |h: usize| (0..3).map(|i| weights[i] * rows[i][h]).sum();
+        Some((0..basis.columns()).map(of_handle).collect())
     };
     // All or, where the surface has no triangle, none.
     let Some(rows) = bound.par_iter().map(row_of).collect::<Option<Vec<Vec<f64>>>>() else { return };
     for (v, row) in bound.into_iter().zip(rows) {
-        basis[v * handles..][..handles].copy_from_slice(&row);
+        basis.row_mut(v).copy_from_slice(&row);
     }
 }
 
@@ -55,13 +57,13 @@ mod tests {
             [-1.0, -1.0, 0.0],
         ];
         let driven = [true, true, true, false, false, false];
-        let mut basis = vec![0.0; 18];
+        let mut basis = Table::filled(6, 3, 0.0);
         for i in 0..3 {
-            basis[i * 3 + i] = 1.0;
+            basis.row_mut(i)[i] = 1.0;
         }
-        bind_nearest(&rest, &[[0, 1, 2], [3, 4, 5]], &driven, |v| !driven[v], 3, &mut basis);
+        bind_nearest(&rest, &[[0, 1, 2], [3, 4, 5]], &driven, |v| !driven[v], &mut basis);
         let expected = [[0.5, 0.25, 0.25], [0.5, 0.5, 0.0], [1.0, 0.0, 0.0]];
-        for (got, expected) in basis[9..].iter().zip(expected.as_flattened()) {
+        for (got, expected) in basis.of_rows(3..6).iter().zip(expected.as_flattened()) {
             assert!((got - expected).abs() < 1e-12, "{basis:?}");
         }
     }

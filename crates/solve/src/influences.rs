@@ -1,43 +1,34 @@
 //! Section 4: the influences, which strain edges each vertex listens to, and how much.
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_core::{HandleId, Influences, StrainEdgeId, Table};
 
 /// α below this counts as none.
 pub const INFLUENCE_THRESHOLD: f64 = 0.025;
 
-/// The influences of every vertex.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Influences {
-    /// V×K indices of strain edges, ascending; K = min(`max_influences`, F).
-    pub edges: Vec<u32>,
-    /// α, V×K: 1 for a vertex's nearest edge, 0 below [`INFLUENCE_THRESHOLD`].
-    pub weights: Vec<f64>,
-    /// β in 1/mesh unit: 0 where F ≤ K.
-    pub beta: f64,
-}
-
 /// The K strain edges of smallest `s = ‖v − p_i1‖ + ‖v − p_i2‖ − l` at rest (ties: the lower edge index), and
-/// `α = exp(−β (s − min s))` with the smallest β for which no vertex has a (K+1)-th edge over the threshold.
+/// `α = exp(−β (s − min s))` with the smallest β for which no vertex has a (K+1)-th edge over the threshold;
+/// β is 0 where F ≤ K, and K = min(`max_influences`, F). α is 1 for a vertex's nearest edge, and 0 below [`INFLUENCE_THRESHOLD`].
 ///
 /// `rest` is V×3, `handle_rest` H×3, `rest_lengths` F; the caller sees to `max_influences ≥ 1`.
 pub fn influences(
     rest: &[[f64; 3]],
     handle_rest: &[[f64; 3]],
-    strain_edges: &[[u32; 2]],
+    strain_edges: &[[HandleId; 2]],
     rest_lengths: &[f64],
     max_influences: usize,
-) -> Influences {
+) -> Influences<f64> {
     let k = max_influences.min(strain_edges.len());
-    let mut edges = vec![0; rest.len() * k];
-    let mut weights = vec![0.0; rest.len() * k];
+    let mut edges = Table::filled(rest.len(), k, StrainEdgeId(0));
+    let mut weights = Table::filled(rest.len(), k, 0.0);
     if k == 0 {
         return Influences { edges, weights, beta: 0.0 };
     }
     // The weights hold s − min s until β is known.
     let beta =
         edges
-            .par_chunks_mut(k)
-            .zip(weights.par_chunks_mut(k))
+            .par_rows_mut()
+            .zip(weights.par_rows_mut())
             .zip(rest)
             .map_init(
                 || (vec![0.0; handle_rest.len()], Vec::with_capacity(strain_edges.len())),
@@ -47,21 +38,21 @@ pub fn influences(
                     }
                     order.clear();
                     order.extend(strain_edges.iter().zip(rest_lengths).enumerate().map(
-                        |(i, (&[a, b], l))| (to_handle[a as usize] + to_handle[b as usize] - l, i as u32),
+                        |(i, (&[a, b], l))| (to_handle[a.index()] + to_handle[b.index()] - l, i as u32),
                     ));
                     let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
                     let next = (k < order.len()).then(|| order.select_nth_unstable_by(k, nearer).1.0);
                     let least = order[..k].iter().fold(f64::INFINITY, |least, &(s, _)| least.min(s));
                     order[..k].sort_unstable_by_key(|&(_, edge)| edge);
                     for (i, &(s, edge)) in order[..k].iter().enumerate() {
-                        edges[i] = edge;
+                        edges[i] = StrainEdgeId(edge);
                         excess[i] = s - least;
                     }
                     next.map_or(0.0, |s| -INFLUENCE_THRESHOLD.ln() / (s - least))
                 },
             )
             .reduce(|| 0.0, f64::max);
-    weights.par_iter_mut().for_each(|w| {
+    weights.as_mut_slice().par_iter_mut().for_each(|w| {
         // A tie of more than K edges makes β infinite; the nearest edge keeps its weight of 1 all the same.
         let alpha = if *w == 0.0 { 1.0 } else { (-beta * *w).exp() };
         *w = if alpha < INFLUENCE_THRESHOLD { 0.0 } else { alpha };
@@ -76,15 +67,17 @@ mod tests {
     #[test]
     fn nearest_edges_of_three_on_a_line() {
         let handle_rest = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
-        let strain_edges = [[0, 1], [1, 2], [2, 3]];
+        let strain_edges = [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(HandleId));
         let got = influences(&[[0.5, 0.0, 0.0], [1.0, 0.0, 0.0]], &handle_rest, &strain_edges, &[1.0; 3], 2);
         // s of vertex 0: 0, 1, 3; of vertex 1: 0, 0, 2. The third edge decides: ln 40 / 2.
-        assert_eq!(got.edges, [0, 1, 0, 1]);
+        assert_eq!(StrainEdgeId::numbers(got.edges.as_slice()), [0, 1, 0, 1]);
+        let weights = got.weights.as_slice();
         let beta = 40f64.ln() / 2.0;
         assert!((got.beta - beta).abs() < 1e-15);
-        assert!((got.weights[1] - (-beta).exp()).abs() < 1e-15);
-        assert_eq!([got.weights[0], got.weights[2], got.weights[3]], [1.0; 3]);
+        assert!((weights[1] - (-beta).exp()).abs() < 1e-15);
+        assert_eq!([weights[0], weights[2], weights[3]], [1.0; 3]);
         let all = influences(&[[0.5, 0.0, 0.0]], &handle_rest, &strain_edges, &[1.0; 3], 9);
-        assert_eq!((all.beta, all.edges, all.weights), (0.0, vec![0, 1, 2], vec![1.0; 3]));
+        assert_eq!(StrainEdgeId::numbers(all.edges.as_slice()), [0, 1, 2]);
+        assert_eq!((all.beta, all.weights), (0.0, Table::filled(1, 3, 1.0)));
     }
 }

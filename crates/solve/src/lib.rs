@@ -2,7 +2,7 @@
 //! and the doctor ([`examine`]), who says what would hurt it. A program that only plays rigs does not need this crate.
 //!
 //! ```
-//! use rhytid_core::{Face, Faces, Handles, Mesh, NoProgress, Settings, UpAxis};
+//! use rhytid_core::{Face, Faces, Handles, Mesh, NoProgress, Settings, UpAxis, VertexId};
 //!
 //! // A sheet of 3 × 3 vertices in four quads, held at its corners.
 //! let mut faces = Faces::default();
@@ -15,14 +15,14 @@
 //!     neutral: Mesh { positions, faces, ..Mesh::default() },
 //!     metres_per_unit: 0.01,
 //!     up_axis: UpAxis::Y,
-//!     handles: Handles { labels: ["a", "b", "c", "d"].map(String::from).to_vec(), vertices: vec![0, 2, 6, 8] },
+//!     handles: Handles { labels: ["a", "b", "c", "d"].map(String::from).to_vec(), vertices: [0, 2, 6, 8].map(VertexId).to_vec() },
 //!     examples: Vec::new(),
 //!     settings: Settings::default(),
 //! };
 //! assert!(rhytid_solve::examine(&face).findings.iter().all(|finding| finding.severity < rhytid_solve::Severity::Error));
 //! let rig = rhytid_solve::solve(&face, &NoProgress)?;
 //! // The middle moves by the mean of the four corners.
-//! let middle = &rig.basis[4 * 4..][..4];
+//! let middle = rig.basis().row(4);
 //! assert!(middle.iter().all(|weight| (weight - 0.25).abs() < 1e-9));
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```
@@ -61,9 +61,28 @@ pub mod internals {
     pub use crate::learned::{Steps, learn};
 }
 
-use rhytid_core::{Bind, Error, Face, Method, Progress, Result, Rig, StrainEdges};
-use rhytid_geometry::{Topology, geodesic, laplacian, triangulate};
-use rhytid_kernels::strain;
+use rhytid_core::Bind;
+use rhytid_core::Error;
+use rhytid_core::Examples;
+use rhytid_core::Face;
+use rhytid_core::FineScale;
+use rhytid_core::HandleId;
+use rhytid_core::HandleSet;
+use rhytid_core::Influences;
+use rhytid_core::Learned;
+use rhytid_core::Method;
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::RigParts;
+use rhytid_core::StrainEdges;
+use rhytid_core::Surface;
+use rhytid_core::Table;
+use rhytid_core::VertexId;
+use rhytid_geometry::Topology;
+use rhytid_geometry::geodesic;
+use rhytid_geometry::laplacian;
+use rhytid_geometry::triangulate;
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
 ///
@@ -115,7 +134,7 @@ pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f6
 pub fn solve_and_leave_one_out(
     face: &Face,
     progress: &dyn Progress,
-) -> Result<(Rig<f64>, Account, Vec<[f64; 3]>)> {
+) -> Result<(Rig<f64>, Account, Option<Table<[f64; 3]>>)> {
     solve_with(face, progress, true)
 }
 
@@ -123,7 +142,7 @@ fn solve_with(
     face: &Face,
     progress: &dyn Progress,
     leave_one_out: bool,
-) -> Result<(Rig<f64>, Account, Vec<[f64; 3]>)> {
+) -> Result<(Rig<f64>, Account, Option<Table<[f64; 3]>>)> {
     check(face)?;
     let (aligned, misplaced) = align::aligned(face).unzip();
     let face = aligned.as_ref().unwrap_or(face);
@@ -134,8 +153,8 @@ fn solve_with(
     let mut shell = shell(face, progress)?;
     let pins = shell.pinned.iter().filter(|pinned| **pinned).count();
     let (mut account, mut errors) =
-        (Account { misplaced: misplaced.unwrap_or_default(), pins, ..Account::default() }, Vec::new());
-    match face.settings.method {
+        (Account { misplaced: misplaced.unwrap_or_default(), pins, ..Account::default() }, None);
+    let details = match face.settings.method {
         Method::Chapter => chapter(face, &mut shell, progress)?,
         Method::Learned(settings) => {
             let steps = learned::learn(&mut shell, face, settings, progress)?;
@@ -145,37 +164,67 @@ fn solve_with(
             account.candidates.extend(steps.candidates.iter().filter(is_other));
             account.parts.clone_from(&steps.parts);
             if leave_one_out {
-                let vertices: Vec<u32> = (0..face.neutral.positions.len() as u32).collect();
-                errors = steps.leave_one_out(&vertices)?;
+                let vertices: Vec<VertexId> = (0..shell.basis.height()).map(VertexId::from_index).collect();
+                errors = Some(steps.leave_one_out(&vertices)?);
             }
-            steps.finish(&settings, &mut shell.rig);
+            steps.finish(&settings, &shell.handles)
         }
-    }
-    let rig = shell.rig;
-    if let Some(v) = not_finite(&rig) {
+    };
+    if let Some(v) = not_finite(&shell.basis, &details.fine_scale.rbf_weights) {
         return Err(Error::not_solvable(format!(
             "the solve gives no finite result at vertex {v}: coordinates or triangles there are beyond float64; \
              run the doctor and mend what it names"
         )));
     }
+    let examples = Examples {
+        names: face.examples.iter().map(|e| e.name.clone()).collect(),
+        handles: Table::new(
+            face.examples.len(),
+            shell.handles.len(),
+            face.examples.iter().flat_map(|e| detail::at_handles(&shell.handles, &e.positions)).collect(),
+        ),
+    };
+    let rig = Rig::new(RigParts {
+        surface: shell.surface,
+        handles: shell.handles,
+        examples,
+        bending_length: shell.bending_length,
+        basis: shell.basis,
+        influences: details.influences,
+        fine_scale: details.fine_scale,
+        learned: details.learned,
+    })?;
     Ok((rig, account, errors))
 }
 
 /// What both methods start from.
 #[doc(hidden)]
 pub struct Shell {
-    /// A rig without influences, features and weights, and with the thin shell's basis.
-    pub rig: Rig<f64>,
-    /// Of the rig's triangles.
+    /// The neutral mesh.
+    pub surface: Surface<f64>,
+    /// The handles.
+    pub handles: HandleSet<f64>,
+    /// ℓ in mesh units.
+    pub bending_length: f64,
+    /// The thin shell's, V×H.
+    pub basis: Table<f64>,
+    /// Of the surface's triangles.
     pub topology: Topology,
     /// Which parts have a handle.
     pub parts: DrivenComponents,
     /// Which vertices are pinned.
     pub(crate) pinned: Vec<bool>,
     /// The handle nearest to each vertex.
-    pub(crate) cells: Vec<geodesic::Cell>,
+    pub(crate) cells: Vec<Option<geodesic::Cell>>,
     /// Of the rest pose.
     pub(crate) laplacian: laplacian::Laplacian,
+}
+
+/// What a method adds to the shell.
+struct Details {
+    influences: Influences<f64>,
+    fine_scale: FineScale<f64>,
+    learned: Option<Learned<f64>>,
 }
 
 /// Solves the thin shell of a face that the doctor lets through.
@@ -188,18 +237,18 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     let rest = &face.neutral.positions;
     let triangles = triangulate(&face.neutral);
     let topology = Topology::new(rest.len(), &triangles);
-    let handles = &face.handles.vertices;
-    let parts = DrivenComponents::new(rest, &triangles, handles);
+    let vertices = &face.handles.vertices;
+    let parts = DrivenComponents::new(rest, &triangles, vertices);
     let graph = geodesic::EdgeGraph::new(rest, &topology);
-    let cells = geodesic::nearest_handles(&graph, handles);
+    let cells = geodesic::nearest_handles(&graph, vertices);
     let strain_edges = match &face.settings.strain_edges {
         StrainEdges::Given(edges) => edges.clone(),
         StrainEdges::Auto => {
-            let of_handle: Vec<Option<u32>> =
-                cells.iter().map(|cell| cell.map(|(_, handle)| handle)).collect();
+            let of_handle: Vec<Option<HandleId>> =
+                cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
             let mut edges = geodesic::touching_cells(&topology, &of_handle);
             // Two handles at one place (lips that touch) have no strain between them.
-            let at = |h: u32| rest[handles[h as usize] as usize];
+            let at = |h: HandleId| rest[vertices[h.index()].index()];
             edges.retain(|&[a, b]| at(a) != at(b));
             // The chapter's rigs keep the edges that they had.
             if matches!(face.settings.method, Method::Learned(_)) {
@@ -208,7 +257,14 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
             edges
         }
     };
-    let rest_lengths = strain::rest_lengths(rest, handles, &strain_edges);
+    let handles = HandleSet {
+        labels: face.handles.labels.clone(),
+        rest: vertices.iter().map(|v| rest[v.index()]).collect(),
+        vertices: vertices.clone(),
+        strain_edges,
+        rotations: face.settings.rotations,
+    };
+    let rest_lengths = handles.rest_lengths();
     progress.step("strain edges", 1, 1)?;
 
     let bending_length = match face.settings.bending_length {
@@ -220,81 +276,50 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     let pinned = pins::pins(face, &cells, spacing);
     let moves: Vec<bool> =
         parts.driven.iter().zip(&pinned).map(|(driven, pinned)| *driven && !pinned).collect();
-    let basis = basis::basis(rest, laplacian.clone(), handles, &moves, bending_length, progress)?;
+    let basis = basis::basis(rest, laplacian.clone(), vertices, &moves, bending_length, progress)?;
     progress.step("frames", 0, 1)?;
     let tangent_neighbors = tangent_frames::tangent_neighbors(rest, &triangles, &topology);
     progress.step("frames", 1, 1)?;
-    let rig = Rig {
+    let surface = Surface {
         name: face.name.clone(),
         metres_per_unit: face.metres_per_unit,
         up_axis: face.up_axis,
-        labels: face.handles.labels.clone(),
-        example_names: face.examples.iter().map(|e| e.name.clone()).collect(),
         faces: face.neutral.faces.clone(),
         uvs: face.neutral.uvs.clone(),
         materials: face.neutral.materials.clone(),
-        bending_length,
-        beta: 0.0,
-        handles: handles.clone(),
-        tangent_neighbors,
         triangles,
         rest: rest.clone(),
-        basis,
-        strain_edges,
-        influence_edges: Vec::new(),
-        influence_weights: Vec::new(),
-        pose_features: Vec::new(),
-        rbf_weights: Vec::new(),
-        example_handles: face
-            .examples
-            .iter()
-            .flat_map(|e| handles.iter().map(|&v| e.positions[v as usize]))
-            .collect(),
-        rotations: face.settings.rotations,
-        learned: None,
+        tangent_neighbors,
     };
-    Ok(Shell { rig, topology, parts, pinned, cells, laplacian })
+    Ok(Shell { surface, handles, bending_length, basis, topology, parts, pinned, cells, laplacian })
 }
 
 /// Sections 4, 6 and 7: the chapter's method from the shell on.
-fn chapter(face: &Face, shell: &mut Shell, progress: &dyn Progress) -> Result<()> {
-    let Shell { rig, topology, parts, pinned, .. } = shell;
-    let follows = face.settings.bind == Bind::Nearest;
-    if follows {
+fn chapter(face: &Face, shell: &mut Shell, progress: &dyn Progress) -> Result<Details> {
+    let Shell { surface, handles, basis, parts, pinned, .. } = shell;
+    let binds = face.settings.bind == Bind::Nearest;
+    if binds {
         progress.step("bind", 0, 1)?;
-        let (driven, handles) = (&parts.driven, rig.handles.len());
-        let follows = |v: usize| !driven[v] && !pinned[v];
-        bind::bind_nearest(&rig.rest, &rig.triangles, driven, follows, handles, &mut rig.basis);
+        let follows = |v: usize| !parts.driven[v] && !pinned[v];
+        bind::bind_nearest(&surface.rest, &surface.triangles, &parts.driven, follows, basis);
         progress.step("bind", 1, 1)?;
     }
 
     progress.step("influences", 0, 1)?;
-    let rest_lengths = rig.rest_lengths();
-    let handle_rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
     let influences = influences::influences(
-        &rig.rest,
-        &handle_rest,
-        &rig.strain_edges,
-        &rest_lengths,
+        &surface.rest,
+        &handles.rest,
+        &handles.strain_edges,
+        &handles.rest_lengths(),
         face.settings.max_influences,
     );
-    rig.beta = influences.beta;
-    rig.influence_edges = influences.edges;
-    rig.influence_weights = influences.weights;
     progress.step("influences", 1, 1)?;
 
-    rig.pose_features = detail::pose_features(rig, &face.examples);
-    let moves = |v| parts.driven[v] || follows;
-    let detail = detail::detail(rig, topology, &face.examples, moves, |_, _| (), progress)?;
-    rig.rbf_weights = rbf::rbf_weights(
-        &rig.pose_features,
-        rig.centers(),
-        (&rig.influence_edges, &rig.influence_weights),
-        &detail,
-        rig.vertices(),
-        progress,
-    )?;
-    Ok(())
+    let pose_features = detail::pose_features(handles, &face.examples);
+    let moves = |v: usize| shell.parts.driven[v] || binds;
+    let detail = detail::detail(shell, &face.examples, moves, |_, _| (), progress)?;
+    let rbf_weights = rbf::rbf_weights(&pose_features, &influences, &detail, progress)?;
+    Ok(Details { influences, fine_scale: FineScale { pose_features, rbf_weights }, learned: None })
 }
 
 /// The length of the neutral's bounding-box diagonal.
@@ -303,8 +328,9 @@ fn diagonal(face: &Face) -> f64 {
     (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-fn not_finite(rig: &Rig<f64>) -> Option<usize> {
-    let basis = rig.basis.iter().position(|x| !x.is_finite()).map(|i| i / rig.handles.len());
-    let weights = || rig.rbf_weights.iter().position(|w| w.iter().any(|x| !x.is_finite()));
-    basis.or_else(|| weights().map(|i| i / rig.centers()))
+/// The first vertex that has a number that is not finite.
+fn not_finite(basis: &Table<f64>, weights: &Table<[f64; 3]>) -> Option<usize> {
+    let in_basis = basis.rows().position(|row| row.iter().any(|b| !b.is_finite()));
+    let in_weights = || weights.rows().position(|row| row.as_flattened().iter().any(|w| !w.is_finite()));
+    in_basis.or_else(in_weights)
 }

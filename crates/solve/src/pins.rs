@@ -1,5 +1,6 @@
 //! Pins: vertices that stay where they are (section 2). A head whose back has no marker would swing with the face.
 use glam::DVec3;
+use rhytid_core::VertexId;
 use rhytid_core::{Face, Method};
 use rhytid_geometry::geodesic::Cell;
 
@@ -14,7 +15,7 @@ const MOVES: f64 = 1e-3;
 /// That is where the handle nearest along the mesh is moved by some example, so that the examples show what it does to its surroundings,
 /// and is farther than `spacing`, the mean rest length of the strain edges: what is between markers is for them to say. A handle is
 /// no pin.
-pub(crate) fn pins(face: &Face, cells: &[Cell], spacing: f64) -> Vec<bool> {
+pub(crate) fn pins(face: &Face, cells: &[Option<Cell>], spacing: f64) -> Vec<bool> {
     let mut pinned = vec![false; cells.len()];
     let auto = face.settings.pins.auto.unwrap_or(matches!(face.settings.method, Method::Learned(_)));
     if auto && !face.examples.is_empty() {
@@ -23,13 +24,14 @@ pub(crate) fn pins(face: &Face, cells: &[Cell], spacing: f64) -> Vec<bool> {
             let squared = (most / face.metres_per_unit).powi(2);
             face.examples.iter().any(|e| DVec3::from_array(e.positions[v]).distance_squared(rest) > squared)
         };
-        let shown: Vec<bool> = face.handles.vertices.iter().map(|&v| moves(v as usize, MOVES)).collect();
+        let shown: Vec<bool> = face.handles.vertices.iter().map(|&v| moves(v.index(), MOVES)).collect();
         for (v, (pinned, cell)) in pinned.iter_mut().zip(cells).enumerate() {
-            *pinned = cell.is_some_and(|(far, h)| far > spacing && shown[h as usize]) && !moves(v, STAYS);
+            *pinned = cell.is_some_and(|cell| cell.distance > spacing && shown[cell.handle.index()])
+                && !moves(v, STAYS);
         }
     }
-    face.settings.pins.vertices.iter().for_each(|&v| pinned[v as usize] = true);
-    face.handles.vertices.iter().for_each(|&v| pinned[v as usize] = false);
+    face.settings.pins.vertices.iter().for_each(|&v| pinned[v.index()] = true);
+    face.handles.vertices.iter().for_each(|&v| pinned[v.index()] = false);
     pinned
 }
 
@@ -39,10 +41,10 @@ pub(crate) fn with_pins_at_rest(face: &Face) -> Option<Face> {
         return None;
     }
     let mut pinned = face.clone();
-    let handles: std::collections::BTreeSet<u32> = face.handles.vertices.iter().copied().collect();
+    let handles: std::collections::BTreeSet<VertexId> = face.handles.vertices.iter().copied().collect();
     for example in &mut pinned.examples {
         for v in face.settings.pins.vertices.iter().filter(|v| !handles.contains(v)) {
-            example.positions[*v as usize] = face.neutral.positions[*v as usize];
+            example.positions[v.index()] = face.neutral.positions[v.index()];
         }
     }
     Some(pinned)

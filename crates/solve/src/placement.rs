@@ -8,6 +8,7 @@ use rhytid_core::Face;
 use rhytid_core::Remedy;
 use rhytid_core::Result;
 use rhytid_core::UpAxis;
+use rhytid_core::VertexId;
 use rhytid_geometry::Surface;
 use rhytid_geometry::Topology;
 use rhytid_geometry::components;
@@ -126,16 +127,16 @@ impl Skin {
 
     /// Vertices for `count` handles on what the examples move, `kept` before them: each next one is as far along the mesh from those before it as any. Where the mesh is
     /// the same on both sides, so are the handles, and there may be one more or less.
-    pub fn spread(&self, count: usize, kept: &[u32]) -> Vec<u32> {
+    pub fn spread(&self, count: usize, kept: &[VertexId]) -> Vec<VertexId> {
         let graph =
             EdgeGraph::new(&self.rest.iter().map(DVec3::to_array).collect::<Vec<_>>(), &self.topology);
         let mut nearest = vec![f64::INFINITY; self.rest.len()];
-        let mut chosen: Vec<u32> = Vec::new();
-        let add = |v: u32, nearest: &mut Vec<f64>, chosen: &mut Vec<u32>| {
+        let mut chosen: Vec<VertexId> = Vec::new();
+        let add = |v: VertexId, nearest: &mut Vec<f64>, chosen: &mut Vec<VertexId>| {
             chosen.push(v);
             let mut distances = vec![0.0; nearest.len()];
             let before = nearest.clone();
-            graph.distances(v, |w| before[w as usize], &mut distances);
+            graph.distances(v.0, |w| before[w as usize], &mut distances);
             for (near, distance) in nearest.iter_mut().zip(distances) {
                 *near = near.min(distance);
             }
@@ -145,19 +146,19 @@ impl Skin {
             // The tip of the nose, or what else is foremost.
             let forward = |v: &usize| self.rest[*v].dot(self.axes.z_axis);
             let first = self.moving().max_by(|a, b| forward(a).total_cmp(&forward(b)));
-            first.into_iter().for_each(|v| add(v as u32, &mut nearest, &mut chosen));
+            first.into_iter().for_each(|v| add(VertexId::from_index(v), &mut nearest, &mut chosen));
         }
         while chosen.len() < count {
-            let farthest = self.moving().filter(|&v| !chosen.contains(&(v as u32)));
+            let farthest = self.moving().filter(|&v| !chosen.contains(&VertexId::from_index(v)));
             let Some(v) = farthest.max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a))) else {
                 break;
             };
-            let image = self.images.as_ref().map_or(v as u32, |images| images[v]);
-            let apart = self.rest[v].distance(self.rest[image as usize]);
+            let image = VertexId(self.images.as_ref().map_or(v as u32, |images| images[v]));
+            let apart = self.rest[v].distance(self.rest[image.index()]);
             let alone = nearest[v];
-            add(v as u32, &mut nearest, &mut chosen);
+            add(VertexId::from_index(v), &mut nearest, &mut chosen);
             // Near the middle one is enough for both sides.
-            if apart > 0.5 * alone && self.moves[image as usize] && !chosen.contains(&image) {
+            if apart > 0.5 * alone && self.moves[image.index()] && !chosen.contains(&image) {
                 add(image, &mut nearest, &mut chosen);
             }
         }
@@ -165,7 +166,7 @@ impl Skin {
     }
 
     /// Labels for spread handles: `m01`, `m02` and so on, and with `_l` and `_r` where two are mirror images: left is the face's own, +x.
-    pub fn labels(&self, vertices: &[u32]) -> Vec<String> {
+    pub fn labels(&self, vertices: &[VertexId]) -> Vec<String> {
         let mut labels = vec![String::new(); vertices.len()];
         let mut number = 0;
         for i in 0..vertices.len() {
@@ -173,11 +174,11 @@ impl Skin {
                 continue;
             }
             number += 1;
-            let image = self.images.as_ref().map(|images| images[vertices[i] as usize]);
+            let image = self.images.as_ref().map(|images| VertexId(images[vertices[i].index()]));
             let other = image.filter(|image| *image != vertices[i]);
             match other.and_then(|image| vertices.iter().position(|v| *v == image)) {
                 Some(j) => {
-                    let is_left = self.rest[vertices[i] as usize].x > self.rest[vertices[j] as usize].x;
+                    let is_left = self.rest[vertices[i].index()].x > self.rest[vertices[j].index()].x;
                     let sides = if is_left { ["l", "r"] } else { ["r", "l"] };
                     labels[i] = format!("m{number:02}_{}", sides[0]);
                     labels[j] = format!("m{number:02}_{}", sides[1]);

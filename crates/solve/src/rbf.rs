@@ -3,7 +3,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::{Mat, Par};
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::{Error, Influences, Progress, Result, StrainEdgeId, Table};
 use rhytid_kernels::detail::feature_distance;
 
 /// Eigenvalues below this part of the largest in size count as zero: poses that look the same to a vertex.
@@ -33,29 +33,25 @@ impl Workspace {
     }
 }
 
-/// w, V×N×3: for each vertex the minimum-norm solution of `Φ w = d` with `Φ[i, j] = ‖f_i − f_j‖_v`.
+/// w, V×N: for each vertex the minimum-norm solution of `Φ w = d` with `Φ[i, j] = ‖f_i − f_j‖_v`.
 ///
-/// `pose_features` is N×F with the rest pose first; `influence_edges` and `influence_weights` are V×K; `detail`
-/// is P×V, example after example, P = N − 1. The detail of the rest pose is zero.
+/// `pose_features` is N×F with the rest pose first; `detail` is P×V, P = N − 1. The detail of the rest pose is zero.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
 pub(crate) fn rbf_weights(
-    pose_features: &[f64],
-    centers: usize,
-    (influence_edges, influence_weights): (&[u32], &[f64]),
-    detail: &[[f64; 3]],
-    vertices: usize,
+    pose_features: &Table<f64>,
+    influences: &Influences<f64>,
+    detail: &Table<[f64; 3]>,
     progress: &dyn Progress,
-) -> Result<Vec<[f64; 3]>> {
-    let mut weights = vec![[0.0; 3]; vertices * centers];
-    let edges = pose_features.len() / centers;
-    let k = influence_edges.len().checked_div(vertices).unwrap_or(0);
-    if centers == 1 || k == 0 {
+) -> Result<Table<[f64; 3]>> {
+    let (vertices, centers) = (influences.edges.height(), pose_features.height());
+    let mut weights = Table::filled(vertices, centers, [0.0; 3]);
+    if centers == 1 || influences.per_vertex() == 0 {
         return Ok(weights);
     }
     let total = vertices as u64;
-    for (chunk, out) in weights.chunks_mut(VERTICES_AT_ONCE * centers).enumerate() {
+    for (chunk, out) in weights.as_mut_slice().chunks_mut(VERTICES_AT_ONCE * centers).enumerate() {
         let first = chunk * VERTICES_AT_ONCE;
         progress.step("weights", first as u64, total)?;
         out.par_chunks_mut(centers)
@@ -64,12 +60,13 @@ pub(crate) fn rbf_weights(
                 || Workspace::new(centers),
                 |workspace, (i, w)| {
                     let v = first + i;
-                    let d = |j: usize| if j == 0 { [0.0; 3] } else { detail[(j - 1) * vertices + v] };
+                    let d = |j: usize| if j == 0 { [0.0; 3] } else { detail.row(j - 1)[v] };
                     if (0..centers).all(|j| d(j) == [0.0; 3]) {
                         return Ok(());
                     }
-                    let (e, alpha) = (&influence_edges[v * k..][..k], &influence_weights[v * k..][..k]);
-                    let f = |j: usize| &pose_features[j * edges..][..edges];
+                    let (e, alpha) =
+                        (StrainEdgeId::numbers(influences.edges.row(v)), influences.weights.row(v));
+                    let f = |j: usize| pose_features.row(j);
                     for i in 0..centers {
                         for j in 0..i {
                             let r = feature_distance(e, alpha, f(i), f(j));
@@ -126,12 +123,28 @@ mod tests {
     use super::*;
     use rhytid_core::NoProgress;
 
+    /// Of one vertex that listens to all K strain edges.
+    fn weights<const K: usize>(
+        features: &[[f64; K]],
+        alpha: &[f64; K],
+        detail: &[[f64; 3]],
+    ) -> Vec<[f64; 3]> {
+        let features = Table::new(features.len(), K, features.as_flattened().to_vec());
+        let influences = Influences {
+            edges: Table::new(1, K, (0..K).map(StrainEdgeId::from_index).collect()),
+            weights: Table::new(1, K, alpha.to_vec()),
+            beta: 0.0,
+        };
+        let detail = Table::new(detail.len(), 1, detail.to_vec());
+        rbf_weights(&features, &influences, &detail, &NoProgress).unwrap().into_vec()
+    }
+
     #[test]
     fn interpolates_every_center() {
         let features = [[0.0, 0.0], [0.3, 0.1], [-0.2, 0.4]];
         let detail = [[1.0, 2.0, 3.0], [-1.0, 0.5, 0.0]];
         let alpha = [1.0, 0.5];
-        let w = rbf_weights(features.as_flattened(), 3, (&[0, 1], &alpha), &detail, 1, &NoProgress).unwrap();
+        let w = weights(&features, &alpha, &detail);
         for i in 0..3 {
             let expected = if i == 0 { [0.0; 3] } else { detail[i - 1] };
             for c in 0..3 {
@@ -147,7 +160,7 @@ mod tests {
     fn equal_poses_share_their_mean_at_minimum_norm() {
         let features = [[0.0], [0.5], [0.5]];
         let detail = [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
-        let w = rbf_weights(features.as_flattened(), 3, (&[0], &[1.0]), &detail, 1, &NoProgress).unwrap();
+        let w = weights(&features, &[1.0], &detail);
         // At the rest pose 0.5 (w1 + w2) = 0 and at the examples 0.5 w0 = 2, the mean of 1 and 3.
         for (w, expected) in w.iter().zip([4.0, 0.0, 0.0]) {
             assert!((w[0] - expected).abs() < 1e-12, "{w:?}");

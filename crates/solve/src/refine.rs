@@ -3,9 +3,16 @@
 use crate::driven::DrivenComponents;
 use crate::system::System;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, Result, Rig, human, nearest_turn};
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::VertexId;
+use rhytid_core::human;
+use rhytid_core::nearest_turn;
+use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
-use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::cholesky::dissect;
 use rhytid_geometry::laplacian;
 use rhytid_kernels::vec3;
 
@@ -34,7 +41,7 @@ pub struct Refine {
     order: Vec<u32>,
     /// V: which those are.
     is_free: Vec<bool>,
-    handles: Vec<u32>,
+    handles: Vec<VertexId>,
     /// How little is nothing.
     still: f64,
 }
@@ -46,7 +53,7 @@ impl Refine {
     /// # Errors
     /// As [`Refine::with_bending_length`].
     pub fn new(rig: &Rig<f64>, progress: &dyn Progress) -> Result<Self> {
-        Self::with_bending_length(rig, BENDING * rig.bending_length, progress)
+        Self::with_bending_length(rig, BENDING * rig.bending_length(), progress)
     }
 
     /// The same, with ℓ in mesh units: with 0 it resists stretching alone.
@@ -55,37 +62,40 @@ impl Refine {
     /// [`Error::Input`] if the rig has examples, which show better than an energy what becomes of the surface, or if the system is not
     /// positive definite in floating point; [`Error::Cancelled`].
     pub fn with_bending_length(rig: &Rig<f64>, bending_length: f64, progress: &dyn Progress) -> Result<Self> {
-        if !rig.example_names.is_empty() {
+        if !rig.examples().is_empty() {
             return Err(Error::conflict(format!(
                 "the rig has {}, and what is refined would lose what was learned of them; refine a rig without examples",
-                human::counted(rig.example_names.len(), "example")
+                human::counted(rig.examples().len(), "example")
             )));
         }
-        let mut is_free = DrivenComponents::new(&rig.rest, &rig.triangles, &rig.handles).driven;
-        let rows = rig.basis.chunks_exact(rig.handles.len());
-        is_free.iter_mut().zip(rows).for_each(|(free, row)| *free &= row.iter().any(|b| *b != 0.0));
-        rig.handles.iter().for_each(|&v| is_free[v as usize] = false);
+        let (surface, handles) = (rig.surface(), rig.handles());
+        let mut is_free = DrivenComponents::new(&surface.rest, &surface.triangles, &handles.vertices).driven;
+        is_free
+            .iter_mut()
+            .zip(rig.basis().rows())
+            .for_each(|(free, row)| *free &= row.iter().any(|b| *b != 0.0));
+        handles.vertices.iter().for_each(|v| is_free[v.index()] = false);
         let free = (0..rig.vertices() as u32).filter(|&v| is_free[v as usize]).collect();
-        let system = System::new(laplacian::laplacian(&rig.rest, &rig.triangles), bending_length);
-        let Dissection { order, root } = dissect(&rig.rest, system.pattern(), free);
+        let system = System::new(laplacian::laplacian(&surface.rest, &surface.triangles), bending_length);
+        let Dissection { order, root } = dissect(&surface.rest, system.pattern(), free);
         let factor = Factor::new(&system.lower(&order), &root, progress)?;
-        let bending = system.bending(&rig.rest);
-        let spacing = rig.feature_lengths().last().copied().unwrap_or(1.0);
+        let bending = system.bending(&surface.rest);
+        let spacing = handles.feature_lengths().last().copied().unwrap_or(1.0);
         Ok(Self {
-            rest: rig.rest.clone(),
+            rest: surface.rest.clone(),
             bending,
             system,
             factor,
             order,
             is_free,
-            handles: rig.handles.clone(),
+            handles: handles.vertices.clone(),
             still: STILL * spacing,
         })
     }
 
     /// Refines the V positions of a frame whose H handles are at `handle_positions`, and says in how many steps.
     pub fn frame(&self, handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]) -> usize {
-        self.handles.iter().zip(handle_positions).for_each(|(&v, x)| positions[v as usize] = *x);
+        self.handles.iter().zip(handle_positions).for_each(|(v, x)| positions[v.index()] = *x);
         for step in 1..=MOST_STEPS {
             if self.step(positions) < self.still {
                 return step;

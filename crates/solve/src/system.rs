@@ -1,6 +1,7 @@
 //! Sparse symmetric matrices over the vertices of a mesh: section 2's, A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ², and
 //! that which smooths, M − (σ²/2) C.
 use rayon::prelude::*;
+use rhytid_core::VertexId;
 use rhytid_geometry::cholesky::Columns;
 use rhytid_geometry::cholesky::Graph;
 use rhytid_geometry::laplacian::Laplacian;
@@ -132,13 +133,13 @@ impl System {
     }
 
     /// The right-hand sides −A_fH: a column for each of `handles`, over the vertices `order`.
-    pub fn right(&self, order: &[u32], handles: &[u32]) -> Columns {
+    pub fn right(&self, order: &[u32], handles: &[VertexId]) -> Columns {
         let place = self.places(order);
         let mut right = Columns::default();
         let mut values = Vec::new();
         for &h in handles {
-            self.row(h, &mut values);
-            let rows = self.pattern.neighbors(h).iter().map(|&w| place[w as usize]);
+            self.row(h.0, &mut values);
+            let rows = self.pattern.neighbors(h.0).iter().map(|&w| place[w as usize]);
             right.push(rows.zip(&values).filter(|(row, _)| *row != NONE).map(|(row, value)| (row, -value)));
         }
         right

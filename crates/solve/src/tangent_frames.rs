@@ -1,12 +1,13 @@
 //! Section 5: the neighbour that orients each vertex's tangent frame.
 use glam::DVec3;
 use rayon::prelude::*;
+use rhytid_core::VertexId;
 use rhytid_geometry::Topology;
 use rhytid_kernels::normals;
 
 /// For each vertex the one-ring neighbour whose edge has the longest part tangential to the rest normal (ties:
 /// the lowest index); the vertex itself where it has no neighbour.
-pub fn tangent_neighbors(rest: &[[f64; 3]], triangles: &[[u32; 3]], topology: &Topology) -> Vec<u32> {
+pub fn tangent_neighbors(rest: &[[f64; 3]], triangles: &[[u32; 3]], topology: &Topology) -> Vec<VertexId> {
     (0..rest.len())
         .into_par_iter()
         .map(|v| {
@@ -20,7 +21,7 @@ pub fn tangent_neighbors(rest: &[[f64; 3]], triangles: &[[u32; 3]], topology: &T
                     best = (w, tangential);
                 }
             }
-            best.0
+            VertexId(best.0)
         })
         .collect()
 }
@@ -35,6 +36,6 @@ mod tests {
         let rest = [[0.0; 3], [1.0, 0.0, 5.0], [0.0, 2.0, 0.0], [-1.0, 0.0, 5.0], [0.0, -2.0, 0.0], [9.0; 3]];
         let triangles = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
         let got = tangent_neighbors(&rest, &triangles, &Topology::new(6, &triangles));
-        assert_eq!((got[0], got[5]), (2, 5));
+        assert_eq!((got[0], got[5]), (VertexId(2), VertexId(5)));
     }
 }

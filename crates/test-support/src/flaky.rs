@@ -1,8 +1,7 @@
 //! A backend that fails when it is told to.
 use rhytid_backend_cpu::{Cpu, CpuSession};
 use rhytid_core::{
-    Backend, CheckedRig, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Session, Stage,
-    UploadOptions,
+    Backend, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions,
 };
 use std::time::Duration;
 
@@ -36,7 +35,7 @@ impl Backend for Flaky {
         Ok(Self(device.name.clone()))
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<FlakySession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<FlakySession> {
         if self.0 == "upload" {
             let kind = DeviceErrorKind::OutOfMemory;
             return Err(Error::Device { kind, device: self.0.clone(), message: "full".into() });

@@ -6,10 +6,12 @@ mod data;
 pub mod flaky;
 mod logged;
 mod memory;
+mod rigs;
 pub mod sheet;
 mod skip;
 
 pub use data::{installed, python, python_usd_24_3, root, shared};
 pub use logged::Logged;
 pub use memory::{peak, peak_of, resident};
+pub use rigs::{changed, triangle};
 pub use skip::{FORBID_SKIPS, skip};

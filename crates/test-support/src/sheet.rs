@@ -1,5 +1,5 @@
 //! A small face that nothing is wrong with.
-use rhytid_core::{Example, Face, Faces, Handles, Mesh, Settings, UpAxis};
+use rhytid_core::{Example, Face, Faces, Handles, Mesh, Settings, UpAxis, VertexId};
 
 /// Vertices along a side of the sheet.
 pub const SIDE: u32 = 5;
@@ -19,7 +19,7 @@ pub fn face() -> Face {
         up_axis: UpAxis::Y,
         handles: Handles {
             labels: ["a", "b", "c", "d", "e"].map(String::from).to_vec(),
-            vertices: vec![0, 4, 12, 20, 24],
+            vertices: [0, 4, 12, 20, 24].map(VertexId).to_vec(),
         },
         examples: vec![Example { name: "smile".into(), positions: smile, mirror: false }],
         settings: Settings::default(),

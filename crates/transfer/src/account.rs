@@ -143,10 +143,10 @@ impl Account {
         let bare =
             whys.map(|why| Bare { why, vertices: found.places.iter().filter(|p| **p == Err(why)).count() });
         let bare_handles = to.handles.labels.iter().zip(&to.handles.vertices).filter(|(_, v)| {
-            found.places[**v as usize].is_err() && !landmarks.pairs.iter().any(|pair| pair[1] == **v)
+            found.places[v.index()].is_err() && !landmarks.pairs.iter().any(|pair| pair[1] == **v)
         });
         let mut account = Self {
-            from: from.name.clone(),
+            from: from.surface().name.clone(),
             to: to.name.clone(),
             vertices: found.places.len(),
             examples: Vec::new(),
@@ -154,7 +154,7 @@ impl Account {
             smooth_band,
             landmarks: landmarks.labels.clone(),
             same_topology: found.same_topology,
-            scale: found.overall.scale * to.metres_per_unit / from.metres_per_unit,
+            scale: found.overall.scale * to.metres_per_unit / from.surface().metres_per_unit,
             covered: if skin > 0.0 { covered / skin } else { 0.0 },
             bare: bare.into_iter().filter(|bare| bare.vertices > 0).collect(),
             bare_handles: bare_handles.map(|(label, _)| label.clone()).collect(),

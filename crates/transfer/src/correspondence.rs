@@ -5,9 +5,14 @@ use crate::skin::Skin;
 use crate::warp::warp;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Face, Progress, Result, Rig};
+use rhytid_core::Face;
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::VertexId;
+use rhytid_geometry::Topology;
 use rhytid_geometry::registration::Similarity;
-use rhytid_geometry::{Topology, triangulate};
+use rhytid_geometry::triangulate;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::DrivenComponents;
 use serde::Serialize;
@@ -95,21 +100,21 @@ pub(crate) fn correspondence(
     spacing: f64,
     progress: &dyn Progress,
 ) -> Result<Correspondence> {
-    let rest: Vec<DVec3> = from.rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let rest: Vec<DVec3> = from.surface().rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
     let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
     let triangles = triangulate(&to.neutral);
-    let side = |i: usize| -> Vec<u32> { landmarks.pairs.iter().map(|pair| pair[i]).collect() };
+    let side = |i: usize| -> Vec<VertexId> { landmarks.pairs.iter().map(|pair| pair[i]).collect() };
     let takes_part = DrivenComponents::new(&to.neutral.positions, &triangles, &side(1)).driven;
-    let same_topology = from.faces == to.neutral.faces && rest.len() == to_rest.len();
+    let same_topology = from.surface().faces == to.neutral.faces && rest.len() == to_rest.len();
     let whole = DMat3::from_quat(overall.rotation) * overall.scale;
     let (at_from, warped, places) = if same_topology {
         let places = (0..rest.len() as u32).map(|v| Ok(Place::at(v))).collect();
-        (VertexTriangles::new(rest.len(), &from.triangles), to_rest, places)
+        (VertexTriangles::new(rest.len(), &from.surface().triangles), to_rest, places)
     } else {
         let scaled: Vec<DVec3> = rest.iter().map(|p| overall.apply(*p)).collect();
         let points: Vec<[f64; 3]> = scaled.iter().map(DVec3::to_array).collect();
-        let from_part = DrivenComponents::new(&points, &from.triangles, &side(0)).driven;
-        let here = Skin::new(scaled, &from.triangles, from_part);
+        let from_part = DrivenComponents::new(&points, &from.surface().triangles, &side(0)).driven;
+        let here = Skin::new(scaled, &from.surface().triangles, from_part);
         let there = Skin::new(to_rest, &triangles, takes_part.clone());
         let warped = warp(&here, &there, &landmarks.pairs, spacing, progress)?;
         progress.step("correspondence", 0, 1)?;
@@ -117,7 +122,7 @@ pub(crate) fn correspondence(
         progress.step("correspondence", 1, 1)?;
         (here.at_vertices, warped, places)
     };
-    let of_vertices = gradients(&rest, &warped, &from.triangles, &at_from, whole);
+    let of_vertices = gradients(&rest, &warped, &from.surface().triangles, &at_from, whole);
     let as_a_whole =
         Local { rotation: DMat3::from_quat(overall.rotation), scale: overall.scale, anisotropy: 1.0 };
     let at = |place: &Result<Place, Missing>| {
@@ -128,16 +133,16 @@ pub(crate) fn correspondence(
         |t: &[u32; 3]| t.iter().any(|&v| warped[v as usize] != overall.apply(rest[v as usize]));
     Ok(Correspondence {
         locals: places.par_iter().map(at).collect(),
-        at_landmarks: side(0).into_iter().map(|v| at(&Ok(Place::at(v)))).collect(),
+        at_landmarks: side(0).into_iter().map(|v| at(&Ok(Place::at(v.0)))).collect(),
         places,
         takes_part,
         overall,
         same_topology,
-        turned_over: turned_over(&rest, &warped, &from.triangles, &of_vertices, takes_part_here),
+        turned_over: turned_over(&rest, &warped, &from.surface().triangles, &of_vertices, takes_part_here),
         landmark_distances: landmarks
             .pairs
             .iter()
-            .map(|&[a, b]| warped[a as usize].distance(DVec3::from_array(to.neutral.positions[b as usize])))
+            .map(|&[a, b]| warped[a.index()].distance(DVec3::from_array(to.neutral.positions[b.index()])))
             .collect(),
     })
 }

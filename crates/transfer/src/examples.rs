@@ -4,7 +4,14 @@ use crate::gradients::{Local, gradients, local};
 use crate::shapes::Evaluated;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Example, Face, Handles, Progress, Result, Rig, StrainEdges};
+use rhytid_core::Example;
+use rhytid_core::Face;
+use rhytid_core::Handles;
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::StrainEdges;
+use rhytid_core::Table;
 use rhytid_geometry::laplacian;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::{SoftShell, shell};
@@ -18,9 +25,9 @@ const HELD: f64 = 1e8;
 /// A shell of the second face that the first's examples move.
 pub(crate) struct Base {
     /// B, V×n, for the n handles whose places are known.
-    basis: Vec<f64>,
-    /// These handles, as vertices of the second face, and where each is on the first.
-    handles: Vec<(u32, Place, Local)>,
+    basis: Table<f64>,
+    /// Where each of these handles is on the first face, and how the surface changes there.
+    handles: Vec<(Place, Local)>,
     /// Which vertices stay in all examples.
     stays: Vec<bool>,
 }
@@ -76,7 +83,7 @@ impl Maker<'_> {
             let at = |(p, u): (&[f64; 3], DVec3)| (DVec3::from_array(*p) + u).to_array();
             let mut positions: Vec<[f64; 3]> = to_rest.iter().zip(moved).map(at).collect();
             for (h, place, local) in &known {
-                let v = handles.vertices[*h] as usize;
+                let v = handles.vertices[*h].index();
                 let moved = carried(&shape.full, rest, place, local);
                 positions[v] = (DVec3::from_array(to_rest[v]) + moved).to_array();
             }
@@ -88,13 +95,12 @@ impl Maker<'_> {
             face.settings.strain_edges = StrainEdges::Auto;
         }
         let shell = shell(&face, progress)?;
-        let (basis, n) = (shell.rig.basis, face.handles.vertices.len());
-        let stays =
-            |v: usize| self.correspondence.takes_part[v] && basis[v * n..][..n].iter().all(|b| *b == 0.0);
+        let basis = shell.basis;
+        let stays = |v: usize| self.correspondence.takes_part[v] && basis.row(v).iter().all(|b| *b == 0.0);
         Ok(Base {
             stays: (0..to_rest.len()).map(stays).collect(),
             basis,
-            handles: known.into_iter().map(|(h, place, local)| (handles.vertices[h], place, local)).collect(),
+            handles: known.into_iter().map(|(_, place, local)| (place, local)).collect(),
         })
     }
 
@@ -110,21 +116,19 @@ impl Maker<'_> {
     ) -> Result<Vec<Example>> {
         let (rest, count) = (self.rest, self.shapes.len());
         let to_rest: Vec<DVec3> = self.to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
-        let n = base.handles.len();
         let (at_from, at_to) = (
-            VertexTriangles::new(rest.len(), &self.from.triangles),
+            VertexTriangles::new(rest.len(), &self.from.surface().triangles),
             VertexTriangles::new(to_rest.len(), self.triangles),
         );
         let Correspondence { places, locals, .. } = self.correspondence;
         let mut shells = Vec::with_capacity(count);
-        let mut left = vec![[0.0; 3]; to_rest.len() * count];
+        let mut left = Table::filled(to_rest.len(), count, [0.0; 3]);
         for (p, shape) in self.shapes.iter().enumerate() {
             progress.step("make examples", p as u64, count as u64)?;
             let leads = if smooth_band { &shape.full } else { &shape.smooth };
             let u: Vec<DVec3> =
-                base.handles.iter().map(|(_, place, local)| carried(leads, rest, place, local)).collect();
-            let moved =
-                |v: usize| -> DVec3 { base.basis[v * n..][..n].iter().zip(&u).map(|(b, u)| *u * *b).sum() };
+                base.handles.iter().map(|(place, local)| carried(leads, rest, place, local)).collect();
+            let moved = |v: usize| -> DVec3 { base.basis.row(v).iter().zip(&u).map(|(b, u)| *u * *b).sum() };
             let moved: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(moved).collect();
             // How each surface is turned by its smooth motion: wrinkles turn with it.
             let (turned_from, turned_to) = if smooth_band {
@@ -133,7 +137,7 @@ impl Maker<'_> {
                 let smooth: Vec<DVec3> = shape.smooth.iter().copied().map(DVec3::from_array).collect();
                 let there: Vec<DVec3> = to_rest.iter().zip(&moved).map(|(p, u)| *p + *u).collect();
                 (
-                    gradients(rest, &smooth, &self.from.triangles, &at_from, DMat3::IDENTITY),
+                    gradients(rest, &smooth, &self.from.surface().triangles, &at_from, DMat3::IDENTITY),
                     gradients(&to_rest, &there, self.triangles, &at_to, DMat3::IDENTITY),
                 )
             };
@@ -153,11 +157,7 @@ impl Maker<'_> {
                 turn(turned_to[v]) * (local.rotation * (back * wrinkle)) * local.scale
             };
             let of_vertices: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(of_vertex).collect();
-            left.iter_mut()
-                .skip(p)
-                .step_by(count)
-                .zip(of_vertices)
-                .for_each(|(left, d)| *left = d.to_array());
+            left.rows_mut().zip(of_vertices).for_each(|(left, d)| left[p] = d.to_array());
             shells.push(moved);
         }
         progress.step("make examples", count as u64, count as u64)?;
@@ -165,16 +165,16 @@ impl Maker<'_> {
         let example = |(p, moved): (usize, Vec<DVec3>)| {
             let at = |(v, u): (usize, &DVec3)| match base.stays[v] && places[v].is_err() {
                 true => to_rest[v].to_array(),
-                false => (to_rest[v] + *u + DVec3::from_array(left[v * count + p])).to_array(),
+                false => (to_rest[v] + *u + DVec3::from_array(left.row(v)[p])).to_array(),
             };
             let positions = moved.iter().enumerate().map(at).collect();
-            Example { name: self.from.example_names[p].clone(), positions, mirror: false }
+            Example { name: self.from.examples().names[p].clone(), positions, mirror: false }
         };
         Ok(shells.into_iter().enumerate().map(example).collect())
     }
 
     /// Continues a field, V×P, from where there is a counterpart to where there is none: as smoothly as a shell, and less and less.
-    fn fill(&self, field: &mut [[f64; 3]], progress: &dyn Progress) -> Result<()> {
+    fn fill(&self, field: &mut Table<[f64; 3]>, progress: &dyn Progress) -> Result<()> {
         let Correspondence { places, takes_part, .. } = self.correspondence;
         if places.iter().zip(takes_part).all(|(place, takes_part)| place.is_ok() || !takes_part) {
             return Ok(());
@@ -188,11 +188,9 @@ impl Maker<'_> {
         let weights: Vec<f64> = places.iter().zip(&area).map(weight).collect();
         let filled =
             SoftShell::new(rest, self.triangles, takes_part, fades).drawn(&weights, field, progress)?;
-        let count = self.shapes.len();
-        let rows = field.chunks_exact_mut(count).zip(filled.chunks_exact(count));
-        for ((row, filled), place) in rows.zip(places) {
+        for (v, place) in places.iter().enumerate() {
             if place.is_err() {
-                row.copy_from_slice(filled);
+                field.row_mut(v).copy_from_slice(filled.row(v));
             }
         }
         Ok(())

@@ -5,6 +5,7 @@ use rhytid_core::Face;
 use rhytid_core::InputErrorKind;
 use rhytid_core::Result;
 use rhytid_core::Rig;
+use rhytid_core::VertexId;
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit;
 
@@ -14,7 +15,7 @@ pub(crate) const LEAST: usize = 4;
 /// The vertices of one face and of the other that are at the same place of the face, and their labels.
 pub(crate) struct Landmarks {
     pub labels: Vec<String>,
-    pub pairs: Vec<[u32; 2]>,
+    pub pairs: Vec<[VertexId; 2]>,
 }
 
 impl Landmarks {
@@ -23,7 +24,9 @@ impl Landmarks {
     /// # Errors
     /// [`Error::Input`] if a face has no handle of a label that was named, or if there are fewer than four pairs.
     pub(crate) fn new(from: &Rig, to: &Face, named: Option<&[(String, String)]>) -> Result<Self> {
-        let of_rig = |label: &String| from.labels.iter().position(|l| l == label).map(|h| from.handles[h]);
+        let of_rig = |label: &String| {
+            from.handles().labels.iter().position(|l| l == label).map(|h| from.handles().vertices[h])
+        };
         let handles = &to.handles;
         let of_face =
             |label: &String| handles.labels.iter().position(|l| l == label).map(|h| handles.vertices[h]);
@@ -31,7 +34,7 @@ impl Landmarks {
         let pairs = match named {
             Some(pairs) => pairs,
             None => {
-                let shared = from.labels.iter().filter(|label| to.handles.labels.contains(label));
+                let shared = from.handles().labels.iter().filter(|label| to.handles.labels.contains(label));
                 same = shared.map(|label| (label.clone(), label.clone())).collect();
                 &same
             }
@@ -44,7 +47,7 @@ impl Landmarks {
                 ))
                 .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.to_owned()] })
             };
-            let a_vertex = of_rig(a).ok_or_else(|| lacks(&from.name, a))?;
+            let a_vertex = of_rig(a).ok_or_else(|| lacks(&from.surface().name, a))?;
             let b_vertex = of_face(b).ok_or_else(|| lacks(&to.name, b))?;
             found.labels.push(b.clone());
             found.pairs.push([a_vertex, b_vertex]);
@@ -53,7 +56,8 @@ impl Landmarks {
             n if n >= LEAST => Ok(found),
             n => Err(Error::no_fit(format!(
                 "{} and {} share {n} landmarks, expected at least {LEAST}: give handles that are at the same place the same label, or say which belong together in a table of landmarks",
-                from.name, to.name
+                from.surface().name,
+                to.name
             ))),
         }
     }
@@ -64,7 +68,7 @@ impl Landmarks {
     /// [`Error::Input`] if they lie on a line.
     pub(crate) fn similarity(&self, from: &[DVec3], to: &[DVec3]) -> Result<(Similarity, bool)> {
         let at = |points: &[DVec3], side: usize| -> Vec<DVec3> {
-            self.pairs.iter().map(|pair| points[pair[side] as usize]).collect()
+            self.pairs.iter().map(|pair| points[pair[side].index()]).collect()
         };
         let (a, b) = (at(from, 0), at(to, 1));
         let weights = vec![1.0; a.len()];

@@ -10,7 +10,7 @@
 //! use rhytid_transfer::{Settings, transfer};
 //!
 //! # let first = rhytid_demo::face(3_000);
-//! # let rig = rhytid_solve::solve(&first, &NoProgress)?.cast::<f32>();
+//! # let rig = rhytid_solve::solve(&first, &NoProgress)?.rounded()?;
 //! # let mut second = rhytid_demo::face(2_000);
 //! # second.examples.clear();
 //! // `rig` from rhytid_core::rig_file::read, `second` from rhytid_formats::project::read: a face without a scan but the neutral.
@@ -79,7 +79,7 @@ pub fn transfer(
 ) -> Result<Transferred> {
     check(to)?;
     let landmarks = Landmarks::new(from, to, settings.landmarks.as_deref())?;
-    let rest: Vec<DVec3> = from.rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let rest: Vec<DVec3> = from.surface().rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
     let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
     let (overall, is_mirrored) = landmarks.similarity(&rest, &to_rest)?;
     let shapes = shapes::evaluated(from, devices, progress)?;
@@ -87,9 +87,9 @@ pub fn transfer(
     let mut found = correspondence(from, to, &landmarks, overall, spacing, progress)?;
     let triangles = triangulate(&to.neutral);
     if !found.same_topology {
-        let at_vertices = VertexTriangles::new(rest.len(), &from.triangles);
+        let at_vertices = VertexTriangles::new(rest.len(), &from.surface().triangles);
         let moved = shapes.iter().map(|shape| {
-            let of_first = stretches(&rest, &shape.full, &from.triangles, &at_vertices);
+            let of_first = stretches(&rest, &shape.full, &from.surface().triangles, &at_vertices);
             (carried_everywhere(&found, &shape.full, &rest), of_first)
         });
         let moved: Vec<(Vec<DVec3>, Vec<f64>)> = moved.collect();
@@ -111,10 +111,10 @@ pub fn transfer(
     let known = to.handles.vertices.iter().enumerate().filter_map(|(h, &v)| {
         // A landmark is where it was said to be.
         if let Some(i) = landmarks.pairs.iter().position(|pair| pair[1] == v) {
-            return Some((h, Place::at(landmarks.pairs[i][0]), found.at_landmarks[i]));
+            return Some((h, Place::at(landmarks.pairs[i][0].0), found.at_landmarks[i]));
         }
-        let place = found.places[v as usize].as_ref().ok()?;
-        Some((h, *place, found.locals[v as usize]))
+        let place = found.places[v.index()].as_ref().ok()?;
+        Some((h, *place, found.locals[v.index()]))
     });
     let base = maker.base(known.collect(), progress)?;
     let made = maker.examples(&base, settings.smooth_band, progress)?;

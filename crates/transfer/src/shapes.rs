@@ -1,6 +1,11 @@
 //! The first face in each of its examples, as its rig has it, and what of that are wrinkles.
 use glam::DVec3;
-use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig};
+use rhytid_core::DeviceInfo;
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::Table;
 use rhytid_formats::export::OutputStage;
 use rhytid_playback::Playback;
 use rhytid_solve::Smoothing;
@@ -26,24 +31,25 @@ pub(crate) fn evaluated(
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<Vec<Evaluated>> {
-    let count = rig.example_names.len();
+    let count = rig.examples().names.len();
     if count == 0 {
         return Err(Error::rig_lacks(format!(
             "{} has no examples, of which wrinkles could be transferred; give the rig of a face with expression scans",
-            rig.name
+            rig.surface().name
         )));
     }
     progress.step("evaluate the examples", 0, 2)?;
     let full = played(rig, OutputStage::Full, devices, progress)?;
     progress.step("evaluate the examples", 1, 2)?;
-    let shell = played(&rig.clone().shell(), OutputStage::Shell, devices, progress)?;
+    let shell = played(&rig.clone().shell()?, OutputStage::Shell, devices, progress)?;
     progress.step("evaluate the examples", 2, 2)?;
     let left = |v: usize| (0..count).map(move |p| (p, v));
     let difference = |(p, v): (usize, usize)| (DVec3::from(full[p][v]) - DVec3::from(shell[p][v])).to_array();
-    let mut wide: Vec<[f64; 3]> = (0..rig.vertices()).flat_map(left).map(difference).collect();
-    Smoothing::over(&rig.cast(), WIDE * spacing(rig), progress)?.apply(&mut wide, progress)?;
+    let wide = (0..rig.vertices()).flat_map(left).map(difference).collect();
+    let mut wide = Table::new(rig.vertices(), count, wide);
+    Smoothing::over(&rig.widened(), WIDE * spacing(rig), progress)?.apply(&mut wide, progress)?;
     let smooth = |(p, shell): (usize, Vec<[f64; 3]>)| {
-        let at = |(v, x): (usize, [f64; 3])| (DVec3::from(x) + DVec3::from(wide[v * count + p])).to_array();
+        let at = |(v, x): (usize, [f64; 3])| (DVec3::from(x) + DVec3::from(wide.row(v)[p])).to_array();
         shell.into_iter().enumerate().map(at).collect()
     };
     let smooth = shell.into_iter().enumerate().map(smooth);
@@ -52,9 +58,9 @@ pub(crate) fn evaluated(
 
 /// How far handles are apart: the mean rest length of the strain edges; where there are none, the bending length, which is as long otherwise.
 pub(crate) fn spacing(rig: &Rig) -> f64 {
-    match (&rig.strain_edges[..], rig.feature_lengths().last()) {
+    match (&rig.handles().strain_edges[..], rig.handles().feature_lengths().last()) {
         ([_, ..], Some(mean)) => *mean,
-        _ => rig.bending_length,
+        _ => rig.bending_length(),
     }
 }
 
@@ -64,11 +70,17 @@ fn played(
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<Vec<Vec<[f64; 3]>>> {
-    let mut playback = Playback::new(rig, devices, rig.example_names.len())?;
-    let mut found = Vec::with_capacity(rig.example_names.len());
-    playback.evaluate(rig.example_handles.as_flattened(), stage, false, progress, |positions, _| {
-        found.push(positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect());
-        Ok(())
-    })?;
+    let mut playback = Playback::new(rig, devices, rig.examples().names.len())?;
+    let mut found = Vec::with_capacity(rig.examples().names.len());
+    playback.evaluate(
+        rig.examples().handles.as_slice().as_flattened(),
+        stage,
+        false,
+        progress,
+        |positions, _| {
+            found.push(positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect());
+            Ok(())
+        },
+    )?;
     Ok(found)
 }

@@ -2,7 +2,10 @@
 use crate::skin::Skin;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Progress, Result};
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Table;
+use rhytid_core::VertexId;
 use rhytid_geometry::laplacian::laplacian;
 use rhytid_solve::SoftShell;
 
@@ -47,7 +50,7 @@ impl Progress for Within<'_> {
 pub(crate) fn warp(
     from: &Skin<'_>,
     onto: &Skin<'_>,
-    landmarks: &[[u32; 2]],
+    landmarks: &[[VertexId; 2]],
     spacing: f64,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>> {
@@ -80,14 +83,15 @@ pub(crate) fn warp(
             }
         }
         for &[a, b] in landmarks {
-            let (v, both) = (a as usize, 1.0 / (LANDMARK * LANDMARK));
-            let to = onto.positions[b as usize] - from.positions[v];
+            let (v, both) = (a.index(), 1.0 / (LANDMARK * LANDMARK));
+            let to = onto.positions[b.index()] - from.positions[v];
             let whole = weights[v] + both;
             targets[v] = ((DVec3::from_array(targets[v]) * weights[v] + to * both) / whole).to_array();
             weights[v] = whole;
         }
+        let targets = Table::new(targets.len(), 1, targets);
         let moved = shell.drawn(&weights, &targets, &Within(progress))?;
-        now = from.positions.iter().zip(&moved).map(|(p, u)| *p + DVec3::from_array(*u)).collect();
+        now = from.positions.iter().zip(moved.as_slice()).map(|(p, u)| *p + DVec3::from_array(*u)).collect();
     }
     progress.step("warp", total, total)?;
     Ok(now)

@@ -63,11 +63,17 @@ impl Canvas {
         let (device, queue) = (wgpu.device(), wgpu.queue());
         Ok(Self {
             state: state.clone(),
-            renderer: Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?,
+            renderer: Renderer::new(
+                device,
+                queue,
+                &rig.surface().faces,
+                &rig.surface().triangles,
+                Offscreen::TARGET,
+            )?,
             skin: None,
             lights: Lights::default(),
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
-            lift: 0.1 * Sphere::around(&rig.handles_at_rest()).radius,
+            lift: 0.1 * Sphere::around(&rig.handles().rest).radius,
             wgpu: wgpu.clone(),
             page: None,
             sides: [None, None],
@@ -199,9 +205,17 @@ impl Side {
 
 fn skin(rig: &Rig, wgpu: &Wgpu) -> Result<SkinRenderer> {
     let (device, queue) = (wgpu.device(), wgpu.queue());
-    let (millimetres, skin) = (1e3 * rig.metres_per_unit, Skin::default());
+    let (millimetres, skin) = (1e3 * rig.surface().metres_per_unit, Skin::default());
     let target = Offscreen::TARGET;
-    let renderer = SkinRenderer::new(device, queue, &rig.rest, &rig.triangles, millimetres, target, skin)?;
+    let renderer = SkinRenderer::new(
+        device,
+        queue,
+        &rig.surface().rest,
+        &rig.surface().triangles,
+        millimetres,
+        target,
+        skin,
+    )?;
     renderer.paint(&albedos(rig, skin.albedo));
     Ok(renderer)
 }

@@ -75,7 +75,7 @@ pub struct Document {
 impl Document {
     /// A rig at rest.
     pub fn new(rig: Arc<Rig>, name: &str) -> Self {
-        let rest = rig.handles_at_rest();
+        let rest = rig.handles().rest.clone();
         let pose = Pose { offsets: vec![[0.0; 3]; rest.len()], pinned: vec![false; rest.len()] };
         Self {
             pull: Pull::new(&rig),
@@ -102,11 +102,11 @@ impl Document {
     /// [`Error::Input`] if it lacks a handle, or has no frame.
     pub fn set_take(&mut self, open: OpenTake) -> Result<()> {
         let in_file = |error: Error| error.in_file(&open.name);
-        let positions = open.take.handle_positions(&self.rig.labels).map_err(in_file)?;
+        let positions = open.take.handle_positions(&self.rig.handles().labels).map_err(in_file)?;
         if positions.is_empty() {
             return Err(in_file(Error::empty("has no frame, expected at least one")));
         }
-        let columns: Vec<usize> = (self.rig.labels.iter())
+        let columns: Vec<usize> = (self.rig.handles().labels.iter())
             .filter_map(|label| open.take.labels.iter().position(|other| other == label))
             .collect();
         let confidence = open.take.confidence.iter().flat_map(|confidence| {
@@ -287,7 +287,7 @@ impl Document {
     pub fn frame_as_take(&self) -> Take {
         let widen = |p: [f32; 3]| p.map(f64::from);
         Take {
-            labels: self.rig.labels.clone(),
+            labels: self.rig.handles().labels.clone(),
             times: vec![self.transport.time()],
             positions: self.handles(true).into_iter().map(widen).collect(),
             ..Take::default()
@@ -296,8 +296,8 @@ impl Document {
 
     /// How markers were pulled, as a file of edits has it: millimetres of each that was.
     pub fn pulls(&self) -> std::collections::BTreeMap<String, [f64; 3]> {
-        let millimetres = |x: &f32| f64::from(*x) * self.rig.metres_per_unit * 1e3;
-        let labelled = self.rig.labels.iter().zip(&self.pose.offsets);
+        let millimetres = |x: &f32| f64::from(*x) * self.rig.surface().metres_per_unit * 1e3;
+        let labelled = self.rig.handles().labels.iter().zip(&self.pose.offsets);
         let moved = labelled.filter(|(_, offset)| **offset != [0.0; 3]);
         moved.map(|(label, offset)| (label.clone(), offset.each_ref().map(millimetres))).collect()
     }
@@ -306,9 +306,9 @@ impl Document {
     pub fn frame_as_mesh(&self, positions: &[f32]) -> Mesh {
         Mesh {
             positions: positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect(),
-            faces: self.rig.faces.clone(),
-            uvs: self.rig.uvs.clone(),
-            materials: self.rig.materials.clone(),
+            faces: self.rig.surface().faces.clone(),
+            uvs: self.rig.surface().uvs.clone(),
+            materials: self.rig.surface().materials.clone(),
         }
     }
 }
@@ -325,7 +325,7 @@ mod tests {
 
     fn document() -> Document {
         let face = rhytid_demo::face(1_000);
-        let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+        let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let mut document = Document::new(Arc::new(rig), "demo");
         let take = rhytid_demo::performance(&face);
         let incidents = Vec::new();
@@ -391,8 +391,14 @@ mod tests {
         document.drag(drag(&[1], 0.25));
         document.end_drag(true);
         let take = document.frame_as_take();
-        assert_eq!(take.handle_positions(&document.rig.labels).unwrap(), document.handles(true).concat());
-        let mesh = document.frame_as_mesh(document.rig.rest.as_flattened());
-        assert_eq!((mesh.positions.len(), &mesh.faces), (document.rig.vertices(), &document.rig.faces));
+        assert_eq!(
+            take.handle_positions(&document.rig.handles().labels).unwrap(),
+            document.handles(true).concat()
+        );
+        let mesh = document.frame_as_mesh(document.rig.surface().rest.as_flattened());
+        assert_eq!(
+            (mesh.positions.len(), &mesh.faces),
+            (document.rig.vertices(), &document.rig.surface().faces)
+        );
     }
 }

@@ -53,7 +53,7 @@ impl FrameSource {
             drawn,
             other,
             buffers: FrameBuffers::new(wgpu.device(), wgpu.queue(), rig.vertices())?,
-            triangles: VertexTriangles::new(rig.vertices(), &rig.triangles),
+            triangles: VertexTriangles::new(rig.vertices(), &rig.surface().triangles),
             wgpu: wgpu.clone(),
             is_on_host: false,
             positions: Vec::new(),
@@ -175,7 +175,7 @@ impl FrameSource {
             *x = large + gain * (*x - large);
         }
         let (points, _) = self.positions.as_chunks::<3>();
-        let normal = |v: usize| vertex_normal(points, &self.rig.triangles, self.triangles.at(v));
+        let normal = |v: usize| vertex_normal(points, &self.rig.surface().triangles, self.triangles.at(v));
         self.normals.resize(self.positions.len(), 0.0);
         let (normals, _) = self.normals.as_chunks_mut::<3>();
         normals.par_iter_mut().enumerate().for_each(|(v, n)| *n = normal(v));

@@ -9,7 +9,7 @@
 //! use std::sync::Arc;
 //!
 //! # let face = rhytid_demo::face(1_000);
-//! # let rig: rhytid_core::Rig = rhytid_solve::solve(&face, &rhytid_core::NoProgress)?.cast();
+//! # let rig: rhytid_core::Rig = rhytid_solve::solve(&face, &rhytid_core::NoProgress)?.rounded()?;
 //! // `rig` from rhytid_core::rig_file::read.
 //! let mut document = Document::new(Arc::new(rig), "FACE.safetensors");
 //! let before = document.handles(true);

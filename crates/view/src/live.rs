@@ -42,7 +42,7 @@ impl Live {
     /// # Errors
     /// As [`Receiver::bind`].
     pub(crate) fn new(address: SocketAddr, rig: &Rig, context: &egui::Context) -> Result<Self> {
-        let mut receiver = Receiver::bind(address, &rig.labels, &rig.handles_at_rest())?;
+        let mut receiver = Receiver::bind(address, &rig.handles().labels, &rig.handles().rest)?;
         let (newest, ends) = (Arc::new(Mutex::new(Newest::default())), Arc::new(AtomicBool::new(false)));
         let (to, end, context) = (newest.clone(), ends.clone(), context.clone());
         let address = receiver.address();

@@ -72,7 +72,7 @@ impl Source {
                 Self::Path(path) => rig_file::read(path)?,
                 Self::Bytes(name, bytes) => rig_file::decode(bytes, name)?,
             };
-            if rig.triangles.is_empty() {
+            if rig.surface().triangles.is_empty() {
                 return Err(Error::empty(format!("{name}: the rig has no triangles, expected a surface")));
             }
             return Ok(Opened::Rig(Arc::new(rig), name));
@@ -94,7 +94,7 @@ impl Source {
             #[cfg(not(target_arch = "wasm32"))]
             Self::Path(path) => take_in(path, rig, name),
             Self::Bytes(_, bytes) => {
-                let take = take::decode(bytes, &name, Some(&rig.labels), Missing::Hold)?;
+                let take = take::decode(bytes, &name, Some(&rig.handles().labels), Missing::Hold)?;
                 Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }))
             }
         }
@@ -112,7 +112,11 @@ fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Res
     let edited = layers.edit(take.clone(), rig)?;
     let devices = rhytid_backend_cpu::Cpu::devices()?;
     let on_frames = FrameEdits::new(&layers, rig, &edited, &devices, &NoProgress)?;
-    Ok(Opened::Edits(OpenEdits { name, positions: edited.take.handle_positions(&rig.labels)?, on_frames }))
+    Ok(Opened::Edits(OpenEdits {
+        name,
+        positions: edited.take.handle_positions(&rig.handles().labels)?,
+        on_frames,
+    }))
 }
 
 /// A take's own CSV, or what a capture system wrote, which is cleaned.
@@ -121,12 +125,13 @@ fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
     use rhytid_core::NoProgress;
     use rhytid_playback::{CleanUp, read_raw_take};
     if rhytid_formats::raw_take::is_take_csv(path) {
-        let take = take::read(path, Some(&rig.labels), Missing::Hold)?;
+        let take = take::read(path, Some(&rig.handles().labels), Missing::Hold)?;
         return Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }));
     }
     let (cleaned, _) = read_raw_take(path, rig, &CleanUp::default(), &NoProgress)?;
-    let label =
-        |marker: Option<usize>| marker.and_then(|marker| rig.labels.get(marker)).map_or("head", |l| l);
+    let label = |marker: Option<usize>| {
+        marker.and_then(|marker| rig.handles().labels.get(marker)).map_or("head", |l| l)
+    };
     let incidents = cleaned.report.events.iter().map(|event| Incident {
         first: event.first,
         frames: event.frames.max(1),
@@ -208,7 +213,7 @@ mod tests {
     #[test]
     fn a_rig_and_its_take_in_any_order_from_files_and_from_bytes() {
         let face = rhytid_demo::face(1_000);
-        let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+        let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let folder = tempfile::tempdir().unwrap();
         let paths = ["take.csv", "face.safetensors"].map(|name| folder.path().join(name));
         take::write(&paths[0], &rhytid_demo::performance(&face)).unwrap();

@@ -31,9 +31,9 @@ impl Orbit {
     /// From the front, with the face of `rig` in the middle of a picture whose width is `aspect` times its height.
     pub fn new(rig: &Rig, aspect: f32) -> Self {
         let mut orbit = Self {
-            up: rig.up_axis,
-            sphere: Sphere::around(&rig.rest),
-            framed: around_handles(&rig.handles_at_rest(), &rig.rest),
+            up: rig.surface().up_axis,
+            sphere: Sphere::around(&rig.surface().rest),
+            framed: around_handles(&rig.handles().rest, &rig.surface().rest),
             target: Vec3::ZERO,
             distance: 1.0,
             turn: 0.0,
@@ -141,7 +141,8 @@ mod tests {
     const SIZE: [u32; 2] = [800, 600];
 
     fn orbit() -> (Rig, Orbit) {
-        let rig: Rig = rhytid_solve::solve(&rhytid_demo::face(1_000), &NoProgress).unwrap().cast();
+        let rig: Rig =
+            rhytid_solve::solve(&rhytid_demo::face(1_000), &NoProgress).unwrap().rounded().unwrap();
         let orbit = Orbit::new(&rig, 800.0 / 600.0);
         (rig, orbit)
     }
@@ -150,7 +151,7 @@ mod tests {
     fn what_is_under_the_pointer_follows_it() {
         let (rig, mut orbit) = orbit();
         orbit.look_from(30.0, 20.0);
-        let point = rig.rest[rig.handles[0] as usize];
+        let point = rig.surface().rest[rig.handles().vertices[0].index()];
         let [x, y, _] = orbit.camera().project(SIZE, point);
         // A point that is dragged.
         let moved = orbit.moved(point, [31.0, -17.0], 600.0);

@@ -5,7 +5,7 @@ use crate::commands::Command;
 use crate::scene::Scene;
 use crate::settings::{Before, Settings, Show};
 use eframe::egui;
-use rhytid_core::{Explanation, Rig};
+use rhytid_core::{Explanation, HandleShare, Rig};
 use rhytid_formats::mesh::Numbers;
 
 /// Rows of a table about a vertex.
@@ -133,7 +133,8 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
         scene.document.show_edited(shown);
     }
     let document = &scene.document;
-    let labels: Vec<&str> = scene.taken.iter().map(|&handle| &*document.rig.labels[handle]).collect();
+    let labels: Vec<&str> =
+        scene.taken.iter().map(|&handle| &*document.rig.handles().labels[handle]).collect();
     ui.label(match &labels[..] {
         [] => "none is taken: click one, or N".to_owned(),
         labels => format!("taken: {}", labels.join(", ")),
@@ -154,7 +155,7 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
         }
     });
     if let [handle] = scene.taken[..] {
-        let millimetres = 1e3 * document.rig.metres_per_unit as f32;
+        let millimetres = 1e3 * document.rig.surface().metres_per_unit as f32;
         let [x, y, z] = pose.offsets[handle].map(|x| x * millimetres);
         ui.label(format!("pulled by {x:.2}, {y:.2}, {z:.2} mm"));
     }
@@ -201,18 +202,19 @@ fn table(ui: &mut egui::Ui, rig: &Rig, explanation: &Explanation) {
         });
         ui.add_space(4.0);
     };
-    let millimetres = 1e3 * rig.metres_per_unit;
+    let millimetres = 1e3 * rig.surface().metres_per_unit;
     let handles = explanation.handles.iter().take(ROWS / 2);
-    let handle = |&(handle, weight): &(usize, f64)| {
-        [rig.labels[handle].clone(), format!("{weight:.2}"), String::new()]
+    let handle = |share: &HandleShare| {
+        [rig.handles().labels[share.handle.index()].clone(), format!("{:.2}", share.weight), String::new()]
     };
     rows(ui, ["follows", "by", ""], handles.map(handle).collect());
     let edges = explanation.edges.iter().take(ROWS).map(|edge| {
-        let [a, b] = rig.strain_edges[edge.edge].map(|handle| &*rig.labels[handle as usize]);
+        let [a, b] = rig.handles().strain_edges[edge.edge.index()]
+            .map(|handle| &*rig.handles().labels[handle.index()]);
         [format!("{a} – {b}"), format!("{:.2}", edge.weight), format!("{:+.1} %", 100.0 * edge.strain)]
     });
     rows(ui, ["strain edge", "weight", "strain"], edges.collect());
-    let mut examples: Vec<_> = explanation.examples.iter().zip(&rig.example_names).collect();
+    let mut examples: Vec<_> = explanation.examples.iter().zip(&rig.examples().names).collect();
     let size = |fold: &[f64; 3]| fold.iter().map(|x| x * x).sum::<f64>().sqrt();
     examples.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
     let examples = examples.into_iter().take(ROWS).map(|(example, name)| {
@@ -259,7 +261,7 @@ fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
     }
     let Some(scene) = &app.scene else { return };
     let rig = &scene.document.rig;
-    ui.label(format!("{} vertices, {} handles", rig.vertices(), rig.handles.len()));
+    ui.label(format!("{} vertices, {} handles", rig.vertices(), rig.handles().vertices.len()));
     if cfg!(not(target_arch = "wasm32")) {
         let ms = |time: web_time::Duration| 1e3 * time.as_secs_f64();
         let times = scene.times;

@@ -32,10 +32,10 @@ pub struct Drag<'a> {
 impl Pull {
     /// For the handles of `rig`. A face is mirrored at a plane x = c: the one of x = 0 and the handles' middle that fits them better.
     pub fn new(rig: &Rig) -> Self {
-        let rest = rig.handles_at_rest();
+        let rest = &rig.handles().rest;
         let mut neighbours = vec![Vec::new(); rest.len()];
-        for &[a, b] in &rig.strain_edges {
-            let (a, b) = (a as usize, b as usize);
+        for &[a, b] in &rig.handles().strain_edges {
+            let (a, b) = (a.index(), b.index());
             let length = Vec3::from(rest[a]).distance(rest[b].into());
             neighbours[a].push((b, length));
             neighbours[b].push((a, length));
@@ -171,11 +171,13 @@ mod tests {
 
     #[test]
     fn a_face_knows_its_other_side() {
-        let rig: Rig = rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().cast();
+        let rig: Rig =
+            rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().rounded().unwrap();
         let pull = Pull::new(&rig);
-        let found = (0..rig.handles.len()).filter(|&handle| pull.mirror_of(handle).is_some()).count();
-        assert!(10 * found > 9 * rig.handles.len(), "{found} of {}", rig.handles.len());
-        for handle in 0..rig.handles.len() {
+        let found =
+            (0..rig.handles().vertices.len()).filter(|&handle| pull.mirror_of(handle).is_some()).count();
+        assert!(10 * found > 9 * rig.handles().vertices.len(), "{found} of {}", rig.handles().vertices.len());
+        for handle in 0..rig.handles().vertices.len() {
             if let Some(other) = pull.mirror_of(handle) {
                 assert_eq!(pull.mirror_of(other), Some(handle));
             }

@@ -167,7 +167,7 @@ impl Scene {
             (false, _) => &mut self.source,
             (true, Some(shell)) => shell,
             (true, none) => {
-                let shell = Arc::new((*rig).clone().shell());
+                let shell = Arc::new((*rig).clone().shell()?);
                 none.insert(FrameSource::new(shell, self.source.wgpu(), None)?)
             }
         };
@@ -183,11 +183,13 @@ impl Scene {
             let [positions, large_scale] = source.last_on_host();
             match settings.show {
                 Show::Strain => {
-                    let strains = self.strains.get_or_insert_with(|| Strains::new(&rig.faces, &rig.rest));
+                    let strains = self
+                        .strains
+                        .get_or_insert_with(|| Strains::new(&rig.surface().faces, &rig.surface().rest));
                     source.set_numbers(&strains.of(positions));
                 }
                 Show::Detail => {
-                    let millimetres = 1e3 * rig.metres_per_unit as f32;
+                    let millimetres = 1e3 * rig.surface().metres_per_unit as f32;
                     source.set_numbers(&distances(positions, large_scale, millimetres));
                 }
                 Show::Numbers => {
@@ -241,7 +243,7 @@ impl Scene {
         let (camera, size) = (self.orbit.camera(), self.size());
         let rig = self.document.rig.clone();
         let [positions, _] = self.on_host(gain)?;
-        let vertex = pick::vertex(positions, &rig.triangles, &camera, size, at);
+        let vertex = pick::vertex(positions, &rig.surface().triangles, &camera, size, at);
         Ok(vertex.map(|v| (v, positions.as_chunks::<3>().0[v])))
     }
 
@@ -292,7 +294,7 @@ impl Scene {
 
     /// Millimetres in one mesh unit.
     pub(crate) fn millimetres(&self) -> f32 {
-        1e3 * self.document.rig.metres_per_unit as f32
+        1e3 * self.document.rig.surface().metres_per_unit as f32
     }
 }
 

@@ -20,7 +20,7 @@ fn times(variable: &str, otherwise: usize) -> usize {
 #[test]
 fn rigs_are_opened_and_takes_played_again_and_again_without_growth() {
     let face = rhytid_demo::face(2_000);
-    let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+    let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
     let folder = tempfile::tempdir().unwrap();
     let files = ["FACE.safetensors", "take.csv"].map(|name| folder.path().join(name));
     rig_file::write(&files[0], &rig).unwrap();

@@ -22,7 +22,7 @@ pub struct Face {
 impl Face {
     /// Compares `positions`, frames × V × 3, with what the twin makes of `handle_positions`, frames × H × 3.
     pub fn new(rig: &Rig, handle_positions: Vec<f32>, positions: Vec<f32>) -> Self {
-        let twin: Rig<f64> = rig.cast();
+        let twin = rig.widened();
         let handles: Vec<[f64; 3]> = points(&handle_positions);
         let expected = evaluate(&twin, &handles).positions;
         let found = points(&positions);
@@ -32,7 +32,11 @@ impl Face {
         // A distance that is no number must not pass for a small one.
         let worst =
             distances.fold(0.0, |worst: f64, d| if d.is_nan() { f64::INFINITY } else { worst.max(d) });
-        let off = if found.len() == expected.len() { worst / diagonal(&twin.rest) } else { f64::INFINITY };
+        let off = if found.len() == expected.len() {
+            worst / diagonal(&twin.surface().rest)
+        } else {
+            f64::INFINITY
+        };
         Self { vertices: rig.vertices(), handle_positions, positions, off }
     }
 
@@ -49,9 +53,9 @@ impl Face {
 
 /// Poses to evaluate a rig in: at rest, then each example by half and in full. frames × H × 3, mesh units.
 pub fn poses(rig: &Rig) -> Vec<f32> {
-    let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let rest = &rig.handles().rest;
     let mut poses = rest.as_flattened().to_vec();
-    for example in rig.example_handles.chunks_exact(rest.len().max(1)) {
+    for example in rig.examples().handles.rows() {
         for gain in [0.5, 1.0] {
             let between =
                 rest.iter().zip(example).flat_map(|(r, e)| [0, 1, 2].map(|c| r[c] + gain * (e[c] - r[c])));
@@ -84,10 +88,10 @@ mod tests {
 
     #[test]
     fn the_processor_passes_and_a_vertex_out_of_place_does_not() {
-        let rig = rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().cast::<f32>();
+        let rig = rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().rounded().unwrap();
         let poses = poses(&rig);
-        let frames = 1 + 2 * rig.example_names.len();
-        assert_eq!(poses.len(), frames * rig.handles.len() * 3);
+        let frames = 1 + 2 * rig.examples().names.len();
+        assert_eq!(poses.len(), frames * rig.handles().vertices.len() * 3);
         let device = Device::open::<Cpu>(&Cpu::devices().unwrap()[0]).unwrap();
         let mut animator = device.upload(&rig, UploadOptions::frames(frames)).unwrap();
         animator.evaluate(&poses).unwrap();

@@ -102,7 +102,7 @@ fn demo(folder: &Path) -> Result {
     let face = rhytid_demo::face(DEMO_VERTICES);
     let failed = |e: rhytid_core::Error| format!("the demo: {e}");
     let rig = rhytid_solve::solve(&face, &NoProgress)
-        .and_then(|rig| rig_file::encode(&rig.cast()))
+        .and_then(|rig| rig_file::encode(&rig.rounded()?))
         .map_err(failed)?;
     let plain = folder.join("demo.csv");
     take::write(&plain, &rhytid_demo::performance(&face)).map_err(failed)?;

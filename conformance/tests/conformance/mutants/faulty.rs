@@ -4,8 +4,8 @@ use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::stored;
 use rhytid_core::plan::{Dispatch, PlanLimits};
 use rhytid_core::{
-    Backend, BasisStorage, CheckedRig, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig,
-    Session, Stage, UploadOptions,
+    Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig, Session, Stage,
+    UploadOptions,
 };
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -77,7 +77,7 @@ impl Backend for Faulty {
         unreachable!("made directly")
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<FaultySession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<FaultySession> {
         Ok(FaultySession {
             toy: ToySession::new(&rig, options, self.limits)?,
             rig: (*rig).clone(),
@@ -140,7 +140,7 @@ impl Session for FaultySession {
                 }
                 let handle_positions = self.positions.as_chunks::<3>().0;
                 let found = Found {
-                    rig: stored(self.rig.clone(), self.basis).cast(),
+                    rig: stored(self.rig.clone(), self.basis)?.widened(),
                     basis: self.basis,
                     handle_positions: handle_positions.iter().map(|p| p.map(f64::from)).collect(),
                     stages,

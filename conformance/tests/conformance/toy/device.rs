@@ -1,8 +1,6 @@
 use super::ToySession;
 use rhytid_core::plan::PlanLimits;
-use rhytid_core::{
-    Backend, CheckedRig, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, UploadOptions,
-};
+use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 
 /// An opened device: here nothing but what it can do at once.
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +36,7 @@ impl Backend for Toy {
         })
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<ToySession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<ToySession> {
         ToySession::new(&rig, options, self.limits)
     }
 }

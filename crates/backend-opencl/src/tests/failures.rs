@@ -43,13 +43,11 @@ fn a_rig_too_large_is_out_of_memory_or_unsupported() {
         let mut device = OpenCl::open(&info).unwrap();
         let memory = device.memory_bytes;
         device.memory_bytes = 100_000;
-        let (kind, message) =
-            kind_and_message(device.upload(rig.checked().unwrap(), UploadOptions::frames(100)));
+        let (kind, message) = kind_and_message(device.upload(&rig, UploadOptions::frames(100)));
         assert_eq!(kind, DeviceErrorKind::OutOfMemory, "{message}");
         device.memory_bytes = memory;
         device.limits.max_binding_bytes = 1000;
-        let (kind, message) =
-            kind_and_message(device.upload(rig.checked().unwrap(), UploadOptions::frames(100)));
+        let (kind, message) = kind_and_message(device.upload(&rig, UploadOptions::frames(100)));
         assert_eq!(kind, DeviceErrorKind::Unsupported, "{message}");
     }
 }

@@ -1,7 +1,10 @@
 //! Made-up rigs, a comparison, and tests that run in a process of their own.
 use crate::OpenCl;
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, Backend, DeviceInfo, Faces, Rig, Session, Stage, UpAxis, UploadOptions};
+use rhytid_core::{
+    Animator, Backend, DeviceInfo, Examples, Faces, FineScale, HandleId, HandleSet, Influences, Rig,
+    RigParts, Session, Stage, StrainEdgeId, Surface, Table, UpAxis, UploadOptions, VertexId,
+};
 use rhytid_test_support::skip;
 use std::process::{Command, Output};
 
@@ -56,42 +59,61 @@ pub(crate) fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
         let [a, b, c, d] = [i, i + 1, i + width + 1, i + width].map(|i| i as u32);
         triangles.extend([[a, b, c], [a, c, d]]);
     }
-    let strain_edges: Vec<[u32; 2]> = (0..f)
+    let strain_edges = (0..f)
         .map(|_| {
             let a = numbers.index(h);
-            [a, (a + 1 + numbers.index(h - 1)) % h as u32]
+            [a, (a + 1 + numbers.index(h - 1)) % h as u32].map(HandleId)
         })
         .collect();
-    Rig {
-        name: "sheet".into(),
-        metres_per_unit: 0.01,
-        up_axis: UpAxis::Y,
-        labels: (0..h).map(|i| i.to_string()).collect(),
-        example_names: (0..p).map(|i| i.to_string()).collect(),
-        faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
-        uvs: None,
-        materials: None,
+    let vertices: Vec<VertexId> = (0..h).map(|i| VertexId::from_index(i * v / h)).collect();
+    let basis = (0..v * h).map(|_| numbers.unit() / h as f32).collect();
+    let influence_edges = (0..v)
+        .flat_map(|_| {
+            let first = numbers.index(f + 1 - k);
+            (first..first + k as u32).map(StrainEdgeId)
+        })
+        .collect();
+    let influence_weights = (0..v * k).map(|_| numbers.unit()).collect();
+    let tangent_neighbors = (0..v).map(|i| VertexId::from_index((i + 1) % v)).collect();
+    let pose_features = (0..(p + 1) * f).map(|_| 0.3 * numbers.unit()).collect();
+    let rbf_weights = (0..v * (p + 1)).map(|_| numbers.vector(0.1)).collect();
+    let parts = RigParts {
+        handles: HandleSet {
+            labels: (0..h).map(|h| h.to_string()).collect(),
+            rest: vertices.iter().map(|v| rest[v.index()]).collect(),
+            vertices,
+            strain_edges,
+            rotations: false,
+        },
+        surface: Surface {
+            name: "sheet".into(),
+            metres_per_unit: 0.01,
+            up_axis: UpAxis::Y,
+            faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
+            uvs: None,
+            materials: None,
+            triangles,
+            rest,
+            tangent_neighbors,
+        },
+        examples: Examples {
+            names: (0..p).map(|p| p.to_string()).collect(),
+            handles: Table::filled(p, h, [0.0; 3]),
+        },
         bending_length: 1.0,
-        beta: 1.0,
-        handles: (0..h).map(|i| (i * v / h) as u32).collect(),
-        triangles,
-        rest,
-        basis: (0..v * h).map(|_| numbers.unit() / h as f32).collect(),
-        strain_edges,
-        influence_edges: (0..v)
-            .flat_map(|_| {
-                let first = numbers.index(f + 1 - k);
-                first..first + k as u32
-            })
-            .collect(),
-        influence_weights: (0..v * k).map(|_| numbers.unit()).collect(),
-        tangent_neighbors: (0..v).map(|i| ((i + 1) % v) as u32).collect(),
-        pose_features: (0..(p + 1) * f).map(|_| 0.3 * numbers.unit()).collect(),
-        example_handles: vec![[0.0; 3]; p * h],
-        rotations: false,
+        basis: Table::new(v, h, basis),
+        influences: Influences {
+            edges: Table::new(v, k, influence_edges),
+            weights: Table::new(v, k, influence_weights),
+            beta: 1.0,
+        },
+        fine_scale: FineScale {
+            pose_features: Table::new(p + 1, f, pose_features),
+            rbf_weights: Table::new(v, p + 1, rbf_weights),
+        },
         learned: None,
-        rbf_weights: (0..v * (p + 1)).map(|_| numbers.vector(0.1)).collect(),
-    }
+    };
+    Rig::new(parts).expect("numbers of the right shapes and ranges")
 }
 
 /// frames × H × 3: the handles, moved at random.
@@ -99,9 +121,9 @@ pub(crate) fn frames(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
     let mut numbers = Numbers(seed);
     let mut positions = Vec::new();
     for _ in 0..frames {
-        for &vertex in &rig.handles {
+        for &vertex in &rig.handles().vertices {
             let u = numbers.vector(0.5);
-            positions.extend((0..3).map(|c| rig.rest[vertex as usize][c] + u[c]));
+            positions.extend((0..3).map(|c| rig.surface().rest[vertex.index()][c] + u[c]));
         }
     }
     positions

@@ -2,8 +2,9 @@
 use crate::Vulkan;
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{
-    Animator, DeviceErrorKind, DeviceInfo, Error, Faces, HandleFrames, Rig, Session, Stage, UpAxis,
-    UploadOptions,
+    Animator, DeviceErrorKind, DeviceInfo, Error, Examples, Faces, FineScale, HandleFrames, HandleId,
+    HandleSet, Influences, Rig, RigParts, Session, Stage, StrainEdgeId, Surface, Table, UpAxis,
+    UploadOptions, VertexId,
 };
 
 /// Every Vulkan device.
@@ -63,7 +64,7 @@ pub(crate) const SMALL: Size = Size { columns: 23, rows: 17, handles: 9, edges: 
 /// A bumpy sheet whose basis, influences and weights are random.
 pub(crate) fn rig(size: Size) -> Rig {
     let Size { columns, rows, handles, edges, poses, influences } = size;
-    let (vertices, centers) = (columns * rows, poses + 1);
+    let (count, centers) = (columns * rows, poses + 1);
     let mut random = Random(1);
     let mut faces = Faces::default();
     let mut triangles = Vec::new();
@@ -77,54 +78,74 @@ pub(crate) fn rig(size: Size) -> Rig {
             }
         }
     }
-    let rest = (0..vertices)
+    let rest = (0..count)
         .map(|v| [(v % columns) as f32, (v / columns) as f32, 0.3 * random.number()])
         .collect::<Vec<[f32; 3]>>();
-    let handle = |h: usize| (h * (vertices / handles)) as u32;
+    let handle = |h: usize| VertexId::from_index(h * (count / handles));
     let vectors = |numbers: Vec<f32>| numbers.as_chunks::<3>().0.to_vec();
-    Rig {
-        name: "random".into(),
-        metres_per_unit: 0.01,
-        up_axis: UpAxis::Y,
-        labels: (0..handles).map(|h| h.to_string()).collect(),
-        example_names: (0..poses).map(|p| p.to_string()).collect(),
-        faces,
-        uvs: None,
-        materials: None,
+    let vertices: Vec<VertexId> = (0..handles).map(handle).collect();
+    let basis = random.numbers(count * handles);
+    let strain_edges = (0..edges)
+        .map(|_| {
+            let a = random.below(handles);
+            [a, (a + 1 + random.below(handles - 1)) % handles as u32].map(HandleId)
+        })
+        .collect();
+    let influence_edges = (0..count)
+        .flat_map(|_| {
+            let first = random.below(edges + 1 - influences);
+            (first..first + influences as u32).map(StrainEdgeId)
+        })
+        .collect();
+    let influence_weights = random.numbers(count * influences).iter().map(|a| a.abs()).collect();
+    let tangent_neighbors = (0..count)
+        .map(|v| VertexId::from_index(if (v + 1) % columns == 0 { v - 1 } else { v + 1 }))
+        .collect();
+    let pose_features = [vec![0.0; edges], random.numbers(poses * edges)].concat();
+    let rbf_weights = vectors(random.numbers(count * centers * 3).iter().map(|w| 0.02 * w).collect());
+    let parts = RigParts {
+        handles: HandleSet {
+            labels: (0..handles).map(|h| h.to_string()).collect(),
+            rest: vertices.iter().map(|v| rest[v.index()]).collect(),
+            vertices,
+            strain_edges,
+            rotations: false,
+        },
+        surface: Surface {
+            name: "random".into(),
+            metres_per_unit: 0.01,
+            up_axis: UpAxis::Y,
+            faces,
+            uvs: None,
+            materials: None,
+            triangles,
+            rest,
+            tangent_neighbors,
+        },
+        examples: Examples {
+            names: (0..poses).map(|p| p.to_string()).collect(),
+            handles: Table::filled(poses, handles, [0.0; 3]),
+        },
         bending_length: 1.0,
-        beta: 1.0,
-        handles: (0..handles).map(handle).collect(),
-        rest,
-        basis: random.numbers(vertices * handles),
-        strain_edges: (0..edges)
-            .map(|_| {
-                let a = random.below(handles);
-                [a, (a + 1 + random.below(handles - 1)) % handles as u32]
-            })
-            .collect(),
-        influence_edges: (0..vertices)
-            .flat_map(|_| {
-                let first = random.below(edges + 1 - influences);
-                first..first + influences as u32
-            })
-            .collect(),
-        influence_weights: random.numbers(vertices * influences).iter().map(|a| a.abs()).collect(),
-        tangent_neighbors: (0..vertices)
-            .map(|v| if (v + 1) % columns == 0 { v - 1 } else { v + 1 } as u32)
-            .collect(),
-        triangles,
-        pose_features: [vec![0.0; edges], random.numbers(poses * edges)].concat(),
-        example_handles: vec![[0.0; 3]; poses * handles],
-        rotations: false,
+        basis: Table::new(count, handles, basis),
+        influences: Influences {
+            edges: Table::new(count, influences, influence_edges),
+            weights: Table::new(count, influences, influence_weights),
+            beta: 1.0,
+        },
+        fine_scale: FineScale {
+            pose_features: Table::new(poses + 1, edges, pose_features),
+            rbf_weights: Table::new(count, poses + 1, rbf_weights),
+        },
         learned: None,
-        rbf_weights: vectors(random.numbers(vertices * centers * 3).iter().map(|w| 0.02 * w).collect()),
-    }
+    };
+    Rig::new(parts).expect("numbers of the right shapes and ranges")
 }
 
 /// Handle positions of `frames` frames, each unlike the others.
 pub(crate) fn take(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
     let mut random = Random(seed);
-    let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+    let rest = &rig.handles().rest;
     (0..frames).flat_map(|_| rest.clone()).flatten().map(|x| x + 0.2 * random.number()).collect()
 }
 
@@ -137,7 +158,7 @@ pub(crate) fn on_cpu(rig: &Rig, options: UploadOptions, positions: &[f32]) -> Ve
 
 /// A batch on a session: every stage.
 pub(crate) fn evaluate(session: &mut impl Session, rig: &Rig, positions: &[f32]) -> Vec<Vec<f32>> {
-    let frames = positions.len() / (3 * rig.handles.len());
+    let frames = positions.len() / (3 * rig.handles().vertices.len());
     session.evaluate(HandleFrames { positions, frames }).unwrap();
     Stage::ALL.map(|stage| read(session, stage)).into()
 }

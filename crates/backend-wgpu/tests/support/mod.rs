@@ -1,6 +1,9 @@
 //! What the tests share: a random rig, frames for it, the CPU's answer, and how far a device's may be from it.
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{Animator, BasisStorage, DeviceInfo, Faces, Rig, Session, Stage, UpAxis, UploadOptions};
+use rhytid_core::{
+    Animator, BasisStorage, DeviceInfo, Examples, Faces, FineScale, HandleId, HandleSet, Influences, Rig,
+    RigParts, Session, Stage, StrainEdgeId, Surface, Table, UpAxis, UploadOptions, VertexId,
+};
 
 /// The devices to test on.
 pub(crate) fn tested(devices: Vec<DeviceInfo>) -> Vec<DeviceInfo> {
@@ -42,72 +45,88 @@ pub(crate) struct Sizes {
 
 /// A wavy sheet, one unit between neighbours, with random numbers for the rest. `vertices` is at least 4.
 pub(crate) fn rig(seed: u64, sizes: Sizes) -> Rig {
-    let Sizes { vertices, handles, edges, examples, influences } = sizes;
+    let Sizes { vertices: count, handles, edges, examples, influences } = sizes;
     let mut numbers = Numbers(seed);
-    let width = vertices.isqrt();
+    let width = count.isqrt();
     let rest: Vec<[f32; 3]> =
-        (0..vertices).map(|v| [(v % width) as f32, (v / width) as f32, 0.2 * numbers.next()]).collect();
+        (0..count).map(|v| [(v % width) as f32, (v / width) as f32, 0.2 * numbers.next()]).collect();
     let mut triangles = Vec::new();
-    for v in 0..vertices {
-        if v % width + 1 < width && v + width + 1 < vertices {
+    for v in 0..count {
+        if v % width + 1 < width && v + width + 1 < count {
             let [a, b, c, d] = [v, v + 1, v + width + 1, v + width].map(|i| i as u32);
             triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
     let centers = examples + 1;
-    let handle_vertices: Vec<u32> = (0..handles).map(|h| (h * vertices / handles) as u32).collect();
-    let strain_edges: Vec<[u32; 2]> = (0..edges)
+    let handle_vertices = (0..handles).map(|h| VertexId::from_index(h * count / handles));
+    let vertices: Vec<VertexId> = handle_vertices.collect();
+    let strain_edges = (0..edges)
         .map(|_| {
             let a = numbers.below(handles);
-            [a, (a + 1 + numbers.below(handles - 1)) % handles as u32]
+            [a, (a + 1 + numbers.below(handles - 1)) % handles as u32].map(HandleId)
         })
         .collect();
-    Rig {
-        name: "random".into(),
-        metres_per_unit: 0.01,
-        up_axis: UpAxis::Y,
-        labels: (0..handles).map(|h| format!("m{h}")).collect(),
-        example_names: (0..examples).map(|j| format!("pose {j}")).collect(),
-        faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
-        uvs: None,
-        materials: None,
+    let basis = (0..count * handles).map(|_| 0.2 * numbers.next()).collect();
+    let influence_edges = (0..count)
+        .flat_map(|_| {
+            let first = numbers.below(edges + 1 - influences);
+            (first..first + influences as u32).map(StrainEdgeId)
+        })
+        .collect();
+    let influence_weights = (0..count * influences).map(|_| (numbers.next() + 1.0) / 2.0).collect();
+    let tangent_neighbors =
+        (0..count).map(|v| VertexId::from_index(if v + 1 < count { v + 1 } else { v - 1 })).collect();
+    let pose_features = (0..centers * edges).map(|_| 0.3 * numbers.next()).collect();
+    let rbf_weights = (0..count * centers).map(|_| std::array::from_fn(|_| 0.05 * numbers.next())).collect();
+    let parts = RigParts {
+        handles: HandleSet {
+            labels: (0..handles).map(|h| format!("m{h}")).collect(),
+            rest: vertices.iter().map(|v| rest[v.index()]).collect(),
+            vertices,
+            strain_edges,
+            rotations: false,
+        },
+        surface: Surface {
+            name: "random".into(),
+            metres_per_unit: 0.01,
+            up_axis: UpAxis::Y,
+            faces: Faces { counts: vec![3; triangles.len()], indices: triangles.as_flattened().to_vec() },
+            uvs: None,
+            materials: None,
+            triangles,
+            rest,
+            tangent_neighbors,
+        },
+        examples: Examples {
+            names: (0..examples).map(|p| format!("pose {p}")).collect(),
+            handles: Table::filled(examples, handles, [0.0; 3]),
+        },
         bending_length: 1.0,
-        beta: 1.0,
-        basis: (0..vertices * handles).map(|_| 0.2 * numbers.next()).collect(),
-        influence_edges: (0..vertices)
-            .flat_map(|_| {
-                let first = numbers.below(edges + 1 - influences);
-                first..first + influences as u32
-            })
-            .collect(),
-        influence_weights: (0..vertices * influences).map(|_| (numbers.next() + 1.0) / 2.0).collect(),
-        tangent_neighbors: (0..vertices)
-            .map(|v| if v + 1 < vertices { v + 1 } else { v - 1 } as u32)
-            .collect(),
-        pose_features: (0..centers * edges).map(|_| 0.3 * numbers.next()).collect(),
-        example_handles: vec![[0.0; 3]; examples * handles],
-        rotations: false,
+        basis: Table::new(count, handles, basis),
+        influences: Influences {
+            edges: Table::new(count, influences, influence_edges),
+            weights: Table::new(count, influences, influence_weights),
+            beta: 1.0,
+        },
+        fine_scale: FineScale {
+            pose_features: Table::new(examples + 1, edges, pose_features),
+            rbf_weights: Table::new(count, examples + 1, rbf_weights),
+        },
         learned: None,
-        rbf_weights: (0..vertices * centers)
-            .map(|_| std::array::from_fn(|_| 0.05 * numbers.next()))
-            .collect(),
-        handles: handle_vertices,
-        triangles,
-        strain_edges,
-        rest,
-    }
+    };
+    Rig::new(parts).expect("numbers of the right shapes and ranges")
 }
 
 /// Handle positions of `frames` frames: rest, and up to a third of a unit to any side.
 pub(crate) fn frames(seed: u64, rig: &Rig, frames: usize) -> Vec<f32> {
     let mut numbers = Numbers(seed);
-    let rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
+    let rest = rig.handles().rest.iter().flatten().copied();
     (0..frames).flat_map(|_| rest.clone()).map(|x| x + 0.3 * numbers.next()).collect()
 }
 
 /// Evaluates the batch on the CPU.
 pub(crate) fn expected(rig: &Rig, positions: &[f32], basis: BasisStorage) -> Vec<Vec<f32>> {
-    let frames = positions.len() / (rig.handles.len() * 3);
+    let frames = positions.len() / (rig.handles().len() * 3);
     let mut animator = Animator::new(&Cpu, rig, UploadOptions { max_frames: frames, basis }).unwrap();
     animator.evaluate(positions).unwrap();
     all_stages(&mut animator)

@@ -1,34 +1,57 @@
 //! Coverage of takes whose strains are known exactly.
 use rhytid_capture::coverage::{Coverage, coverage};
-use rhytid_core::{Error, Rig, Take, UpAxis};
+use rhytid_core::{
+    Error, Examples, Faces, FineScale, HandleId, HandleSet, Influences, Rig, RigParts, Surface, Table, Take,
+    UpAxis, VertexId,
+};
+use rhytid_test_support::changed;
 
 /// Five handles on a line, 2 cm apart, with an edge between neighbours. The examples stretch the first edge, and the last,
 /// by a quarter.
 fn rig() -> Rig<f64> {
-    Rig {
-        name: "line".into(),
-        metres_per_unit: 0.01,
-        up_axis: UpAxis::Y,
-        labels: ["a", "b", "c", "d", "e"].map(String::from).to_vec(),
-        example_names: ["first", "last"].map(String::from).to_vec(),
-        faces: Default::default(),
-        uvs: None,
-        materials: None,
+    let rest: Vec<[f64; 3]> = (0..5).map(|i| [2.0 * f64::from(i), 0.0, 0.0]).collect();
+    let basis = (0..25).map(|i| f64::from(u8::from(i / 5 == i % 5))).collect();
+    let parts = RigParts {
+        handles: HandleSet {
+            labels: ["a", "b", "c", "d", "e"].map(String::from).to_vec(),
+            vertices: (0..5).map(VertexId).collect(),
+            rest: rest.clone(),
+            strain_edges: [[0, 1], [1, 2], [2, 3], [3, 4]].map(|pair| pair.map(HandleId)).to_vec(),
+            rotations: false,
+        },
+        surface: Surface {
+            name: "line".into(),
+            metres_per_unit: 0.01,
+            up_axis: UpAxis::Y,
+            faces: Faces { counts: vec![3], indices: vec![0, 1, 2] },
+            uvs: None,
+            materials: None,
+            triangles: vec![[0, 1, 2]],
+            rest,
+            tangent_neighbors: (0..5).map(VertexId).collect(),
+        },
+        examples: Examples {
+            names: ["first", "last"].map(String::from).to_vec(),
+            handles: Table::filled(2, 5, [0.0; 3]),
+        },
         bending_length: 1.0,
-        beta: 0.0,
-        handles: (0..5).collect(),
-        triangles: Vec::new(),
-        rest: (0..5).map(|i| [2.0 * f64::from(i), 0.0, 0.0]).collect(),
-        basis: Vec::new(),
-        strain_edges: vec![[0, 1], [1, 2], [2, 3], [3, 4]],
-        influence_edges: Vec::new(),
-        influence_weights: Vec::new(),
-        tangent_neighbors: Vec::new(),
-        pose_features: [REST, FIRST, LAST].as_flattened().to_vec(),
-        rbf_weights: Vec::new(),
-        example_handles: Vec::new(),
-        rotations: false,
+        basis: Table::new(5, 5, basis),
+        influences: Influences {
+            edges: Table::without_columns(5),
+            weights: Table::without_columns(5),
+            beta: 0.0,
+        },
+        fine_scale: of_poses(&[REST, FIRST, LAST]),
         learned: None,
+    };
+    Rig::new(parts).unwrap()
+}
+
+/// Poses of these strains, without folds.
+fn of_poses<const F: usize>(strains: &[[f64; F]]) -> FineScale<f64> {
+    FineScale {
+        pose_features: Table::new(strains.len(), F, strains.as_flattened().to_vec()),
+        rbf_weights: Table::filled(5, strains.len(), [0.0; 3]),
     }
 }
 
@@ -47,7 +70,7 @@ fn take(strains: &[[f64; 4]]) -> Take {
         std::iter::once([0.0; 3]).chain(ends).collect::<Vec<_>>()
     };
     Take {
-        labels: rig().labels,
+        labels: rig().handles().labels.clone(),
         times: (0..strains.len()).map(|i| i as f64 / 10.0).collect(),
         positions: strains.iter().flat_map(frame).collect(),
         ..Take::default()
@@ -124,9 +147,12 @@ fn the_second_expression_is_not_the_frame_beside_the_first() {
 #[test]
 fn an_expression_that_was_scanned_is_suggested_no_more() {
     let strains = [REST, [0.0, 0.75, 0.0, 0.0], [0.0, 0.0, -0.375, 0.0]];
-    let mut scanned = rig();
-    scanned.example_names.push("scan".into());
-    scanned.pose_features.extend(strains[1]);
+    let scanned = changed(&rig(), |r| {
+        r.examples.names.push("scan".into());
+        r.examples.handles = Table::filled(3, 5, [0.0; 3]);
+        r.fine_scale = of_poses(&[REST, FIRST, LAST, strains[1]]);
+    })
+    .unwrap();
     assert_eq!(frames(&compare(&strains)), [1, 2]);
     let found = coverage(&scanned, &take(&strains), 10).unwrap();
     assert_eq!((frames(&found), found.distances[1]), (vec![2], 0.0));
@@ -158,12 +184,20 @@ fn the_noise_of_markers_is_beyond_nothing() {
 
 #[test]
 fn rigs_without_what_is_compared() {
-    let alone = Rig { example_names: Vec::new(), pose_features: vec![0.0; 4], ..rig() };
+    let alone = changed(&rig(), |r| {
+        r.examples = Examples { names: Vec::new(), handles: Table::filled(0, 5, [0.0; 3]) };
+        r.fine_scale = of_poses(&[REST]);
+    })
+    .unwrap();
     let found = coverage(&alone, &take(&[REST, FIRST]), 10).unwrap();
     assert_eq!((found.spacing, found.covered, frames(&found)), (None, 1, vec![1]));
     assert_eq!((found.expressions[0].relative, found.expressions[0].distance), (None, 0.125));
 
-    let edgeless = Rig { strain_edges: Vec::new(), pose_features: Vec::new(), ..rig() };
+    let edgeless = changed(&rig(), |r| {
+        r.handles.strain_edges.clear();
+        r.fine_scale = of_poses(&[[]; 3]);
+    })
+    .unwrap();
     let error = coverage(&edgeless, &take(&[REST]), 10);
     assert!(matches!(error, Err(Error::Input(what)) if what.sentence().contains("no strain edges")));
     let other = Take { labels: ["a", "b", "c", "d", "x"].map(String::from).to_vec(), ..take(&[REST]) };

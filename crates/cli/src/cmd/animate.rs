@@ -106,7 +106,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let is_far = warn_far(rig, &take.take, &range, ui)?;
     say_what_changes_nothing(args, &take.take, is_far);
     warn_head_left_out(args, format, &take.take);
-    let options = export_options(args, rig.metres_per_unit);
+    let options = export_options(args, rig.surface().metres_per_unit);
     let devices = inputs::devices(device, ui)?;
     let mut playback = performance.playback(&devices, ui)?;
     let start = Instant::now();
@@ -123,13 +123,14 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let masks = masks.map(|masks| masks.finish(selection)).transpose()?;
     if !ui.is_quiet() {
         masks.iter().for_each(|words| ui.line(words));
-        let of_frame = |(correction, moved)| corrected(correction, moved, selection, rig.metres_per_unit);
+        let of_frame =
+            |(correction, moved)| corrected(correction, moved, selection, rig.surface().metres_per_unit);
         playback.corrections().map(of_frame).for_each(|words| ui.line(&words));
     }
     Ok(Animated {
         frames: selection.inner.len(),
         rate: selection.rate,
-        metres_per_unit: rig.metres_per_unit,
+        metres_per_unit: rig.surface().metres_per_unit,
         device: playback.device().clone(),
         time: start.elapsed(),
         written,
@@ -229,7 +230,7 @@ fn corrected(correction: &Correction, moved: &[f64], selection: &Selection, metr
 
 /// Warns once of all frames of `range` that are far outside what the examples show; says whether there are any.
 fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<bool> {
-    if rig.learned.is_none() || rig.example_names.is_empty() {
+    if rig.learned().is_none() || rig.examples().names.is_empty() {
         return Ok(false);
     }
     let asked = take.slice(range.clone());
@@ -268,8 +269,8 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
 fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
     let Some(path) = &args.groups else { return Ok(Regions::by_handles(rig)) };
     let neutral = Mesh {
-        positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
-        faces: rig.faces.clone(),
+        positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
+        faces: rig.surface().faces.clone(),
         uvs: None,
         materials: None,
     };

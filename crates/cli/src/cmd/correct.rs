@@ -44,7 +44,8 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
         Ok(())
     })?;
     let rig = &performance.rig;
-    let (faces, uvs, materials) = (rig.faces.clone(), rig.uvs.clone(), rig.materials.clone());
+    let (faces, uvs, materials) =
+        (rig.surface().faces.clone(), rig.surface().uvs.clone(), rig.surface().materials.clone());
     mesh::write_obj(output, &Mesh { positions, faces, uvs, materials })?;
     ui.clear();
     if ui.is_quiet() {

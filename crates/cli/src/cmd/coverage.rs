@@ -31,8 +31,8 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         || args.candidates.is_some()
         || args.report.is_some()
         || args.take_examples.is_some();
-    if rig.learned.is_none() && !plans {
-        let found = ui.timed("compare", || by_strain::coverage(&rig.cast(), &take, top)).0?;
+    if rig.learned().is_none() && !plans {
+        let found = ui.timed("compare", || by_strain::coverage(&rig.widened(), &take, top)).0?;
         ui.clear();
         return match args.json {
             true => output::json(&found),
@@ -63,8 +63,8 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
 
 /// The face in each planned frame, as the rig has it now.
 fn poses(rig: &Rig, take: &Take, found: &Coverage, ui: &Ui) -> Result<Vec<Vec<[f32; 3]>>> {
-    let positions = take.handle_positions(&rig.labels)?;
-    let frames: Vec<&[f32]> = positions.chunks_exact(3 * rig.handles.len()).collect();
+    let positions = take.handle_positions(&rig.handles().labels)?;
+    let frames: Vec<&[f32]> = positions.chunks_exact(3 * rig.handles().len()).collect();
     let handles: Vec<f32> = found.scans.iter().flat_map(|scan| frames[scan.frame]).copied().collect();
     let devices = inputs::devices(Some(inputs::processor()?), ui)?;
     let mut playback = Playback::new(rig, &devices, found.scans.len())?;
@@ -86,14 +86,14 @@ fn cut_out(
     take: &Take,
     found: &Coverage,
 ) -> Result<String> {
-    let rest = rig.rest.iter().map(|x| x.map(f64::from)).collect();
+    let rest = rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
     let neutral = Mesh {
         positions: rest,
-        faces: rig.faces.clone(),
-        uvs: rig.uvs.clone(),
-        materials: rig.materials.clone(),
+        faces: rig.surface().faces.clone(),
+        uvs: rig.surface().uvs.clone(),
+        materials: rig.surface().materials.clone(),
     };
-    let mut meshes = Sequence::open(dense, &neutral, &args.rig, rig.metres_per_unit)?;
+    let mut meshes = Sequence::open(dense, &neutral, &args.rig, rig.surface().metres_per_unit)?;
     let expected = candidates.map_or(take.frames(), <[usize]>::len);
     if meshes.frames() != expected {
         return Err(Error::mismatch(format!(

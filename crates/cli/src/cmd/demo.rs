@@ -52,10 +52,10 @@ impl Steps {
     fn add_solved(&mut self, solved: &solve::Solved) {
         let made = format!(
             "{}, {}, bending length {} {}",
-            human::counted(solved.rig.strain_edges.len(), "strain edge"),
-            human::counted(solved.rig.influences(), "influence"),
-            human::number(solved.rig.bending_length),
-            human::unit(solved.rig.metres_per_unit)
+            human::counted(solved.rig.handles().strain_edges.len(), "strain edge"),
+            human::counted(solved.rig.influences().per_vertex(), "influence"),
+            human::number(solved.rig.bending_length()),
+            human::unit(solved.rig.surface().metres_per_unit)
         );
         let written = format!("face.safetensors, {}", human::bytes(solved.bytes));
         self.add("read it back", "face.toml and the files it names".to_owned(), solved.reading);
@@ -320,7 +320,7 @@ fn around_strongest(face: &Face, take: &Take, count: usize) -> FrameRange {
 fn strongest_frame(face: &Face, take: &Take) -> usize {
     let Ok(positions) = take.handle_positions(&face.handles.labels) else { return 0 };
     let rest: Vec<f32> = (face.handles.vertices.iter())
-        .flat_map(|&v| face.neutral.positions[v as usize])
+        .flat_map(|&v| face.neutral.positions[v.index()])
         .map(|x| x as f32)
         .collect();
     let motion = |frame: &[f32]| frame.iter().zip(&rest).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();

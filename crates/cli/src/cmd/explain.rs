@@ -2,8 +2,13 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::core::{Explanation, rig_file};
-use rhytid::{Result, Rig};
+use rhytid::Result;
+use rhytid::Rig;
+use rhytid::core::Explanation;
+use rhytid::core::HandleId;
+use rhytid::core::HandleShare;
+use rhytid::core::VertexId;
+use rhytid::core::rig_file;
 use serde::Serialize;
 
 /// Rows of each table.
@@ -19,7 +24,7 @@ pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
     let take = inputs::frame(&take, args.frame, &args.take)?;
     let time = take.times[0];
-    let handles = take.handle_positions(&rig.labels)?;
+    let handles = take.handle_positions(&rig.handles().labels)?;
     let (handles, _) = handles.as_chunks();
     let explain = |&vertex: &usize| Ok(Explained::of(vertex, &rig.explain(vertex, handles)?, &rig));
     let vertices: Vec<Explained> = args.vertex.iter().map(explain).collect::<Result<_>>()?;
@@ -81,28 +86,28 @@ struct Example {
 
 impl Explained {
     fn of(vertex: usize, explanation: &Explanation, rig: &Rig) -> Self {
-        let millimetres = |fold: [f64; 3]| fold.map(|x| x * 1e3 * rig.metres_per_unit);
-        let label = |handle: usize| rig.labels[handle].clone();
-        let weights = |weights: &[(usize, f64)]| {
-            let weight = |&(handle, weight): &(usize, f64)| Weight { handle: label(handle), weight };
-            weights.iter().map(weight).collect()
+        let millimetres = |fold: [f64; 3]| fold.map(|x| x * 1e3 * rig.surface().metres_per_unit);
+        let label = |handle: HandleId| rig.handles().labels[handle.index()].clone();
+        let weights = |shares: &[HandleShare]| {
+            let weight = |share: &HandleShare| Weight { handle: label(share.handle), weight: share.weight };
+            shares.iter().map(weight).collect()
         };
         let edges = explanation.edges.iter().map(|edge| Edge {
-            handles: rig.strain_edges[edge.edge].map(|handle| label(handle as usize)),
+            handles: rig.handles().strain_edges[edge.edge.index()].map(label),
             weight: edge.weight,
             strain: edge.strain,
         });
-        let examples = explanation.examples.iter().zip(&rig.example_names).map(|(share, name)| Example {
+        let examples = explanation.examples.iter().zip(&rig.examples().names).map(|(share, name)| Example {
             name: name.clone(),
             distance: share.distance,
             folds_mm: millimetres(share.fold),
         });
         let mut examples: Vec<Example> = examples.collect();
         examples.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        let is_handle = |v: &u32| *v as usize == vertex;
+        let is_handle = |v: &VertexId| v.index() == vertex;
         Self {
             vertex,
-            handle: rig.handles.iter().position(is_handle).map(label),
+            handle: rig.handles().vertices.iter().position(is_handle).map(HandleId::from_index).map(label),
             follows: weights(&explanation.handles),
             strain_edges: edges.collect(),
             anchors: weights(&explanation.anchors),

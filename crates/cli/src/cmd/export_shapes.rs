@@ -23,11 +23,11 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let options = export::Options { force: args.force, ..export::Options::default() };
-    let columns = if args.handles { 3 * rig.handles.len() } else { 0 };
-    animation::check_shapes(&args.output, rig.example_names.len() + columns, &options)?;
+    let columns = if args.handles { 3 * rig.handles().vertices.len() } else { 0 };
+    animation::check_shapes(&args.output, rig.examples().names.len() + columns, &options)?;
     let recipe = StatedRecipe::of_shapes(&rig_file::hash(&args.rig)?);
     let devices = inputs::devices(device, ui)?;
-    let mut playback = Playback::new(&rig, &devices, rig.example_names.len())?;
+    let mut playback = Playback::new(&rig, &devices, rig.examples().names.len())?;
     let rest_normals = if args.no_normals { None } else { Some(playback.rest_normals()?) };
     // Three shapes for each handle are many: normals would double what has to be held.
     let moving_normals = rest_normals.as_deref().filter(|_| !args.handles);
@@ -38,15 +38,15 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     let written = animation::write_shapes(
         &args.output,
         &Shapes {
-            name: &rig.name,
-            rest: &rig.rest,
+            name: &rig.surface().name,
+            rest: &rig.surface().rest,
             rest_normals: rest_normals.as_deref(),
-            faces: &rig.faces,
-            triangle_corners: &rig.triangle_corners()?,
-            uvs: rig.uvs.as_ref(),
-            materials: rig.materials.as_ref(),
-            metres_per_unit: rig.metres_per_unit,
-            up_axis: rig.up_axis,
+            faces: &rig.surface().faces,
+            triangle_corners: &rig.surface().triangle_corners()?,
+            uvs: rig.surface().uvs.as_ref(),
+            materials: rig.surface().materials.as_ref(),
+            metres_per_unit: rig.surface().metres_per_unit,
+            up_axis: rig.surface().up_axis,
             recipe: &recipe,
             shapes: &shapes,
         },
@@ -60,7 +60,7 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
         "{}: {} ({} of examples), {}",
         args.output.display(),
         human::counted(shapes.len(), "shape"),
-        rig.example_names.len(),
+        rig.examples().names.len(),
         human::bytes(written.bytes)
     ))
 }

@@ -9,6 +9,7 @@ use rhytid::Face;
 use rhytid::InputErrorKind;
 use rhytid::Result;
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
+use rhytid::core::VertexId;
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, Handles};
 use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
@@ -127,7 +128,7 @@ fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
         )));
     }
     let skin = Skin::of(face)?;
-    let kept: Vec<u32> = args.at.iter().map(|at| at.vertex).collect();
+    let kept: Vec<VertexId> = args.at.iter().map(|at| VertexId(at.vertex)).collect();
     let vertices = skin.spread(args.count.unwrap_or_default() as usize, &kept);
     let mut labels = skin.labels(&vertices);
     labels.iter_mut().zip(&args.at).for_each(|(label, at)| label.clone_from(&at.label));

@@ -39,23 +39,25 @@ pub(super) fn count(args: &Animate) -> Result<Option<usize>> {
 /// [`Error::Input`] if the address cannot be listened at, if nothing comes, or nothing of this rig; [`Error::Io`]; [`Error::Cancelled`].
 pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<Take> {
     let address = args.live.listen.ok_or_else(|| Error::Internal("nowhere to listen".into()))?;
-    let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&vertex| rig.rest[vertex as usize]).collect();
-    let mut receiver = Receiver::bind(address, &rig.labels, &rest)?;
+    let rest: Vec<[f32; 3]> =
+        rig.handles().vertices.iter().map(|&vertex| rig.surface().rest[vertex.index()]).collect();
+    let mut receiver = Receiver::bind(address, &rig.handles().labels, &rest)?;
     let address = receiver.address();
     if !ui.is_quiet() {
         ui.line(&format!("listening at {address} for {}", human::counted(frames, "frame")));
     }
     let patience = args.live.timeout.unwrap_or(PATIENCE);
     let ended = interrupt::recording_ended;
-    let recorded =
-        interrupt::end_of_recording(|| record(&mut receiver, &rig.labels, frames, patience, &ended, ui));
+    let recorded = interrupt::end_of_recording(|| {
+        record(&mut receiver, &rig.handles().labels, frames, patience, &ended, ui)
+    });
     ui.clear();
     let recording = recorded?;
-    if recording.unseen.len() == rig.labels.len() {
+    if recording.unseen.len() == rig.handles().labels.len() {
         return Err(Error::network(format!(
             "{address}: no frame has a marker of the rig's {}, expected labels such as {}; see `rhytid info {}`",
-            human::counted(rig.labels.len(), "handle"),
-            rig.labels.first().map_or("", String::as_str),
+            human::counted(rig.handles().labels.len(), "handle"),
+            rig.handles().labels.first().map_or("", String::as_str),
             args.rig.display()
         )));
     }
@@ -85,7 +87,7 @@ fn warn(recording: &Recording, rig: &Rig) {
         log::warn!(
             "{} of the rig's {} came in no frame and stay at rest: {listed}{more}",
             recording.unseen.len(),
-            human::counted(rig.labels.len(), "handle")
+            human::counted(rig.handles().labels.len(), "handle")
         );
     }
     if let Some(misfit) = misfit(&recording.take, &Target::of(rig)) {

@@ -75,7 +75,7 @@ impl Masks {
         let channels = WrinkleMasks::channels_of(&channels_of(rig, recipe)?);
         let of_examples = playback.example_folds(ui)?;
         let examples_of = |channel: usize| match recipe.wrinkle_groups.0.get(channel) {
-            Some(group) => rig.example_names.iter().map(|name| group.examples.contains(name)).collect(),
+            Some(group) => rig.examples().names.iter().map(|name| group.examples.contains(name)).collect(),
             None => (0..of_examples.len()).map(|example| example == channel).collect::<Vec<bool>>(),
         };
         let folds = (0..channels.len()).map(|channel| {

@@ -22,7 +22,7 @@ pub(super) fn run(args: &args::Send, ui: &Ui) -> Result<()> {
         )));
     }
     let rig = args.rig.as_deref().map(rig_file::read).transpose()?;
-    let labels = rig.as_ref().map(|rig| rig.labels.as_slice());
+    let labels = rig.as_ref().map(|rig| rig.handles().labels.as_slice());
     let take = take::read(&args.take, labels, Missing::Leave)?;
     let take = take.slice(args.frames.within(take.frames())?);
     let sender = Sender::new(&take, args.rate, args.to)?;

@@ -71,19 +71,19 @@ pub(super) fn say(solved: &Solved, written: &Path, ui: &Ui) -> Result<()> {
         "{}: {} vertices, {}, {}, {}, {} per vertex, bending length {} {}; solved in {}, {}",
         written.display(),
         human::count(rig.vertices()),
-        human::counted(rig.handles.len(), "handle"),
-        human::counted(rig.strain_edges.len(), "strain edge"),
-        human::counted(rig.example_names.len(), "example"),
-        human::counted(rig.influences(), "influence"),
-        human::number(rig.bending_length),
-        human::unit(rig.metres_per_unit),
+        human::counted(rig.handles().vertices.len(), "handle"),
+        human::counted(rig.handles().strain_edges.len(), "strain edge"),
+        human::counted(rig.examples().names.len(), "example"),
+        human::counted(rig.influences().per_vertex(), "influence"),
+        human::number(rig.bending_length()),
+        human::unit(rig.surface().metres_per_unit),
         human::duration(solved.solving),
         human::bytes(solved.bytes)
     ))?;
-    for line in account_lines(&solved.account, rig.metres_per_unit) {
+    for line in account_lines(&solved.account, rig.surface().metres_per_unit) {
         output::say(&line)?;
     }
-    output::say(&output::table(&scan_rows(&solved.scans, rig.metres_per_unit)))?;
+    output::say(&output::table(&scan_rows(&solved.scans, rig.surface().metres_per_unit)))?;
     if let Some(words) = &solved.sculpted {
         output::say(words)?;
     }
@@ -135,7 +135,7 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
         return Err(Error::Cancelled);
     }
     let (written, writing) = ui.timed("write the rig", || {
-        let rounded = rig.cast::<f32>();
+        let rounded = rig.rounded()?;
         drop(rig);
         rig_file::write(output, &rounded).map(|()| rounded)
     });
@@ -173,18 +173,18 @@ fn what_is_sculpted(
     frame: usize,
     ui: &Ui,
 ) -> Result<String> {
-    let before: Rig = rhytid::solve::solve(without, ui)?.cast();
-    let take = take::read(path, Some(&rig.labels), Missing::Error)?;
+    let before: Rig = rhytid::solve::solve(without, ui)?.rounded()?;
+    let take = take::read(path, Some(&rig.handles().labels), Missing::Error)?;
     let step = take.frames().div_ceil(COMPARED).max(1);
     let mut frames: Vec<usize> = (0..take.frames()).step_by(step).chain([frame]).collect();
     frames.sort_unstable();
     frames.dedup();
     let mut changes = what_changes([&before, rig], &take, &frames, &[inputs::processor()?])?;
-    let millimetres = |x: f64| human::number((x * rig.metres_per_unit * 1e5).round() / 1e2);
+    let millimetres = |x: f64| human::number((x * rig.surface().metres_per_unit * 1e5).round() / 1e2);
     let of_itself = changes.iter().find(|change| change.frame == frame).map_or(0.0, |change| change.worst);
     changes.retain(|change| change.frame != frame);
     changes.sort_by(|a, b| b.worst.total_cmp(&a.worst));
-    let seen = changes.iter().filter(|change| change.worst * rig.metres_per_unit > SEEN).count();
+    let seen = changes.iter().filter(|change| change.worst * rig.surface().metres_per_unit > SEEN).count();
     let (most, median) = (changes.first().copied(), changes.get(changes.len() / 2).copied());
     let mut words = format!(
         "sculpted ({}): frame {frame} changes by up to {} mm",

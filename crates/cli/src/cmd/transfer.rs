@@ -46,8 +46,8 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
         let write =
             |painter: Option<&_>| rhytid::report::write_transfer(dir, &account, &maps, &solved.rig, painter);
         // For programs that show numbers at vertices, `view` among them.
-        let rest = solved.rig.rest.iter().map(|x| x.map(f64::from)).collect();
-        let mesh = Mesh { positions: rest, faces: solved.rig.faces.clone(), ..Mesh::default() };
+        let rest = solved.rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
+        let mesh = Mesh { positions: rest, faces: solved.rig.surface().faces.clone(), ..Mesh::default() };
         let numbers = [("distance_mm", &*maps.distance_mm), ("stretch", &*maps.stretch)];
         std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
         mesh::write_numbers(&dir.join("maps.ply"), &mesh, &numbers)?;

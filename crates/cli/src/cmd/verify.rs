@@ -79,11 +79,16 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let mut playback = performance.playback(&devices, ui)?;
     let found = verify(reader.as_mut(), Format::of(&args.file)?, &performance, &mut playback, ui)?;
     ui.clear();
-    let report = Comparison::new(&found, rig.metres_per_unit, &summary);
+    let report = Comparison::new(&found, rig.surface().metres_per_unit, &summary);
     if args.json {
         output::json(&report)?;
     } else if !ui.is_quiet() || !report.passed {
-        output::say(&report.text(&file.to_string(), &playback.device().id(), &found, rig.metres_per_unit))?;
+        output::say(&report.text(
+            &file.to_string(),
+            &playback.device().id(),
+            &found,
+            rig.surface().metres_per_unit,
+        ))?;
     }
     Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(exit::OURS) })
 }

@@ -44,7 +44,7 @@ fn rewrite(
     let mut reader = animation::open(from).unwrap();
     let summary = reader.summary().clone();
     let channels: Vec<Channel> = summary.channels.iter().filter(|channel| keeps(channel)).cloned().collect();
-    let corners = rig.triangle_corners().unwrap();
+    let corners = rig.surface().triangle_corners().unwrap();
     // Of the first frame, since nobody looks at them.
     let mut rest_normals = Vec::new();
     reader.channel(&channel::NORMALS, 0, &mut rest_normals).unwrap();
@@ -183,7 +183,7 @@ fn sigma_times_ten_is_not_sound() {
 #[test]
 fn a_handle_called_as_it_was_means_nothing() {
     let (f, rig) = fixture();
-    let (old, new) = (&rig.labels[4], format!("{} as it was", rig.labels[1]));
+    let (old, new) = (&rig.handles().labels[4], format!("{} as it was", rig.handles().labels[1]));
     let renamed = |text: String| {
         let mut lines = text.lines().map(str::to_owned).collect::<Vec<_>>();
         for line in &mut lines {
@@ -200,7 +200,7 @@ fn a_handle_called_as_it_was_means_nothing() {
         f.write(name, renamed(f.read_text(name)));
     }
     f.done("solve face.toml -o odd.safetensors");
-    assert_eq!(rig_file::read(&f.path("odd.safetensors")).unwrap().labels[4], new);
+    assert_eq!(rig_file::read(&f.path("odd.safetensors")).unwrap().handles().labels[4], new);
     f.done("animate odd.safetensors take.csv --device cpu:0 --frames 0..12 -o odd.usd");
     let [mut plain, mut odd] = ["plain.usd", "odd.usd"].map(|name| animation::open(&f.path(name)).unwrap());
     let [mut a, mut b] = [Vec::new(), Vec::new()];

@@ -2,6 +2,8 @@
 
 use crate::common::{self, Fixture, stderr};
 use rhytid::conformance::evaluate;
+use rhytid::core::HandleId;
+use rhytid::core::StrainEdgeId;
 use rhytid::core::rig_file;
 use rhytid::formats::{animation, take};
 use rhytid::{Rig, Take};
@@ -67,12 +69,12 @@ fn faded_frames_are_those_of_an_independent_computation() {
     animate(&f, "doubt.csv", "faded.usd", "--fade-detail");
     let (plain, faded) = (frames(&f, "plain.usd"), frames(&f, "faded.usd"));
 
-    let rig: Rig<f64> = rig_file::read(&f.path("face.safetensors")).unwrap().cast();
-    let handles = take.handle_positions(&rig.labels).unwrap();
+    let rig: Rig<f64> = rig_file::read(&f.path("face.safetensors")).unwrap().widened();
+    let handles = take.handle_positions(&rig.handles().labels).unwrap();
     let handles: Vec<[f64; 3]> = handles.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
     let results = evaluate(&rig, &handles);
-    let (vertices, k) = (rig.vertices(), rig.influences());
-    let triangles = VertexTriangles::new(vertices, &rig.triangles);
+    let vertices = rig.vertices();
+    let triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
     let mut largest = 0.0_f64;
     for frame in 0..FRAMES.len() {
         let certainty = |label: &str| {
@@ -81,14 +83,14 @@ fn faded_frames_are_those_of_an_independent_computation() {
         };
         let mut expected = Vec::new();
         for v in 0..vertices {
-            let edges = &rig.influence_edges[v * k..(v + 1) * k];
-            let alphas = &rig.influence_weights[v * k..(v + 1) * k];
+            let (edges, alphas) = (rig.influences().edges.row(v), rig.influences().weights.row(v));
             let sum: f64 = alphas.iter().sum();
             let c: f64 = edges
                 .iter()
                 .zip(alphas)
                 .map(|(&e, alpha)| {
-                    let [a, b] = rig.strain_edges[e as usize].map(|h| certainty(&rig.labels[h as usize]));
+                    let [a, b] = rig.handles().strain_edges[e.index()]
+                        .map(|h| certainty(&rig.handles().labels[h.index()]));
                     alpha / sum * if a < b { a } else { b }
                 })
                 .sum();
@@ -99,7 +101,7 @@ fn faded_frames_are_those_of_an_independent_computation() {
         }
         let mut expected_normals = vec![[0.0; 3]; vertices];
         let params = normals::Params::whole(1, vertices);
-        normals::normals(params, &expected, &rig.triangles, &triangles, &mut expected_normals);
+        normals::normals(params, &expected, &rig.surface().triangles, &triangles, &mut expected_normals);
         let off = |found: &[f32], expected: &[[f64; 3]]| {
             let pairs = found.iter().zip(expected.as_flattened());
             pairs.map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
@@ -300,7 +302,7 @@ fn detail_is_turned_down_and_up() {
         "1 is as it was"
     );
     let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
-    let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+    let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
     let mut folds = 0.0_f32;
     for frame in 0..full.len() {
         for (gained, gain) in [(none, 0.0), (half, 0.5), (twice, 2.0), (once, 1.0)] {
@@ -318,7 +320,7 @@ fn detail_is_turned_down_and_up() {
         let mut normals = vec![[0.0; 3]; rig.vertices()];
         let positions = twice[frame][0].as_chunks::<3>().0;
         let whole = normals::Params::whole(1, rig.vertices());
-        normals::normals(whole, positions, &rig.triangles, &triangles, &mut normals);
+        normals::normals(whole, positions, &rig.surface().triangles, &triangles, &mut normals);
         for (found, expected) in twice[frame][1].iter().zip(normals.as_flattened()) {
             assert!((found - expected).abs() < 1e-3, "frame {frame}: normal {found} instead of {expected}");
         }
@@ -352,16 +354,17 @@ fn detail_is_turned_down_by_region() {
     let [full, smooth, found] = ["full.usd", "smooth.usd", "region.usd"].map(|name| frames(&f, name));
     let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
     // The gain of a vertex is the mean of those of the handles that its influences join, so that there is no seam.
-    let gain_of_handle = |h: u32| match rhytid::playback::region_of(&rig.labels[h as usize]) {
+    let gain_of_handle = |h: HandleId| match rhytid::playback::region_of(&rig.handles().labels[h.index()]) {
         Some("lids") => 0.0,
         Some("chin") => 2.0,
         _ => 1.0,
     };
-    let k = rig.influences();
     let gain = |v: usize| {
-        let influences = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..][..k]);
-        let of_edge = |e: u32| rig.strain_edges[e as usize].map(gain_of_handle).iter().sum::<f32>() / 2.0;
-        let (sum, all) = influences.fold((0.0, 0.0), |(sum, all), (e, w)| (sum + w * of_edge(*e), all + w));
+        let of_edge = |e: StrainEdgeId| {
+            rig.handles().strain_edges[e.index()].map(gain_of_handle).iter().sum::<f32>() / 2.0
+        };
+        let influences = rig.influences().of(v);
+        let (sum, all) = influences.fold((0.0, 0.0), |(sum, all), (e, w)| (sum + w * of_edge(e), all + w));
         if all > 0.0 { sum / all } else { 1.0 }
     };
     let gains: Vec<f32> = (0..rig.vertices()).map(gain).collect();

@@ -38,7 +38,7 @@ fn a_raw_take_finds_its_vertices() {
         .iter()
         .zip(&known.vertices)
         .map(|(a, b)| {
-            let [a, b] = [a, b].map(|v| rest[*v as usize]);
+            let [a, b] = [a, b].map(|v| rest[v.index()]);
             10.0 * (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
         })
         .collect();
@@ -90,12 +90,12 @@ fn handles_are_spread_evenly_on_both_sides() {
     assert!(output.status.success(), "{}", stderr(&output));
     let handles = tables::read_handles(Path::new(&table)).unwrap();
     assert!((40..=41).contains(&handles.labels.len()), "{}", handles.labels.len());
-    assert_eq!((handles.labels[0].as_str(), handles.vertices[0]), ("tip", 7));
+    assert_eq!((handles.labels[0].as_str(), handles.vertices[0].0), ("tip", 7));
     let sides = |side: &str| handles.labels.iter().filter(|label| label.ends_with(side)).count();
     assert_eq!(sides("_l"), sides("_r"), "as many left as right: {:?}", handles.labels);
     // Evenly: none is nearer to another than a third of what most are, but for two that the mouth is between.
     let rest = mesh::read(&demo().join("neutral.obj")).unwrap().positions;
-    let at = |h: usize| rest[handles.vertices[h] as usize];
+    let at = |h: usize| rest[handles.vertices[h].index()];
     let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
     let count = handles.labels.len();
     let mut nearest: Vec<f64> = (0..count)
@@ -160,7 +160,7 @@ fn reach(usd: &Path, neutral: &Path, table: &Path) -> [f32; 3] {
         let points = now.as_chunks::<3>().0;
         let from_rest = |v: usize| apart(points[v], rest[v].map(|c| c as f32));
         farthest = (0..points.len()).map(from_rest).fold(farthest, f32::max);
-        marker = handles.iter().map(|&v| from_rest(v as usize)).fold(marker, f32::max);
+        marker = handles.iter().map(|&v| from_rest(v.index())).fold(marker, f32::max);
         for (x, y) in points.iter().zip(before.as_chunks::<3>().0) {
             jump = jump.max(apart(*x, *y));
         }

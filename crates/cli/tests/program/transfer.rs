@@ -53,7 +53,7 @@ fn a_sheets_expression_is_carried_over_and_its_markers_are_met() {
     for (frame, markers) in markers.chunks(3 * handles.vertices.len()).enumerate() {
         reader.positions(frame, &mut positions).unwrap();
         for (marker, &v) in markers.chunks(3).zip(&handles.vertices) {
-            for (x, y) in marker.iter().zip(&positions[3 * v as usize..]) {
+            for (x, y) in marker.iter().zip(&positions[3 * v.index()..]) {
                 assert!((x - y).abs() < 2e-6, "frame {frame}, vertex {v}: {x} and {y}");
             }
         }

@@ -13,11 +13,11 @@ fn usd_reads_the_backends_bits() {
     let f = Fixture::new();
     let [rig_path, take_path] = ["face.safetensors", "performance.csv"].map(|name| demo().join(name));
     let rig = rig_file::read(&rig_path).unwrap();
-    let take = take::read(&take_path, Some(&rig.labels), take::Missing::Error).unwrap();
-    let handles = take.handle_positions(&rig.labels).unwrap();
+    let take = take::read(&take_path, Some(&rig.handles().labels), take::Missing::Error).unwrap();
+    let handles = take.handle_positions(&rig.handles().labels).unwrap();
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     // The shell alone is the large scale of another rig, from before anything was learned.
-    let mut animators = [&rig, &rig.clone().shell()]
+    let mut animators = [&rig, &rig.clone().shell().unwrap()]
         .map(|rig| Animator::new(&cpu, rig, UploadOptions::frames(take.frames())).unwrap());
     animators.iter_mut().for_each(|animator| animator.evaluate(&handles).unwrap());
     let mut told = Vec::new();

@@ -1,10 +1,10 @@
 //! The contents of the planned buffers: of a rig once, of a batch each time.
 use super::{Buffer, Input, Plan, PlannedBuffer, Role, Sizes, Slice, TILE};
-use crate::{HandleFrames, Rig};
+use crate::{HandleFrames, HandleId, Rig, StrainEdgeId};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::{detail, normals, strain, vec3};
+use rhytid_kernels::{detail, normals, vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -19,20 +19,22 @@ impl Plan {
             _ => 0..self.sizes.vertices,
         };
         let Sizes { handles, centers, .. } = self.sizes;
-        let of_part = |per_vertex: usize| part.start * per_vertex..part.end * per_vertex;
+        let (basis, rbf_weights) = (rig.basis(), &rig.fine_scale().rbf_weights);
         match planned.buffer {
-            Buffer::Rest => Cow::Borrowed(bytemuck::cast_slice(&rig.rest)),
+            Buffer::Rest => Cow::Borrowed(bytemuck::cast_slice(&rig.surface().rest)),
             Buffer::HandleRest => owned(&self.handle_rest),
-            Buffer::StrainEdges => Cow::Borrowed(bytemuck::cast_slice(&rig.strain_edges)),
-            Buffer::RestLengths => owned(&strain::rest_lengths(&rig.rest, &rig.handles, &rig.strain_edges)),
-            Buffer::PoseFeatures => Cow::Borrowed(bytemuck::cast_slice(&rig.pose_features)),
-            Buffer::TangentNeighbors => Cow::Borrowed(bytemuck::cast_slice(&rig.tangent_neighbors)),
+            Buffer::StrainEdges => Cow::Borrowed(bytemuck::cast_slice(&rig.handles().strain_edges)),
+            Buffer::RestLengths => owned(&rig.handles().rest_lengths()),
+            Buffer::PoseFeatures => {
+                Cow::Borrowed(bytemuck::cast_slice(rig.fine_scale().pose_features.as_slice()))
+            }
+            Buffer::TangentNeighbors => Cow::Borrowed(bytemuck::cast_slice(&rig.surface().tangent_neighbors)),
             Buffer::Basis if self.fp16_basis => {
                 let fp16: Vec<u16> =
-                    rig.basis[of_part(handles)].iter().map(|&b| f16::from_f32(b).to_bits()).collect();
+                    basis.of_rows(part).iter().map(|&b| f16::from_f32(b).to_bits()).collect();
                 owned(&tiled(&fp16, handles))
             }
-            Buffer::Basis => owned(&tiled(&rig.basis[of_part(handles)], handles)),
+            Buffer::Basis => owned(&tiled(basis.of_rows(part), handles)),
             Buffer::InfluenceOffsets => owned(&of_tiles(&self.influence_offsets, &part, 2)),
             Buffer::Influences => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).0).collect::<Vec<_>>())
@@ -41,26 +43,22 @@ impl Plan {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1).collect::<Vec<_>>())
             }
             Buffer::RbfWeights | Buffer::Pivots if self.zero_at_rest => match planned.buffer {
-                Buffer::RbfWeights => {
-                    owned(&tiled(rig.rbf_weights[of_part(centers)].as_flattened(), centers * 3))
-                }
+                Buffer::RbfWeights => owned(&tiled(rbf_weights.of_rows(part).as_flattened(), centers * 3)),
                 _ => owned(&vec![0u32; part.len().next_multiple_of(TILE)]),
             },
             Buffer::RbfWeights => {
-                let (weights, _) = detail::pivoted(&rig.rbf_weights[of_part(centers)], centers);
+                let (weights, _) = detail::pivoted(rbf_weights.of_rows(part), centers);
                 owned(&tiled(weights.as_flattened(), centers * 3))
             }
-            Buffer::Pivots => {
-                owned(&tiled(&detail::pivoted(&rig.rbf_weights[of_part(centers)], centers).1, 1))
-            }
+            Buffer::Pivots => owned(&tiled(&detail::pivoted(rbf_weights.of_rows(part), centers).1, 1)),
             Buffer::FeatureLengths => {
-                owned(&rig.feature_lengths().iter().map(|&l| l as f32).collect::<Vec<_>>())
+                owned(&rig.handles().feature_lengths().iter().map(|&l| l as f32).collect::<Vec<_>>())
             }
-            Buffer::ExampleVectors => owned(&rig.example_vectors()),
-            Buffer::FeatureBounds => owned(&rig.feature_bounds()),
+            Buffer::ExampleVectors => owned(rig.example_vectors().as_slice()),
+            Buffer::FeatureBounds => owned(rig.feature_bounds().as_slice()),
             Buffer::ExampleWeights => {
                 let (all, examples) = (rig.half_example_weights(), centers - 1);
-                let numbers = all[of_part(examples)].as_flattened();
+                let numbers = all.of_rows(part).as_flattened();
                 if self.fp16_basis {
                     let fp16: Vec<u16> = numbers.iter().map(|&c| f16::from_f32(c).to_bits()).collect();
                     owned(&tiled(&fp16, examples * 3))
@@ -71,14 +69,17 @@ impl Plan {
             Buffer::FoldWeights => {
                 let mut half = rig.half_example_weights();
                 if self.fp16_basis {
-                    half.as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
+                    half.as_mut_slice()
+                        .as_flattened_mut()
+                        .iter_mut()
+                        .for_each(|c| *c = f16::from_f32(*c).to_f32());
                 }
                 let (all, vectors) = (rig.fold_weights(&half), self.sizes.fold_weights());
-                owned(&tiled(all[of_part(vectors)].as_flattened(), vectors * 3))
+                owned(&tiled(all.of_rows(part).as_flattened(), vectors * 3))
             }
             Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part, 1)),
             Buffer::Fans => {
-                let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+                let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
                 owned(&tiles(&part).flat_map_iter(|tile| fans_of(rig, &triangles, tile)).collect::<Vec<_>>())
             }
             Buffer::HandlePositions
@@ -144,7 +145,7 @@ fn of_tiles(offsets: &[u32], part: &Range<usize>, lists: usize) -> Vec<u32> {
 
 /// Where the rows of each tile's fans begin, and where the last ones end.
 pub(super) fn fan_offsets(rig: &Rig) -> Vec<u32> {
-    let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+    let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
     offsets(rig, |tile| fans_of(rig, &triangles, tile).len())
 }
 
@@ -153,7 +154,8 @@ pub(super) fn influence_offsets(rig: &Rig) -> Vec<u32> {
     let rows: Vec<[usize; 2]> = tiles(&(0..rig.vertices()))
         .map(|tile| {
             let (influences, _) = influences_of(rig, tile);
-            let edges = influences.partition_point(|&feature| (feature as usize) < rig.strain_edges.len());
+            let edges =
+                influences.partition_point(|&feature| (feature as usize) < rig.handles().strain_edges.len());
             [edges, influences.len() - edges]
         })
         .collect();
@@ -179,12 +181,21 @@ fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
         let here = tile * TILE * per_vertex..((tile + 1) * TILE).min(rig.vertices()) * per_vertex;
         detail::tile_influences(per_vertex, &indices[here.clone()], &weights[here])
     };
-    let (mut indices, mut weights) = of_tile(rig.influences(), &rig.influence_edges, &rig.influence_weights);
+    let influences = rig.influences();
+    let (mut indices, mut weights) = of_tile(
+        influences.per_vertex(),
+        StrainEdgeId::numbers(influences.edges.as_slice()),
+        influences.weights.as_slice(),
+    );
     if let Some(learned) = rig.bands() {
-        let anchors = of_tile(learned.anchors_per_vertex(), &learned.anchors, &learned.anchor_weights);
-        let anchors = if anchors.0.is_empty() { (vec![0], vec![[0.0; TILE]]) } else { anchors };
-        indices.extend(anchors.0.iter().map(|anchor| rig.strain_edges.len() as u32 + anchor));
-        weights.extend(anchors.1);
+        let (numbers, nus) =
+            (HandleId::numbers(learned.anchors.as_slice()), learned.anchor_weights.as_slice());
+        let (anchors, of_anchors) = match of_tile(learned.anchors_per_vertex(), numbers, nus) {
+            (anchors, _) if anchors.is_empty() => (vec![0], vec![[0.0; TILE]]),
+            some => some,
+        };
+        indices.extend(anchors.iter().map(|anchor| rig.handles().strain_edges.len() as u32 + anchor));
+        weights.extend(of_anchors);
     }
     (indices, weights)
 }
@@ -194,7 +205,7 @@ fn fans_of(rig: &Rig, triangles: &VertexTriangles, tile: usize) -> Vec<[u32; TIL
     let first = tile * TILE;
     let vertices = first..(first + TILE).min(rig.vertices());
     let fans: Vec<Vec<u32>> =
-        vertices.map(|v| normals::fan(v as u32, &rig.triangles, triangles.at(v))).collect();
+        vertices.map(|v| normals::fan(v as u32, &rig.surface().triangles, triangles.at(v))).collect();
     let at = |row: usize, lane: usize| match fans.get(lane) {
         Some(fan) => fan.get(row).copied().unwrap_or((first + lane) as u32),
         None => 0,

@@ -1,10 +1,11 @@
 //! What the animator lets through to a backend, seen from a backend that only keeps a record.
 
 use rhytid_core::{
-    Animator, Backend, BasisStorage, CheckedRig, DeviceErrorKind, DeviceInfo, Error, HandleFrames,
-    NoProgress, Result, Rig, Session, Stage, UploadOptions,
+    Animator, Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, NoProgress, Result,
+    Rig, RigParts, Session, Stage, Table, UploadOptions, VertexId,
 };
 use rhytid_solve::solve;
+use rhytid_test_support::changed;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -45,7 +46,7 @@ impl Backend for Recorder {
         Ok(Self::default())
     }
 
-    fn upload(&self, rig: CheckedRig<'_>, options: UploadOptions) -> Result<RecorderSession> {
+    fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<RecorderSession> {
         self.record.lock().unwrap().uploads.push((rig.vertices(), options.max_frames));
         Ok(RecorderSession { record: self.record.clone() })
     }
@@ -74,7 +75,7 @@ impl Session for RecorderSession {
 }
 
 fn rig() -> Rig {
-    solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().cast()
+    solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().rounded().unwrap()
 }
 
 /// An animator of five handles for batches of three frames, and the record of its device.
@@ -158,39 +159,62 @@ fn nothing_is_read_before_it_is_there() {
     assert_eq!((out, record.lock().unwrap().reads.len()), (vec![2.0; 15], 2));
 }
 
+/// The table without its last element.
+fn shorter<T: Clone>(table: &Table<T>) -> Table<T> {
+    let (_, elements) = table.as_slice().split_last().unwrap();
+    Table::new(1, elements.len(), elements.to_vec())
+}
+
 #[test]
-fn rigs_that_are_not_sound_are_not_uploaded() {
-    let recorder = Recorder::default();
-    let refused_rig = |word: &str, change: &dyn Fn(&mut Rig)| {
-        let mut rig = rig();
-        change(&mut rig);
-        refused(Animator::new(&recorder, &rig, UploadOptions::frames(3)), &[word]);
-    };
+fn what_is_not_sound_is_no_rig() {
+    let refused_rig =
+        |word: &str, change: &dyn Fn(&mut RigParts)| refused(changed(&rig(), |parts| change(parts)), &[word]);
     refused_rig("found 0, 0 and 0", &|r| {
-        (r.rest, r.handles, r.faces) = Default::default();
+        (r.surface.rest, r.handles.vertices, r.surface.faces) = Default::default();
     });
-    refused_rig("handles", &|r| r.handles.clear());
-    refused_rig("labels has 4 elements, expected 5", &|r| r.labels.truncate(r.labels.len() - 1));
-    refused_rig("basis has 124 elements, expected 125", &|r| r.basis.truncate(r.basis.len() - 1));
-    refused_rig("influence_edges", &|r| r.influence_edges.truncate(r.influence_edges.len() - 1));
-    refused_rig("influence_weights", &|r| r.influence_weights.truncate(r.influence_weights.len() - 1));
-    refused_rig("frame_neighbors", &|r| r.tangent_neighbors.truncate(r.tangent_neighbors.len() - 1));
-    refused_rig("pose_features", &|r| r.pose_features.truncate(r.pose_features.len() - 1));
+    refused_rig("handles", &|r| r.handles.vertices.clear());
+    refused_rig("labels has 4 elements, expected 5", &|r| r.handles.labels.truncate(4));
+    refused_rig("handle_rest has 4 elements, expected 5", &|r| r.handles.rest.truncate(4));
+    refused_rig("handle_rest[3] is not where its vertex 20 is at rest", &|r| r.handles.rest[3][1] += 1.0);
+    refused_rig("basis has 124 elements, expected 125", &|r| r.basis = shorter(&r.basis));
+    refused_rig("basis is 5 × 25, expected 25 × 5", &|r| {
+        r.basis = Table::new(5, 25, r.basis.as_slice().to_vec());
+    });
+    refused_rig("influence_edges", &|r| r.influences.edges = shorter(&r.influences.edges));
+    refused_rig("influence_weights", &|r| r.influences.weights = shorter(&r.influences.weights));
+    refused_rig("frame_neighbors", &|r| r.surface.tangent_neighbors.truncate(24));
+    refused_rig("pose_features", &|r| r.fine_scale.pose_features = shorter(&r.fine_scale.pose_features));
     refused_rig("rbf_weights has 49 elements, expected 50", &|r| {
-        r.rbf_weights.truncate(r.rbf_weights.len() - 1);
+        r.fine_scale.rbf_weights = shorter(&r.fine_scale.rbf_weights);
     });
-    refused_rig("pose_features", &|r| r.example_names.push("another".into()));
-    refused_rig("triangles", &|r| r.triangles.truncate(r.triangles.len() - 1));
-    refused_rig("handles[0] is 25", &|r| r.handles[0] = 25);
-    refused_rig("basis[6] is NaN", &|r| r.basis[6] = f32::NAN);
-    refused_rig("metres_per_unit", &|r| r.metres_per_unit = f64::NAN);
+    refused_rig("pose_features", &|r| r.examples.names.push("another".into()));
+    refused_rig("triangles", &|r| r.surface.triangles.truncate(31));
+    refused_rig("handles[0] is 25", &|r| r.handles.vertices[0] = VertexId(25));
+    refused_rig("basis[6] is NaN", &|r| r.basis.as_mut_slice()[6] = f32::NAN);
+    refused_rig("metres_per_unit", &|r| r.surface.metres_per_unit = f64::NAN);
     refused_rig("bending_length", &|r| r.bending_length = f64::INFINITY);
-    refused_rig("beta", &|r| r.beta = f64::NAN);
+    refused_rig("beta", &|r| r.influences.beta = f64::NAN);
+    let recorder = Recorder::default();
     refused(
         Animator::new(&recorder, &rig(), UploadOptions::frames(0)),
         &["at least 1 frame", "max_frames = 0"],
     );
     assert!(recorder.record.lock().unwrap().uploads.is_empty());
+}
+
+/// What is in range in f64 and not in f32.
+#[test]
+fn what_f32_cannot_hold_is_not_rounded() {
+    let exact = solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap();
+    let large = changed(&exact, |r| r.basis.row_mut(1)[2] = 1e300).unwrap();
+    refused(large.rounded(), &["basis[7] is inf"]);
+    assert_eq!(exact.rounded().unwrap().widened().rounded().unwrap(), exact.rounded().unwrap());
+}
+
+#[test]
+fn folds_that_f32_cannot_hold_are_not_scaled() {
+    refused(rig().scale_folds(|v| if v == 13 { 1e300 } else { 1.0 }), &["rbf_weights[80] is"]);
+    assert_eq!(rig().scale_folds(|_| 1.0).unwrap(), rig());
 }
 
 #[test]
@@ -218,9 +242,7 @@ fn sessions_of_every_backend_fit_behind_one_type() {
 #[test]
 fn a_basis_that_fp16_cannot_hold_is_refused_as_fp16_only() {
     let recorder = Recorder::default();
-    let mut rig = rig();
-    let h = rig.handles.len();
-    rig.basis[2 * h + 1] = 70_000.0;
+    let rig = changed(&rig(), |r| r.basis.row_mut(2)[1] = 70_000.0).unwrap();
     let fp16 = UploadOptions { max_frames: 1, basis: BasisStorage::F16 };
     refused(Animator::new(&recorder, &rig, fp16), &["vertex 2", "70000", "65504", "f32"]);
     assert!(recorder.record.lock().unwrap().uploads.is_empty());

@@ -3,13 +3,15 @@
 
 use rhytid_core::plan::{Plan, PlanLimits, Role};
 use rhytid_core::{
-    BasisStorage, DeviceErrorKind, Error, FoldStrains, HandleFrames, NoProgress, Rig, Stage, UploadOptions,
+    BasisStorage, DeviceErrorKind, Error, Faces, FoldStrains, HandleFrames, NoProgress, Rig, RigParts, Stage,
+    Table, UploadOptions, VertexId,
 };
 use rhytid_kernels::table::{Buffer, Each, Kernel};
 use rhytid_solve::solve;
+use rhytid_test_support::changed;
 
 fn rig() -> Rig {
-    solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().cast()
+    solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().rounded().unwrap()
 }
 
 const NO_LIMITS: PlanLimits = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: u32::MAX };
@@ -18,42 +20,51 @@ const NO_LIMITS: PlanLimits = PlanLimits { max_binding_bytes: u64::MAX, max_work
 fn large_rig(vertices: usize) -> Rig {
     let one = rig();
     let copies = vertices.div_ceil(one.vertices());
-    let mut rig = one.clone();
-    for copy in 1..copies {
-        let first = (copy * one.vertices()) as u32;
-        rig.rest.extend_from_slice(&one.rest);
-        rig.basis.extend_from_slice(&one.basis);
-        rig.influence_edges.extend_from_slice(&one.influence_edges);
-        rig.influence_weights.extend_from_slice(&one.influence_weights);
-        rig.rbf_weights.extend_from_slice(&one.rbf_weights);
-        rig.tangent_neighbors.extend(one.tangent_neighbors.iter().map(|v| v + first));
-        rig.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
-        if let (Some(learned), Some(one)) = (&mut rig.learned, &one.learned) {
-            learned.anchors.extend_from_slice(&one.anchors);
-            learned.anchor_weights.extend_from_slice(&one.anchor_weights);
-            learned.feature_gains.extend_from_slice(&one.feature_gains);
-            learned.example_weights.extend_from_slice(&one.example_weights);
-            learned.variances.extend_from_slice(&one.variances);
+    let repeated = |r: &mut RigParts| {
+        let surface = one.surface();
+        let (triangles, neighbors) = (&surface.triangles, &surface.tangent_neighbors);
+        r.surface.rest = surface.rest.repeat(copies);
+        let firsts = || (0..copies).map(|copy| (copy * one.vertices()) as u32);
+        let of_copy = |first: u32| triangles.iter().map(move |t| t.map(|v| v + first));
+        r.surface.triangles = firsts().flat_map(of_copy).collect();
+        r.surface.faces = Faces::default();
+        r.surface.triangles.iter().for_each(|triangle| r.surface.faces.push(triangle));
+        let of_copy = |first: u32| neighbors.iter().map(move |v| VertexId(v.0 + first));
+        r.surface.tangent_neighbors = firsts().flat_map(of_copy).collect();
+        r.basis = times(&r.basis, copies);
+        r.influences.edges = times(&r.influences.edges, copies);
+        r.influences.weights = times(&r.influences.weights, copies);
+        r.fine_scale.rbf_weights = times(&r.fine_scale.rbf_weights, copies);
+        if let Some(learned) = &mut r.learned {
+            learned.anchors = times(&learned.anchors, copies);
+            learned.anchor_weights = times(&learned.anchor_weights, copies);
+            learned.feature_gains = times(&learned.feature_gains, copies);
+            learned.example_weights = times(&learned.example_weights, copies);
+            learned.variances = learned.variances.repeat(copies);
         }
-    }
-    rig
+    };
+    changed(&one, repeated).unwrap()
+}
+
+/// The rows of a table, so many times.
+fn times<T: Copy>(table: &Table<T>, copies: usize) -> Table<T> {
+    Table::new(table.height() * copies, table.columns(), table.as_slice().repeat(copies))
 }
 
 /// The rig with folds of strain lengths.
-fn of_lengths(mut rig: Rig) -> Rig {
-    rig.learned.as_mut().unwrap().fold_strains = FoldStrains::Lengths;
-    rig
+fn of_lengths(rig: Rig) -> Rig {
+    changed(&rig, |r| r.learned.as_mut().unwrap().fold_strains = FoldStrains::Lengths).unwrap()
 }
 
 /// The same, whose handles turn.
 fn turning(rig: &Rig) -> Rig {
-    Rig { rotations: true, ..rig.clone() }
+    changed(rig, |r| r.handles.rotations = true).unwrap()
 }
 
 #[test]
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let (vectors, lengths) = (rig(), of_lengths(rig()));
-    let chapter = Rig { learned: None, ..vectors.clone() };
+    let chapter = changed(&vectors, |r| r.learned = None).unwrap();
     let without_detail: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| *stage != Stage::Detail).collect();
     // Nothing is made for what does not run: bands in the chapter's method, its detail where they have the folds.
     for (rig, kernels, buffers, in_order) in [
@@ -116,7 +127,7 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                     covered[slice.frames.clone()].iter_mut().for_each(|n| *n += 1);
                 }
                 assert!(covered.iter().all(|&n| n == 1), "{covered:?}");
-                let handles = rig.handles.len();
+                let handles = rig.handles().vertices.len();
                 let positions: Vec<f32> = (0..frames * handles * 3).map(|i| i as f32).collect();
                 let mut written = [Vec::new(), Vec::new(), Vec::new()];
                 let mut motions = Vec::new();
@@ -133,14 +144,14 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                     }
                     written[which].extend_from_slice(&input.numbers);
                 }
-                if rig.rotations {
-                    let (of_rig, _) = rig.motions(positions.as_chunks().0);
-                    motions = of_rig.into_iter().flat_map(|[x, y, z]| [x, y, z, 0.0]).collect();
+                if rig.handles().rotations {
+                    let of_rig = rig.handles().motions(positions.as_chunks().0);
+                    motions = of_rig.vectors.into_iter().flat_map(|[x, y, z]| [x, y, z, 0.0]).collect();
                 }
                 assert_eq!(written[2], motions);
                 assert_eq!(written[0], positions);
                 for (i, u) in written[1].chunks_exact(4).enumerate() {
-                    let rest = rig.rest[rig.handles[i % handles] as usize];
+                    let rest = rig.surface().rest[rig.handles().vertices[i % handles].index()];
                     assert_eq!(
                         u,
                         [0, 1, 2, 3].map(|c| if c < 3 { positions[3 * i + c] - rest[c] } else { 0.0 })
@@ -164,7 +175,7 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                         assert_eq!(v as usize, vertices);
                         let in_workgroup = 64 * dispatch.kernel.entry().at_once;
                         // A frame's four vectors of each handle are summed as those of four frames.
-                        let in_a_frame = if rig.rotations && name == "large_scale" { 4 } else { 1 };
+                        let in_a_frame = if rig.handles().rotations && name == "large_scale" { 4 } else { 1 };
                         let workgroups = [
                             part.div_ceil(in_workgroup),
                             (in_a_frame * of_slice).div_ceil(dispatch.frames_at_once),
@@ -227,35 +238,39 @@ fn words(rig: &Rig, buffer: Buffer) -> Vec<u32> {
 
 #[test]
 fn a_tiles_influences_are_those_of_its_vertices() {
-    let mut rig = rig();
-    let (vertices, k) = (rig.vertices(), rig.influences());
-    rig.influence_weights[..k].fill(0.0);
-    rig.influence_weights[3 * k + 1] = f32::from_bits(7);
-    // One tile has no anchor at all.
-    let anchors = rig.learned.as_ref().unwrap().anchors_per_vertex();
-    rig.learned.as_mut().unwrap().anchor_weights[..16 * anchors].fill(0.0);
+    let rig = changed(&rig(), |r| {
+        r.influences.weights.row_mut(0).fill(0.0);
+        r.influences.weights.row_mut(3)[1] = f32::from_bits(7);
+        // One tile has no anchor at all.
+        let weights = &mut r.learned.as_mut().unwrap().anchor_weights;
+        (0..16).for_each(|v| weights.row_mut(v).fill(0.0));
+    })
+    .unwrap();
+    let vertices = rig.vertices();
     let [offsets, features, weights] =
         [Buffer::InfluenceOffsets, Buffer::Influences, Buffer::InfluenceWeights].map(|b| words(&rig, b));
     let tiles = vertices.div_ceil(16);
     assert_eq!(offsets.len(), 2 * tiles + 1);
     assert_eq!((features.len() as u32, weights.len()), (offsets[2 * tiles], 16 * features.len()));
-    let learned = rig.learned.as_ref().unwrap();
-    let edges = rig.strain_edges.len() as u32;
+    let learned = rig.learned().unwrap();
+    let edges = rig.handles().strain_edges.len() as u32;
     for (list, rows) in offsets.array_windows().map(|&[a, b]| a as usize..b as usize).enumerate() {
         let tile = list / 2;
         // First strain edges, then anchors, counted from F.
-        let (per_vertex, indices, of_rig, first) = match list % 2 {
-            0 => (k, &rig.influence_edges, &rig.influence_weights, 0),
-            _ => (anchors, &learned.anchors, &learned.anchor_weights, edges),
+        let of_rig = |v: usize| -> Vec<(u32, f32)> {
+            match list % 2 {
+                _ if v >= vertices => Vec::new(),
+                0 => rig.influences().of(v).map(|(e, weight)| (e.0, weight)).collect(),
+                _ => learned.anchors_of(v).map(|(h, weight)| (edges + h.0, weight)).collect(),
+            }
         };
         assert!(features[rows.clone()].is_sorted_by(|a, b| a < b), "{tile}");
         for lane in 0..16 {
             let row = |row: usize| (features[row], f32::from_bits(weights[16 * row + lane]));
             let found: Vec<(u32, f32)> = rows.clone().map(row).filter(|(_, weight)| *weight != 0.0).collect();
             let v = 16 * tile + lane;
-            let all = (v * per_vertex..(v + 1) * per_vertex).filter(|_| v < vertices);
-            let all = all.map(|i| (first + indices[i], of_rig[i]));
-            let expected: Vec<(u32, f32)> = all.filter(|(_, weight)| *weight != 0.0).collect();
+            let expected: Vec<(u32, f32)> =
+                of_rig(v).into_iter().filter(|(_, weight)| *weight != 0.0).collect();
             assert_eq!(found, expected, "vertex {v}");
         }
         // Nothing is there for nothing, but for the one anchor of no weight where there is none.
@@ -283,7 +298,7 @@ fn fans_have_every_triangle_at_each_of_its_vertices() {
         found.extend(pairs.map(|&[a, b]| [v, a, b]));
     }
     let corners = |&[a, b, c]: &[u32; 3]| [[a, b, c], [b, c, a], [c, a, b]];
-    let mut expected: Vec<[u32; 3]> = rig.triangles.iter().flat_map(corners).collect();
+    let mut expected: Vec<[u32; 3]> = rig.surface().triangles.iter().flat_map(corners).collect();
     found.sort_unstable();
     expected.sort_unstable();
     assert!(found == expected, "{} for {} corners", found.len(), expected.len());

@@ -7,6 +7,7 @@ use normals::{Normals, Wrong};
 use rayon::prelude::*;
 use rhytid_core::{
     Animator, Device, DeviceErrorKind, DeviceInfo, Error, Result, Rig, Session, Stage, UploadOptions,
+    VertexId,
 };
 use std::time::{Duration, Instant};
 
@@ -57,12 +58,12 @@ impl<'a> Watch<'a> {
         }
         let Some(processor) = crate::backends::find("cpu:0") else { return Ok(None) };
         let processor = crate::backends::open(&processor)?;
-        let (low, high) = rig.rest.iter().fold(([f32::MAX; 3], [f32::MIN; 3]), |(low, high), x| {
+        let (low, high) = rig.surface().rest.iter().fold(([f32::MAX; 3], [f32::MIN; 3]), |(low, high), x| {
             ([0, 1, 2].map(|c| low[c].min(x[c])), [0, 1, 2].map(|c| high[c].max(x[c])))
         });
         let diagonal = (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f32>().sqrt();
         let gain = |row: &[f32]| row.iter().map(|b| b.abs()).sum::<f32>();
-        let gain = rig.basis.par_chunks(rig.handles.len().max(1)).map(gain).reduce(|| 1.0, f32::max);
+        let gain = rig.basis().par_rows().map(gain).reduce(|| 1.0, f32::max);
         let options = UploadOptions { max_frames: 1, ..options };
         let mut watch = Self {
             rig,
@@ -78,10 +79,9 @@ impl<'a> Watch<'a> {
             normal_looks: Looks::default(),
         };
         // An example is a frame that the rig knows; without any, handles that move apart.
-        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]);
-        let handles: Vec<f32> = match rig.example_handles.get(..rig.handles.len()) {
+        let handles: Vec<f32> = match rig.examples().handles.rows().next() {
             Some(example) => example.as_flattened().to_vec(),
-            None => rest.flat_map(|x| x.map(|x| 1.01 * x + 0.001 * diagonal)).collect(),
+            None => rig.handles().rest.iter().flat_map(|x| x.map(|x| 1.01 * x + 0.001 * diagonal)).collect(),
         };
         let stages = [Stage::Positions, Stage::Normals];
         let mut found = [Vec::new(), Vec::new()];
@@ -128,11 +128,11 @@ impl<'a> Watch<'a> {
     }
 
     fn positions(&mut self, handles: &[f32], stage: Stage, found: &[f32], is_due: bool) -> Result<()> {
-        let (per_frame, of_frame) = (self.rig.handles.len() * 3, self.rig.vertices() * 3);
+        let (per_frame, of_frame) = (self.rig.handles().vertices.len() * 3, self.rig.vertices() * 3);
         for (handles, found) in handles.chunks_exact(per_frame).zip(found.chunks_exact(of_frame)) {
             if let Some(vertex) = self.out_of_bounds(handles, found) {
                 // Unless the handles are where no face has them, so that the processor finds the same.
-                self.compare_vertices(handles, stage, found, &[vertex as u32])?;
+                self.compare_vertices(handles, stage, found, &[VertexId::from_index(vertex)])?;
             }
         }
         if is_due {
@@ -144,7 +144,7 @@ impl<'a> Watch<'a> {
 
     /// The first vertex that is farther away than any face goes, or not a number.
     fn out_of_bounds(&self, handles: &[f32], found: &[f32]) -> Option<usize> {
-        let rest = self.rig.handles.iter().flat_map(|&v| self.rig.rest[v as usize]);
+        let rest = self.rig.handles().vertices.iter().flat_map(|&v| self.rig.surface().rest[v.index()]);
         let moved = handles.iter().zip(rest).map(|(x, rest)| (x - rest).abs()).fold(0.0, f32::max);
         let most = FARTHEST * (self.diagonal + self.gain * moved);
         let [low, high] = self.bounds;
@@ -163,7 +163,8 @@ impl<'a> Watch<'a> {
 
     /// Compares `count` vertices of a frame with the processor's.
     fn compare(&mut self, handles: &[f32], stage: Stage, found: &[f32], count: usize) -> Result<()> {
-        let vertices: Vec<u32> = self.looks.next(self.rig.vertices(), count).map(|v| v as u32).collect();
+        let vertices: Vec<VertexId> =
+            self.looks.next(self.rig.vertices(), count).map(VertexId::from_index).collect();
         self.compare_vertices(handles, stage, found, &vertices)
     }
 
@@ -187,7 +188,13 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    fn compare_vertices(&self, handles: &[f32], stage: Stage, found: &[f32], vertices: &[u32]) -> Result<()> {
+    fn compare_vertices(
+        &self,
+        handles: &[f32],
+        stage: Stage,
+        found: &[f32],
+        vertices: &[VertexId],
+    ) -> Result<()> {
         let part = self.rig.part(vertices);
         let mut expected = Vec::new();
         let mut processor = self.processor.upload(&part, self.options)?;
@@ -195,7 +202,7 @@ impl<'a> Watch<'a> {
         processor.read(stage, &mut expected)?;
         let size = expected.iter().map(|x| x.abs()).fold(self.diagonal, f32::max);
         for (&v, expected) in vertices.iter().zip(expected.as_chunks::<3>().0) {
-            let found = &found[3 * v as usize..][..3];
+            let found = &found.as_chunks::<3>().0[v.index()];
             let apart = (0..3).map(|c| (found[c] - expected[c]).powi(2)).sum::<f32>().sqrt();
             if apart.is_nan() || apart > ROUNDING * size {
                 return Err(

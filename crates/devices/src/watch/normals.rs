@@ -29,7 +29,10 @@ pub(super) struct Wrong {
 
 impl<'a> Normals<'a> {
     pub(super) fn of(rig: &'a Rig) -> Self {
-        Self { triangles: &rig.triangles, at: VertexTriangles::new(rig.vertices(), &rig.triangles) }
+        Self {
+            triangles: &rig.surface().triangles,
+            at: VertexTriangles::new(rig.vertices(), &rig.surface().triangles),
+        }
     }
 
     /// The first of `vertices` whose normal is wrong in a frame, given its V positions.

@@ -1,12 +1,13 @@
 use super::*;
 use rhytid_backend_cpu::Cpu;
+use rhytid_core::VertexId;
 use rhytid_core::{BasisStorage, Method, NoProgress};
 use rhytid_test_support::flaky::{Flaky, watched};
 
 fn rig(method: Method) -> Rig {
     let mut face = rhytid_demo::face(2_000);
     face.settings.method = method;
-    rhytid_solve::solve(&face, &NoProgress).unwrap().cast()
+    rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap()
 }
 
 fn evaluated(rig: &Rig, options: UploadOptions, handles: &[f32]) -> [Vec<f32>; 2] {
@@ -29,7 +30,7 @@ fn read<const N: usize>(
 }
 
 fn smile(rig: &Rig) -> Vec<f32> {
-    let second = &rig.example_handles[rig.handles.len()..2 * rig.handles.len()];
+    let second = rig.examples().handles.row(1);
     second.iter().flat_map(|x| x.map(|x| x + 0.1)).collect()
 }
 
@@ -43,7 +44,7 @@ fn a_part_goes_where_it_goes_in_the_whole() {
             let options = UploadOptions { max_frames: 1, basis };
             let whole = evaluated(&rig, options, &handles);
             for vertices in [vec![v / 2], vec![v - 1, 0, 17], (0..v).step_by(7).collect(), (0..v).collect()] {
-                let part = rig.part(&vertices);
+                let part = rig.part(&vertices.iter().copied().map(VertexId).collect::<Vec<_>>());
                 assert!(vertices.len() < v as usize / 2 || part.vertices() == v as usize);
                 for (whole, part) in whole.iter().zip(evaluated(&part, options, &handles)) {
                     for (&v, x) in vertices.iter().zip(part.as_chunks::<3>().0) {
@@ -128,7 +129,7 @@ fn normals_that_are_not_those_of_the_positions_are_found() {
         let rig = rig(method);
         let options = UploadOptions::frames(2);
         let mut watch = watch_of(&rig, options);
-        let rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
+        let rest = rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]);
         let handles: Vec<f32> = smile(&rig).into_iter().chain(rest).collect();
         let [positions, right] = read(&rig, options, &handles, stages);
         let mut look = |normals: Vec<f32>| watch.batch(&handles, &stages, &[positions.clone(), normals]);

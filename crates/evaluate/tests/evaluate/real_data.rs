@@ -1,4 +1,5 @@
 //! Real faces: how far each method is from the truth, and scans that are planned from markers alone.
+use rhytid_core::VertexId;
 use rhytid_core::{DeviceInfo, Example, Face, Handles, Mesh, NoProgress, Settings, Take, UpAxis};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_evaluate::coverage::{coverage, take_sigma};
@@ -114,7 +115,7 @@ fn scans_that_markers_alone_choose_are_good_ones() {
     let mut face = bare(&folder, tables::read_handles(&shared.join("data/markers.csv")).unwrap(), 0.01);
     let take = clean_take(&shared, &face);
     let candidates = tables::read_frames(&shared.join("data/truth/rom_3_frames.csv"), take.frames()).unwrap();
-    let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
+    let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
     let regions = Regions::by_handles(&rig);
     let plan = coverage(&rig, &take, &regions, Some(&candidates), 6, 6, &NoProgress).unwrap();
     assert_eq!((plan.sigma, plan.left), (None, 1.0));
@@ -129,9 +130,9 @@ fn scans_that_markers_alone_choose_are_good_ones() {
     }
     // The other 94, as the array of an npy file has them.
     let others: Vec<usize> = (0..candidates.len()).filter(|place| !chosen.contains(place)).collect();
-    let rig = solve(&face, &NoProgress).unwrap().cast::<f32>();
-    let handles = take.handle_positions(&rig.labels).unwrap();
-    let per_frame = 3 * rig.handles.len();
+    let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
+    let handles = take.handle_positions(&rig.handles().labels).unwrap();
+    let per_frame = 3 * rig.handles().vertices.len();
     let handles: Vec<f32> =
         others.iter().flat_map(|&i| &handles[candidates[i] * per_frame..][..per_frame]).copied().collect();
     let mut playback = rhytid_playback::Playback::new(&rig, &device(), others.len()).unwrap();
@@ -155,7 +156,7 @@ fn scans_that_markers_alone_choose_are_good_ones() {
 fn an_evaluation_of_another_head_holds() {
     let Some(shared) = shared("data/makehuman") else { return };
     let neutral = mesh::read(&shared.join("neutral.obj")).unwrap();
-    let vertices = farthest_points(&neutral, 31);
+    let vertices: Vec<VertexId> = farthest_points(&neutral, 31).into_iter().map(VertexId).collect();
     let labels = (0..vertices.len()).map(|i| format!("M{i}")).collect();
     let face = with_poses(bare(&shared, Handles { labels, vertices }, 0.1), &shared);
     let (rig, found, maps) =
@@ -165,16 +166,18 @@ fn an_evaluation_of_another_head_holds() {
     assert!(found.noise.errors.rms_mm < 0.3, "{}", found.noise.errors.rms_mm);
     assert!(maps.iter().all(|map| map.values.iter().all(|x| x.is_finite())));
     // Its own poses are not far; thrown to five times their displacements they are.
-    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
+    let rest: Vec<[f64; 3]> =
+        rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()].map(f64::from)).collect();
     let pose = |factor: f64| {
-        let handles = rig.example_handles.iter().zip(rest.iter().cycle());
+        let handles = rig.examples().handles.as_slice().iter().zip(rest.iter().cycle());
         handles
             .map(move |(x, r)| [0, 1, 2].map(|c| r[c] + factor * (f64::from(x[c]) - r[c])))
             .collect::<Vec<_>>()
     };
     let played = |positions: Vec<[f64; 3]>| {
         let times = (0..8).map(f64::from).collect();
-        let take = Take { labels: rig.labels.clone(), times, positions, confidence: None, head: None };
+        let take =
+            Take { labels: rig.handles().labels.clone(), times, positions, confidence: None, head: None };
         take_sigma(&rig, &take, &Regions::by_handles(&rig), &NoProgress).unwrap()
     };
     assert_eq!(played(pose(1.0)).far, []);

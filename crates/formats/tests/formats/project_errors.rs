@@ -1,5 +1,11 @@
 //! What every mistake in a project file is called, and in the files it names.
-use rhytid_core::{Bind, Error, InputErrorKind, StrainEdges, UpAxis};
+use rhytid_core::Bind;
+use rhytid_core::Error;
+use rhytid_core::HandleId;
+use rhytid_core::InputErrorKind;
+use rhytid_core::StrainEdges;
+use rhytid_core::UpAxis;
+use rhytid_core::VertexId;
 use rhytid_formats::Reach;
 use rhytid_formats::project::{parse, read};
 use std::path::Path;
@@ -318,7 +324,10 @@ fn a_whole_project_becomes_a_face() {
     let face = read(&folder.path().join("face.toml"), Reach::Below).unwrap();
     assert_eq!((face.name.as_str(), face.metres_per_unit, face.up_axis), ("face", 0.01, UpAxis::Y));
     assert_eq!((face.neutral.positions.len(), face.neutral.positions[2]), (4, [1.0, 1.0, 0.0]));
-    assert_eq!((face.handles.labels, face.handles.vertices), (vec!["a".into(), "b".into()], vec![0, 2]));
+    assert_eq!(
+        (face.handles.labels, face.handles.vertices),
+        (vec!["a".into(), "b".into()], [0, 2].map(VertexId).to_vec())
+    );
     assert_eq!((face.examples.len(), face.examples[0].name.as_str()), (1, "frown"));
     assert_eq!(face.examples[0].positions[2], [1.0, 1.0, 0.5]);
     assert_eq!(face.settings.bending_length, Some(3.0));
@@ -336,7 +345,7 @@ fn choices_arrive_in_the_face() {
     let face = read(&folder.path().join("face.toml"), Reach::Below).unwrap();
     assert_eq!((face.name.as_str(), face.up_axis), ("Ada", UpAxis::Z));
     assert_eq!((face.settings.bind, face.settings.max_influences), (Bind::Nearest, 3));
-    assert_eq!(face.settings.strain_edges, StrainEdges::Given(vec![[1, 0]]));
+    assert_eq!(face.settings.strain_edges, StrainEdges::Given(vec![[HandleId(1), HandleId(0)]]));
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The tables of handles and strain edges: what is read, and what every mistake is called.
 use proptest::prelude::*;
+use rhytid_core::HandleId;
+use rhytid_core::VertexId;
 use rhytid_core::{Error, Handles, Result};
 use rhytid_formats::tables::{
     decode_handles, decode_strain_edges, read_handles, read_strain_edges, write_handles,
@@ -16,7 +18,8 @@ fn labels() -> Vec<String> {
 }
 
 fn edges(text: &str) -> Result<Vec<[u32; 2]>> {
-    decode_strain_edges(text.as_bytes(), "edges.csv", &labels())
+    let edges = decode_strain_edges(text.as_bytes(), "edges.csv", &labels())?;
+    Ok(edges.into_iter().map(|pair| pair.map(|h| h.0)).collect())
 }
 
 /// The sentence of an input error.
@@ -28,7 +31,10 @@ fn sentence<T: std::fmt::Debug>(result: Result<T>) -> String {
 }
 
 fn abc() -> Handles {
-    Handles { labels: ["a", "b b", "ü"].map(str::to_owned).to_vec(), vertices: vec![7, 0, 4_294_967_295] }
+    Handles {
+        labels: ["a", "b b", "ü"].map(str::to_owned).to_vec(),
+        vertices: vec![VertexId(7), VertexId(0), VertexId(4_294_967_295)],
+    }
 }
 
 #[test]
@@ -47,7 +53,7 @@ fn handles_of_every_style_are_the_same() {
 
 #[test]
 fn a_vertex_may_occur_twice() {
-    assert_eq!(handles("label,vertex\na,3\nb,3\n").unwrap().vertices, [3, 3]);
+    assert_eq!(handles("label,vertex\na,3\nb,3\n").unwrap().vertices, [VertexId(3); 2]);
 }
 
 #[test]
@@ -145,7 +151,10 @@ fn handles_that_would_not_read_back_are_not_written() {
         (vec![], vec![]),
         (vec!["a", "b"], vec![1]),
     ] {
-        let bad = Handles { labels: labels.into_iter().map(str::to_owned).collect(), vertices };
+        let bad = Handles {
+            labels: labels.into_iter().map(str::to_owned).collect(),
+            vertices: vertices.into_iter().map(VertexId).collect(),
+        };
         let found = sentence(write_handles(&path, &bad, None));
         assert!(found.contains("could not be read back"), "{found}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -236,7 +245,7 @@ proptest! {
     fn any_bytes_give_strain_edges_that_keep_their_promise_or_a_named_error(bytes in csv_like()) {
         match decode_strain_edges(&bytes, "f.csv", &labels()) {
             Ok(edges) => {
-                prop_assert!(edges.iter().all(|&[a, b]| a != b && a < 4 && b < 4));
+                prop_assert!(edges.iter().all(|&[a, b]| a != b && a < HandleId(4) && b < HandleId(4)));
                 let pairs: HashSet<_> = edges.iter().map(|&[a, b]| (a.min(b), a.max(b))).collect();
                 prop_assert_eq!(pairs.len(), edges.len());
             }
@@ -251,7 +260,7 @@ proptest! {
         let (labels, vertices): (Vec<String>, Vec<u32>) =
             given.into_iter().filter(|(label, _)| label.trim() == label).unzip();
         prop_assume!(!labels.is_empty());
-        let handles = Handles { labels, vertices };
+        let handles = Handles { labels, vertices: vertices.into_iter().map(VertexId).collect() };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("h.csv");
         write_handles(&path, &handles, None).unwrap();

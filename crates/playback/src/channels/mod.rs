@@ -60,7 +60,7 @@ impl Source {
                 Self::Sigma { uncertainty, sigma: Vec::new() }
             }
             ChannelKind::Strain => Self::Strain {
-                gauge: StrainGauge::new(&rig.rest, &rig.triangles),
+                gauge: StrainGauge::new(&rig.surface().rest, &rig.surface().triangles),
                 strains: PrincipalStrains::default(),
             },
             ChannelKind::Wrinkles => Self::Wrinkles(WrinkleActivations::new(rig, &recipe.wrinkle_groups)?),

@@ -1,6 +1,6 @@
 //! How uncertain every vertex of a take's frames is: that of a few hundred, spread over the others.
 
-use rhytid_core::{Learned, Result, Rig};
+use rhytid_core::{HandleId, Result, Rig, Table, VertexId};
 use rhytid_solve::{Confidence, FAR};
 use std::collections::HashMap;
 
@@ -13,8 +13,7 @@ const NEAREST: usize = 4;
 /// σ of a take on a rig of the learned method, relative to that of an example that is left out.
 pub(crate) struct Uncertainty {
     /// frames × S, relative to an example that is left out at the sample.
-    samples: Vec<f32>,
-    count: usize,
+    samples: Table<f32>,
     /// Of each sample, what makes that relative to an example that is left out there or over the whole face, whichever is more: 0..1.
     significance: Vec<f32>,
     /// σ of an example that is left out, over the whole face, in mesh units.
@@ -31,7 +30,7 @@ impl Uncertainty {
     /// # Errors
     /// As [`Confidence::new`].
     pub(crate) fn new(rig: &Rig, handle_positions: &[f32]) -> Result<Option<Self>> {
-        if rig.learned.is_none() || rig.example_names.is_empty() {
+        if rig.learned().is_none() || rig.examples().names.is_empty() {
             return Ok(None);
         }
         let confidence = Confidence::sampled(rig, SAMPLES)?;
@@ -46,9 +45,10 @@ impl Uncertainty {
             _ => 0.0,
         };
         let samples = variances.iter().enumerate().map(relative).collect();
+        let samples = Table::new(variances.len() / count, count, samples);
         // In units of s_v it is smooth, as σ is.
-        let learned = rig.learned.as_ref().map_or(&[][..], |learned| &learned.variances);
-        let unit = |(of_sample, &v): (&f64, &u32)| match f64::from(learned[v as usize]) {
+        let learned = rig.learned().map_or(&[][..], |learned| &learned.variances);
+        let unit = |(of_sample, v): (&f64, &VertexId)| match f64::from(learned[v.index()]) {
             variance if variance > 0.0 => (of_sample / variance).sqrt() as f32,
             _ => 0.0,
         };
@@ -58,7 +58,6 @@ impl Uncertainty {
             left_out.iter().map(|of_sample| significance(of_sample.sqrt() as f32, typical.sqrt() as f32));
         let mut uncertainty = Self {
             samples,
-            count,
             significance: significance.collect(),
             typical: typical.sqrt() as f32,
             left_out: Vec::new(),
@@ -86,7 +85,7 @@ impl Uncertainty {
 
     /// The S numbers of a frame.
     pub(crate) fn samples(&self, frame: usize) -> &[f32] {
-        &self.samples[frame * self.count..][..self.count]
+        self.samples.row(frame)
     }
 
     /// Replaces `sigma` by σ of a frame, V in mesh units.
@@ -108,32 +107,26 @@ fn significance(left_out: f32, typical: f32) -> f32 {
 
 /// The samples that are near to each vertex, and listen to a handle that it listens to: lips and lids do not take from each other
 /// across their opening.
-fn nearest(rig: &Rig, samples: &[u32]) -> Vec<[(u32, f32); NEAREST]> {
+fn nearest(rig: &Rig, samples: &[VertexId]) -> Vec<[(u32, f32); NEAREST]> {
     let anchors = |v: usize| {
-        let learned = rig.learned.as_ref();
-        let a = learned.map_or(0, Learned::anchors_per_vertex);
-        let of_vertex = v * a..(v + 1) * a;
-        learned.into_iter().flat_map(move |learned| {
-            let pairs =
-                learned.anchors[of_vertex.clone()].iter().zip(&learned.anchor_weights[of_vertex.clone()]);
-            pairs.filter(|(_, weight)| **weight > 0.0)
-        })
+        let anchors = rig.learned().into_iter().flat_map(move |learned| learned.anchors_of(v));
+        anchors.filter(|(_, weight)| *weight > 0.0)
     };
     // The samples by the handle that each listens to most.
-    let mut by_handle: HashMap<u32, Vec<u32>> = HashMap::new();
+    let mut by_handle: HashMap<HandleId, Vec<u32>> = HashMap::new();
     // One that stays says nothing of its neighbours.
-    let moves = |v: &u32| rig.learned.as_ref().is_some_and(|learned| learned.variances[*v as usize] > 0.0);
+    let moves = |v: &VertexId| rig.learned().is_some_and(|learned| learned.variances[v.index()] > 0.0);
     for (i, &v) in samples.iter().enumerate().filter(|(_, v)| moves(v)) {
-        if let Some((&handle, _)) = anchors(v as usize).max_by(|a, b| a.1.total_cmp(b.1)) {
+        if let Some((handle, _)) = anchors(v.index()).max_by(|a, b| a.1.total_cmp(&b.1)) {
             by_handle.entry(handle).or_default().push(i as u32);
         }
     }
     let square = |v: usize, sample: u32| {
-        let (a, b) = (rig.rest[v], rig.rest[samples[sample as usize] as usize]);
+        let (a, b) = (rig.surface().rest[v], rig.surface().rest[samples[sample as usize].index()]);
         (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>()
     };
     let of_vertex = |v: usize| {
-        let near = anchors(v).filter_map(|(handle, _)| by_handle.get(handle)).flatten();
+        let near = anchors(v).filter_map(|(handle, _)| by_handle.get(&handle)).flatten();
         let mut near: Vec<(f32, u32)> = near.map(|&sample| (square(v, sample), sample)).collect();
         if near.is_empty() {
             near = (0..samples.len() as u32).map(|sample| (square(v, sample), sample)).collect();
@@ -159,12 +152,12 @@ mod tests {
     #[test]
     fn what_is_spread_is_close_to_what_every_vertex_has() {
         let face = rhytid_demo::face(4_000);
-        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let take = rhytid_demo::performance(&face);
-        let mut positions = take.handle_positions(&rig.labels).unwrap();
-        positions.truncate(40 * 3 * rig.handles.len());
+        let mut positions = take.handle_positions(&rig.handles().labels).unwrap();
+        positions.truncate(40 * 3 * rig.handles().vertices.len());
         let spread = Uncertainty::new(&rig, &positions).unwrap().unwrap();
-        let all: Vec<u32> = (0..rig.vertices() as u32).collect();
+        let all: Vec<VertexId> = (0..rig.vertices()).map(VertexId::from_index).collect();
         let exact = Confidence::new(&rig, &all).unwrap();
         let left_out: Vec<f64> = exact.left_out().collect();
         let variances = exact.variances(positions.as_chunks::<3>().0);
@@ -173,7 +166,7 @@ mod tests {
         for (frame, variances) in variances.chunks(all.len()).enumerate() {
             let samples = spread.samples(frame);
             spread.sigma(frame, &mut sigma);
-            assert!(rig.handles.iter().all(|&v| sigma[v as usize] == 0.0));
+            assert!(rig.handles().vertices.iter().all(|&v| sigma[v.index()] == 0.0));
             for (v, variance) in variances.iter().enumerate().filter(|(v, _)| left_out[*v] > 0.0) {
                 let relative = (variance / left_out[v]).sqrt();
                 off += (f64::from(spread.at(v, samples)) - relative).powi(2);

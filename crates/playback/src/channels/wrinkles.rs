@@ -1,7 +1,11 @@
 //! Wrinkle activation: how far the folds of each example are switched on (`docs/wrinkles.md`).
 
 use rayon::prelude::*;
-use rhytid_core::{Error, InputErrorKind, Result, Rig};
+use rhytid_core::Error;
+use rhytid_core::InputErrorKind;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::Table;
 use rhytid_formats::export::WrinkleGroups;
 use rhytid_kernels::vec3;
 use std::sync::Arc;
@@ -32,11 +36,11 @@ pub(crate) struct WrinkleActivations {
     begins: Vec<u32>,
     listens: Vec<(u32, f32)>,
     /// V × P: ‖p‖.
-    lengths: Vec<f64>,
+    lengths: Table<f64>,
     /// V × P: how far an example counts, from 0 to 1.
-    counts: Vec<f64>,
+    counts: Table<f64>,
     /// V × P(P + 1)/2: the Cholesky factor of G + μ tr G/P · I, row by row; 0 where there are no folds.
-    factors: Vec<f64>,
+    factors: Table<f64>,
     /// For each example its channel, if it is in one.
     channels: Vec<Option<usize>>,
     /// Channels × V.
@@ -55,19 +59,19 @@ enum Features {
 /// # Errors
 /// [`Error::Input`] if the rig has no examples, or a group names one that it does not have, or one that another group has.
 pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
-    if rig.example_names.is_empty() {
+    if rig.examples().names.is_empty() {
         return Err(Error::rig_lacks("the rig has no examples, whose wrinkles could be switched on"));
     }
     if groups.is_empty() {
-        return Ok(rig.example_names.clone());
+        return Ok(rig.examples().names.clone());
     }
     let mut seen: Vec<&String> = Vec::new();
     for group in &groups.0 {
         for example in &group.examples {
-            if !rig.example_names.contains(example) {
+            if !rig.examples().names.contains(example) {
                 return Err(Error::input(format!(
                     "the wrinkle group {group}: the rig has no example “{example}”; it has {}",
-                    rig.example_names.join(", ")
+                    rig.examples().names.join(", ")
                 ))
                 .of_kind(InputErrorKind::UnknownName { name: example.clone() }));
             }
@@ -86,15 +90,17 @@ impl Features {
     /// Those of a pose of H handle positions.
     fn of(self, rig: &Rig, pose: &[[f32; 3]]) -> Vec<[f64; 3]> {
         match self {
-            Self::Lengths => rig.strains(pose).into_iter().map(|strain| [strain.into(), 0.0, 0.0]).collect(),
+            Self::Lengths => {
+                rig.handles().strains(pose).into_iter().map(|strain| [strain.into(), 0.0, 0.0]).collect()
+            }
             Self::Vectors => {
                 // No farther than the device follows them.
                 let bounds = rig.feature_bounds();
-                let (least, most) = bounds.split_at(rig.features());
+                let (least, most) = (bounds.row(0), bounds.row(1));
                 let clamped = |(e, d): (usize, [f64; 3])| {
                     std::array::from_fn(|c| d[c].clamp(least[e][c].into(), most[e][c].into()))
                 };
-                rig.vector_strains(pose).into_iter().enumerate().map(clamped).collect()
+                rig.handles().vector_strains(pose).into_iter().enumerate().map(clamped).collect()
             }
         }
     }
@@ -102,9 +108,7 @@ impl Features {
     /// What a vertex listens to.
     fn listens_to(self, rig: &Rig, v: usize) -> Vec<(u32, f32)> {
         let of_edges = || {
-            let k = rig.influences();
-            let pairs = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..][..k]);
-            pairs.map(|(&edge, &weight)| (edge, weight)).filter(|(_, weight)| *weight > 0.0)
+            rig.influences().of(v).map(|(edge, weight)| (edge.0, weight)).filter(|(_, weight)| *weight > 0.0)
         };
         match self {
             _ if of_edges().next().is_none() => Vec::new(),
@@ -128,7 +132,7 @@ impl WrinkleActivations {
         };
         let features = if rig.vector_folds() { Features::Vectors } else { Features::Lengths };
         let examples: Arc<[Vec<[f64; 3]>]> =
-            rig.example_handles.chunks_exact(rig.handles.len()).map(|pose| features.of(rig, pose)).collect();
+            rig.examples().handles.rows().map(|pose| features.of(rig, pose)).collect();
         let (mut begins, mut listens) = (vec![0], Vec::new());
         for v in 0..rig.vertices() {
             listens.extend(features.listens_to(rig, v));
@@ -139,14 +143,14 @@ impl WrinkleActivations {
             features,
             begins,
             listens,
-            lengths: vec![0.0; rig.vertices() * count],
-            counts: Vec::new(),
-            factors: vec![0.0; rig.vertices() * count * (count + 1) / 2],
-            channels: rig.example_names.iter().map(channel).collect(),
+            lengths: Table::filled(rig.vertices(), count, 0.0),
+            counts: Table::without_columns(rig.vertices()),
+            factors: Table::filled(rig.vertices(), count * (count + 1) / 2, 0.0),
+            channels: rig.examples().names.iter().map(channel).collect(),
             activations: vec![vec![0.0; rig.vertices()]; names.len()],
             examples,
         };
-        let ridge = rig.learned.as_ref().map_or(RIDGE, |learned| learned.fold_ridge);
+        let ridge = rig.learned().map_or(RIDGE, |learned| learned.fold_ridge);
         activations.factorise(ridge);
         activations.count();
         Ok(activations)
@@ -156,18 +160,19 @@ impl WrinkleActivations {
     fn count(&mut self) {
         let examples = self.examples.len();
         let most = |p: usize| {
-            let mut of_example: Vec<f64> = self.lengths.iter().skip(p).step_by(examples).copied().collect();
+            let mut of_example: Vec<f64> = self.lengths.rows().map(|lengths| lengths[p]).collect();
             of_example.sort_by(f64::total_cmp);
             let at = (MOST * of_example.len() as f64) as usize;
             of_example.get(at).or(of_example.last()).copied().unwrap_or(0.0)
         };
         let most: Vec<f64> = (0..examples).map(most).collect();
-        let counts = |(length, most): (&f64, &f64)| {
+        let count = |(length, most): (&f64, &f64)| {
             let part = if *most > 0.0 { length / most } else { 0.0 };
             let s = ((part - COUNTS[0]) / (COUNTS[1] - COUNTS[0])).clamp(0.0, 1.0);
             s * s * (3.0 - 2.0 * s)
         };
-        self.counts = self.lengths.iter().zip(most.iter().cycle()).map(counts).collect();
+        let counts = self.lengths.rows().flat_map(|lengths| lengths.iter().zip(&most).map(count));
+        self.counts = Table::new(self.lengths.height(), examples, counts.collect());
     }
 
     fn of_vertex(&self, v: usize) -> &[(u32, f32)] {
@@ -176,11 +181,9 @@ impl WrinkleActivations {
 
     fn factorise(&mut self, ridge: f64) {
         let count = self.examples.len();
-        let (mut lengths, mut factors) =
-            (std::mem::take(&mut self.lengths), std::mem::take(&mut self.factors));
+        let (mut lengths, mut factors) = (self.lengths.clone(), self.factors.clone());
         let rest = vec![[0.0; 3]; self.examples[0].len()];
-        let rows =
-            lengths.par_chunks_exact_mut(count).zip(factors.par_chunks_exact_mut(count * (count + 1) / 2));
+        let rows = lengths.par_rows_mut().zip(factors.par_rows_mut());
         rows.enumerate().for_each(|(v, (lengths, factor))| {
             let listens = self.of_vertex(v);
             for (length, example) in lengths.iter_mut().zip(&*self.examples) {
@@ -211,9 +214,9 @@ impl WrinkleActivations {
         let count = self.examples.len();
         let of_vertex = |v: usize| {
             let mut a = vec![0.0; count];
-            let factor = &self.factors[v * count * (count + 1) / 2..][..count * (count + 1) / 2];
+            let factor = self.factors.row(v);
             if factor[0] > 0.0 {
-                let (listens, lengths) = (self.of_vertex(v), &self.lengths[v * count..][..count]);
+                let (listens, lengths) = (self.of_vertex(v), self.lengths.row(v));
                 let length = apart(listens, &frame, &rest);
                 for ((a, example), of_example) in a.iter_mut().zip(&*self.examples).zip(lengths) {
                     *a = length + of_example - apart(listens, &frame, example);
@@ -230,7 +233,7 @@ impl WrinkleActivations {
         let (all, count) = (self.solve(rig, pose), self.examples.len());
         for (channel, activations) in self.activations.iter_mut().enumerate() {
             let examples: Vec<usize> = (0..count).filter(|p| self.channels[*p] == Some(channel)).collect();
-            let of_vertices = activations.iter_mut().zip(&all).zip(self.counts.chunks_exact(count));
+            let of_vertices = activations.iter_mut().zip(&all).zip(self.counts.rows());
             for ((activation, a), counts) in of_vertices {
                 let sum: f64 = examples.iter().map(|&p| counts[p] * a[p]).sum();
                 *activation = sum.clamp(0.0, 1.0) as f32;
@@ -292,11 +295,11 @@ mod tests {
     #[test]
     fn folds_are_the_examples_times_their_activations() {
         let face = rhytid_demo::face(1_500);
-        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let wrinkles = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
-        let handles = rig.handles.len();
-        let poses: Vec<&[[f32; 3]]> = rig.example_handles.chunks_exact(handles).collect();
-        let take = rhytid_demo::performance(&face).handle_positions(&rig.labels).unwrap();
+        let handles = rig.handles().vertices.len();
+        let poses: Vec<&[[f32; 3]]> = rig.examples().handles.rows().collect();
+        let take = rhytid_demo::performance(&face).handle_positions(&rig.handles().labels).unwrap();
         let mut checked = 0;
         for frame in [20, 45, 70] {
             let pose = &take.as_chunks::<3>().0[frame * handles..][..handles];
@@ -305,9 +308,9 @@ mod tests {
                 let fold = |pose| rig.explain(v, pose).unwrap().fold();
                 let found = fold(pose);
                 // What the ridge takes off the examples: (G + μI) w = d, and G w is what they give back.
-                let ridge = rig.learned.as_ref().unwrap().fold_ridge;
-                let trace: f64 = 2.0 * wrinkles.lengths[v * poses.len()..][..poses.len()].iter().sum::<f64>();
-                let row = &rig.rbf_weights[v * rig.centers()..][1..rig.centers()];
+                let ridge = rig.learned().unwrap().fold_ridge;
+                let trace: f64 = 2.0 * wrinkles.lengths.row(v).iter().sum::<f64>();
+                let row = &rig.fine_scale().rbf_weights.row(v)[1..];
                 let mut expected = [0.0; 3];
                 for ((pose, a), w) in poses.iter().zip(a).zip(row) {
                     let back = fold(pose);
@@ -327,21 +330,21 @@ mod tests {
     #[test]
     fn an_example_switches_itself_on_and_rest_switches_all_off() {
         let face = rhytid_demo::face(1_500);
-        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let names = &rig.example_names;
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let names = &rig.examples().names;
         let groups: WrinkleGroups =
             format!("both={}+{};one={}", names[0], names[1], names[2]).parse().unwrap();
         let mut each = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
         let mut grouped = WrinkleActivations::new(&rig, &groups).unwrap();
         let largest = |of: &[f32]| of.iter().copied().fold(0.0, f32::max);
-        for (p, pose) in rig.example_handles.chunks_exact(rig.handles.len()).enumerate() {
+        for (p, pose) in rig.examples().handles.rows().enumerate() {
             each.measure(&rig, pose);
             grouped.measure(&rig, pose);
             let found: Vec<&[f32]> = each.activations().collect();
             assert!(largest(found[p]) > 0.99, "{p}: {}", largest(found[p]));
             // Where the example moves the skin most, nothing else is on.
             let most = (0..rig.vertices()).max_by(|a, b| {
-                let length = |v: &usize| each.lengths[v * names.len() + p];
+                let length = |v: &usize| each.lengths.row(*v)[p];
                 length(a).total_cmp(&length(b))
             });
             let v = most.unwrap();
@@ -353,7 +356,8 @@ mod tests {
             let expected = [f32::from(u8::from(p < 2)), f32::from(u8::from(p == 2))];
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.05), "{p}: {found:?}");
         }
-        let rest: Vec<[f32; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+        let rest: Vec<[f32; 3]> =
+            rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
         each.measure(&rig, &rest);
         assert!(each.activations().all(|of| largest(of) < 1e-5));
     }
@@ -361,8 +365,8 @@ mod tests {
     #[test]
     fn groups_that_the_rig_does_not_have_are_refused() {
         let face = rhytid_demo::face(500);
-        let mut rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
-        let first = rig.example_names[0].clone();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let first = rig.examples().names[0].clone();
         for (groups, says) in [
             ("a=nothing".to_owned(), "no example “nothing”"),
             (format!("a={first};b={first}"), "in a group already"),
@@ -370,7 +374,8 @@ mod tests {
             let error = names(&rig, &groups.parse().unwrap()).unwrap_err().to_string();
             assert!(error.contains(says), "{error}");
         }
-        rig.example_names.clear();
+        let face = rhytid_core::Face { examples: Vec::new(), ..face };
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         assert!(names(&rig, &WrinkleGroups::default()).unwrap_err().to_string().contains("no examples"));
     }
 }

@@ -31,7 +31,7 @@ impl AddedTake {
     /// [`Error::Input`] if the take has none of the handles.
     pub(super) fn new(take: Take, rig: &Rig, weights: Vec<f64>, added: &Added) -> Result<Self> {
         let column = |label: &String| take.labels.iter().position(|other| other == label);
-        let columns: Vec<Option<usize>> = rig.labels.iter().map(column).collect();
+        let columns: Vec<Option<usize>> = rig.handles().labels.iter().map(column).collect();
         if columns.iter().all(Option::is_none) || take.frames() == 0 {
             return Err(Error::empty(
                 "has no frame of any of the rig's handles, so that there is nothing to add",
@@ -63,10 +63,11 @@ impl AddedTake {
 pub(super) fn edit(layers: &Layers, before: Take, rig: &Rig) -> Result<EditedTake> {
     let mut take = before.clone();
     // So that what is missing is said once.
-    take.slice(0..take.frames().min(1)).handle_positions(&rig.labels)?;
+    take.slice(0..take.frames().min(1)).handle_positions(&rig.handles().labels)?;
     let column = |label: &String| take.labels.iter().position(|other| other == label).unwrap_or_default();
-    let columns: Vec<usize> = rig.labels.iter().map(column).collect();
-    let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize].map(f64::from)).collect();
+    let columns: Vec<usize> = rig.handles().labels.iter().map(column).collect();
+    let rest: Vec<[f64; 3]> =
+        rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()].map(f64::from)).collect();
     let markers = take.labels.len();
     for frame in 0..take.frames() {
         let at = frame as f64;

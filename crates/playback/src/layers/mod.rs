@@ -49,13 +49,13 @@ impl Layers {
             hash.update(rig_file::hash(&named_file(path, file, &key, reach)?)?.as_bytes());
         }
         let rest = Mesh {
-            positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
-            faces: rig.faces.clone(),
+            positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
+            faces: rig.surface().faces.clone(),
             ..Mesh::default()
         };
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut regions = Regions::new((path, &edits), (rig, &rest));
-        let in_mesh_units = |x: [f64; 3]| x.map(|x| x * 1e-3 / rig.metres_per_unit);
+        let in_mesh_units = |x: [f64; 3]| x.map(|x| x * 1e-3 / rig.surface().metres_per_unit);
         let hash = hash.finalize().to_hex().to_string();
         let mut layers = Self { path: path.to_owned(), text, hash, ..Self::default() };
         for gain in &edits.gains {
@@ -116,9 +116,12 @@ impl Layers {
         handles::edit(self, take, rig)
     }
 
-    /// Multiplies the own folds of the rig that they were read for by those gains that are the same in all frames, which these layers are without from
+    /// The rig that they were read for with its own folds multiplied by those gains that are the same in all frames, which these layers are without from
     /// then on: in the rig they cost nothing.
-    pub fn settle(&mut self, rig: &mut Rig) {
+    ///
+    /// # Errors
+    /// As [`Rig::scale_folds`].
+    pub fn settle(&mut self, rig: Rig) -> Result<Rig> {
         let mut factors = vec![1.0; rig.vertices()];
         self.details.retain(|(weights, by)| {
             let gain = VertexGain::new(weights, by.clone());
@@ -126,7 +129,7 @@ impl Layers {
             gain.factors(by).for_each(|(v, factor)| factors[v] *= factor);
             false
         });
-        rig.scale_folds(|v| factors[v]);
+        rig.scale_folds(|v| factors[v])
     }
 
     /// What was sculpted.

@@ -36,10 +36,10 @@ impl<'a> Regions<'a> {
     pub(super) fn handles(&mut self, name: Option<&str>) -> Result<Vec<f64>> {
         let rig = self.rig;
         Ok(match name.map(|name| self.parts(name)).transpose()? {
-            None => vec![1.0; rig.handles.len()],
+            None => vec![1.0; rig.handles().vertices.len()],
             Some(Parts::Handles(weights)) => weights.clone(),
             Some(Parts::Vertices(weights)) => {
-                rig.handles.iter().map(|&v| weights[v as usize].into()).collect()
+                rig.handles().vertices.iter().map(|&v| weights[v.index()].into()).collect()
             }
         })
     }
@@ -57,13 +57,13 @@ impl<'a> Regions<'a> {
 
     /// H vectors of handles that are named one by one, 0 for the others.
     pub(super) fn each(&self, vectors: &BTreeMap<String, [f64; 3]>) -> Result<Vec<[f64; 3]>> {
-        if let Some(label) = vectors.keys().find(|label| !self.rig.labels.contains(label)) {
+        if let Some(label) = vectors.keys().find(|label| !self.rig.handles().labels.contains(label)) {
             return Err(self
                 .fault(format!("[[offset]] markers has “{label}”, which is no handle of the rig"))
                 .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] }));
         }
         let of = |label: &String| vectors.get(label).copied().unwrap_or_default();
-        Ok(self.rig.labels.iter().map(of).collect())
+        Ok(self.rig.handles().labels.iter().map(of).collect())
     }
 
     fn parts(&mut self, name: &str) -> Result<&Parts> {
@@ -107,7 +107,7 @@ impl<'a> Regions<'a> {
 
     /// 1 for handles of these labels, in which `*` stands for any letters, or of the regions that their labels say.
     fn labelled(&self, patterns: &[String], what: &str) -> Result<Vec<f64>> {
-        let labels = &self.rig.labels;
+        let labels = &self.rig.handles().labels;
         let mut weights = vec![0.0; labels.len()];
         for pattern in patterns {
             let is_meant = |label: &String| is_like(label, pattern) || region_of(label) == Some(pattern);

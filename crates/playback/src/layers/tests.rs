@@ -1,5 +1,8 @@
 use super::*;
-use crate::{Playback, Selection};
+use crate::Playback;
+use crate::Selection;
+use rhytid_core::HandleId;
+use rhytid_core::StrainEdgeId;
 use rhytid_core::{NoProgress, channel};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::{Frame, OutputStage, Recipe};
@@ -16,7 +19,7 @@ struct Fixture {
 impl Fixture {
     fn new() -> Self {
         let face = rhytid_demo::face(2_000);
-        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast::<f32>();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let take = rhytid_demo::performance(&face).slice(0..60);
         Self { folder: tempfile::tempdir().unwrap(), rig, take }
     }
@@ -41,12 +44,13 @@ impl Fixture {
     }
 
     fn handle(&self, i: usize) -> (&str, [f64; 3]) {
-        (&self.rig.labels[i], self.rig.rest[self.rig.handles[i] as usize].map(f64::from))
+        (&self.rig.handles().labels[i], self.rig.handles().rest[i].map(f64::from))
     }
 
     /// Where a handle is in a frame.
     fn at(&self, take: &Take, frame: usize, handle: usize) -> [f64; 3] {
-        let column = take.labels.iter().position(|label| *label == self.rig.labels[handle]).unwrap();
+        let column =
+            take.labels.iter().position(|label| *label == self.rig.handles().labels[handle]).unwrap();
         take.positions[frame * take.labels.len() + column]
     }
 
@@ -94,7 +98,7 @@ fn edits_of_one_marker_combine_as_the_formula_says() {
     ];
     let forwards = f.edited(&parts.concat());
     let backwards = f.edited(&parts.iter().rev().cloned().collect::<String>());
-    let unit = 1e-3 / f.rig.metres_per_unit;
+    let unit = 1e-3 / f.rig.surface().metres_per_unit;
     for frame in 0..60 {
         let taken = f.at(&f.take, frame, 3);
         let gain = 0.5 * (1.0 + 2.0 * ((frame as f64 - 10.0) / 10.0).clamp(0.0, 1.0));
@@ -155,7 +159,7 @@ fn held_markers_do_not_move_and_go_over_smoothly() {
 fn detail_changes_where_and_when_it_says_and_nothing_else() {
     let f = Fixture::new();
     let mut face = String::new();
-    for x in &f.rig.rest {
+    for x in &f.rig.surface().rest {
         let weight = if x[0] > 0.0 { 1.0 } else { 0.0 };
         face += &format!("{} {} {} {weight}\n", x[0], x[1], x[2]);
     }
@@ -171,9 +175,9 @@ fn detail_changes_where_and_when_it_says_and_nothing_else() {
         f.play(&format!("{region}[[detail]]\nregion = \"left\"\nby = [[20, 1], [30, 0], [40, 1]]\n"));
     let smooth = play(&f.rig, &f.layers("").unwrap(), f.take.clone(), OutputStage::LargeScale);
     let beside: Vec<bool> = {
-        let is_left = |v: u32| f.rig.rest[v as usize][0] > 0.0;
+        let is_left = |v: u32| f.rig.surface().rest[v as usize][0] > 0.0;
         let mut beside = vec![false; f.rig.vertices()];
-        let near = f.rig.triangles.iter().filter(|corners| corners.iter().any(|&v| is_left(v)));
+        let near = f.rig.surface().triangles.iter().filter(|corners| corners.iter().any(|&v| is_left(v)));
         near.flatten().for_each(|&v| beside[v as usize] = true);
         beside
     };
@@ -189,7 +193,7 @@ fn detail_changes_where_and_when_it_says_and_nothing_else() {
         for (v, is_beside) in beside.iter().enumerate() {
             for i in 3 * v..3 * v + 3 {
                 let (full, large) = (plain[frame][0][i], smooth[frame][0][i]);
-                if f.rig.rest[v][0] > 0.0 {
+                if f.rig.surface().rest[v][0] > 0.0 {
                     moved = moved.max((full - positions[i]).abs());
                     assert!(
                         (positions[i] - (large + gain * (full - large))).abs() < 1e-5,
@@ -257,10 +261,10 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     let rig = &f.rig;
     let detail = "[[detail]]\nby = 0.5\n";
     let before = f.play(detail);
-    let unit = 1e-3 / rig.metres_per_unit;
-    let middle = rig.rest[rig.handles[3] as usize].map(f64::from);
+    let unit = 1e-3 / rig.surface().metres_per_unit;
+    let middle = rig.surface().rest[rig.handles().vertices[3].index()].map(f64::from);
     let bump = |x: [f64; 3], v: usize| -> [f64; 3] {
-        let rest = rig.rest[v].map(f64::from);
+        let rest = rig.surface().rest[v].map(f64::from);
         let far = (0..3).map(|c| (rest[c] - middle[c]).powi(2)).sum::<f64>().sqrt() / (30.0 * unit);
         let by = if far < 1.0 { 3.0 * unit * (1.0 - far * far).powi(2) } else { 0.0 };
         [x[0] + 0.6 * by, x[1] + 0.8 * by, x[2]]
@@ -268,7 +272,8 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     let sculpted = |frame: &[f32], name: &str| {
         let (x, _) = frame.as_chunks::<3>();
         let positions: Vec<[f64; 3]> = x.iter().enumerate().map(|(v, x)| bump(x.map(f64::from), v)).collect();
-        let mesh = Mesh { positions: positions.clone(), faces: rig.faces.clone(), ..Mesh::default() };
+        let mesh =
+            Mesh { positions: positions.clone(), faces: rig.surface().faces.clone(), ..Mesh::default() };
         mesh::write_obj(&f.folder.path().join(name), &mesh).unwrap();
         positions
     };
@@ -284,9 +289,11 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     assert!(off(&corrected[25][0], &once) < 1e-3, "{} mm", off(&corrected[25][0], &once));
     assert!(off(&two[25][0], &twice) < 1e-3, "{} mm", off(&two[25][0], &twice));
     // By the distance that `explain` states, which is made of the same strains.
-    let handles = f.take.handle_positions(&rig.labels).unwrap();
-    let pose = |frame: usize| handles[frame * 3 * rig.handles.len()..][..3 * rig.handles.len()].as_chunks().0;
-    let [features, rest] = [rig.vector_strains(pose(25)), vec![[0.0; 3]; rig.features()]];
+    let handles = f.take.handle_positions(&rig.handles().labels).unwrap();
+    let pose = |frame: usize| {
+        handles[frame * 3 * rig.handles().vertices.len()..][..3 * rig.handles().vertices.len()].as_chunks().0
+    };
+    let [features, rest] = [rig.handles().vector_strains(pose(25)), vec![[0.0; 3]; rig.handles().features()]];
     let apart = |a: &[[f64; 3]], b: &[[f64; 3]], v: usize| {
         let square = |(e, w): (usize, f64)| w * (0..3).map(|c| (a[e][c] - b[e][c]).powi(2)).sum::<f64>();
         rig.listens_to(v).map(square).sum::<f64>().sqrt()
@@ -295,7 +302,7 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     let reach = 0.5 * moved.iter().map(|&v| apart(&features, &rest, v)).sum::<f64>() / moved.len() as f64;
     let (mut far, mut near) = (0, 0);
     for frame in 0..60 {
-        let here = rig.vector_strains(pose(frame));
+        let here = rig.handles().vector_strains(pose(frame));
         for v in 0..rig.vertices() {
             let bits = |of: &[[Vec<f32>; 2]]| {
                 of[frame][0][3 * v..3 * v + 3].iter().map(|x| x.to_bits()).collect::<Vec<_>>()
@@ -325,9 +332,9 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
 fn what_no_edited_marker_holds_keeps_every_bit() {
     let f = Fixture::new();
     let rig = &f.rig;
-    let left: Vec<usize> = (0..rig.handles.len()).filter(|&h| f.handle(h).1[0] > 2.0).collect();
-    assert!(left.len() > 2 && left.len() * 2 < rig.handles.len());
-    let labels: Vec<String> = left.iter().map(|&h| format!("{:?}", rig.labels[h])).collect();
+    let left: Vec<usize> = (0..rig.handles().vertices.len()).filter(|&h| f.handle(h).1[0] > 2.0).collect();
+    assert!(left.len() > 2 && left.len() * 2 < rig.handles().vertices.len());
+    let labels: Vec<String> = left.iter().map(|&h| format!("{:?}", rig.handles().labels[h])).collect();
     let text = format!(
         "[region.left]\nmarkers = [{}]\n[[gain]]\nregion = \"left\"\nby = [[10, 1], [20, 1.5], [40, 1.5], [50, 1]]\n",
         labels.join(", ")
@@ -335,7 +342,7 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
     let (plain, edited, take) = (f.play(""), f.play(&text), f.edited(&text));
     // How far a marker reaches is a matter of the shell.
     let held = |v: usize| {
-        let row = &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
+        let row = rig.basis().row(v);
         // What has no row goes by what it listens to.
         if row.iter().all(|b| *b == 0.0) {
             return 0.2;
@@ -349,9 +356,9 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
             assert!(*positions == plain[frame][0] && *normals == plain[frame][1], "frame {frame}");
             continue;
         }
-        for (h, &v) in rig.handles.iter().enumerate() {
+        for (h, &v) in rig.handles().vertices.iter().enumerate() {
             let place = f.at(&take, frame, h);
-            let x = &positions[3 * v as usize..][..3];
+            let x = &positions[3 * v.index()..][..3];
             assert!((0..3).all(|c| (f64::from(x[c]) - place[c]).abs() < 1e-4), "frame {frame}, handle {h}");
         }
         for v in 0..rig.vertices() {
@@ -397,7 +404,7 @@ fn a_marker_of_any_name_changes_nothing() {
     let f = Fixture::new();
     let markers = f.take.labels.len();
     let mut odd = f.take.clone();
-    odd.labels.push(format!("{} as it was", f.rig.labels[4]));
+    odd.labels.push(format!("{} as it was", f.rig.handles().labels[4]));
     let rows = f.take.positions.chunks_exact(markers);
     odd.positions = rows.flat_map(|row| row.iter().copied().chain([[1.0, 2.0, 3.0]])).collect();
     let none = f.layers("").unwrap();
@@ -410,9 +417,9 @@ fn a_marker_of_any_name_changes_nothing() {
 fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
     let f = Fixture::new();
     let rig = &f.rig;
-    let triangles = VertexTriangles::new(rig.vertices(), &rig.triangles);
+    let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
     let by_side: Vec<usize> = {
-        let mut handles: Vec<usize> = (0..rig.handles.len()).collect();
+        let mut handles: Vec<usize> = (0..rig.handles().vertices.len()).collect();
         handles.sort_by(|a, b| f.handle(*b).1[0].total_cmp(&f.handle(*a).1[0]));
         handles
     };
@@ -421,7 +428,7 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
         [OutputStage::Full, OutputStage::LargeScale].map(|stage| play(rig, &none, f.take.clone(), stage));
     for markers in [2, by_side.len() - 3] {
         let chosen = &by_side[..markers];
-        let labels: Vec<String> = chosen.iter().map(|&h| format!("{:?}", rig.labels[h])).collect();
+        let labels: Vec<String> = chosen.iter().map(|&h| format!("{:?}", rig.handles().labels[h])).collect();
         let keys = |by: f64| format!("[[10, 1], [20, {by}], [40, {by}], [50, 1]]\nease = \"linear\"\n");
         let text = format!(
             "[region.a]\nmarkers = [{}]\n[[gain]]\nregion = \"a\"\nby = {}[[detail]]\nregion = \"a\"\nby = {}",
@@ -438,14 +445,14 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
         let [whole, whole_smooth] = [OutputStage::Full, OutputStage::LargeScale]
             .map(|stage| play(rig, &none, unbounded.clone(), stage));
         let held = |v: usize| {
-            let row = &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
+            let row = rig.basis().row(v);
             let of = |h: usize| if chosen.contains(&h) { 1.0 } else { 0.0 };
             let sum = match row.iter().any(|b| *b != 0.0) {
                 true => row.iter().enumerate().map(|(h, b)| f64::from(*b) * of(h)).sum::<f64>(),
                 false => {
-                    let edges = rig.strain_edges.len();
-                    let of_feature = |e: usize| match rig.strain_edges.get(e) {
-                        Some([a, b]) => 0.5 * (of(*a as usize) + of(*b as usize)),
+                    let edges = rig.handles().strain_edges.len();
+                    let of_feature = |e: usize| match rig.handles().strain_edges.get(e) {
+                        Some([a, b]) => 0.5 * (of(a.index()) + of(b.index())),
                         None => of(e - edges),
                     };
                     let all: f64 = rig.listens_to(v).map(|(_, w)| w).sum();
@@ -479,7 +486,7 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
             }
             let (positions, _) = found[frame][0].as_chunks::<3>();
             for (v, normal) in found[frame][1].as_chunks::<3>().0.iter().enumerate() {
-                let expected = vertex_normal(positions, &rig.triangles, triangles.at(v));
+                let expected = vertex_normal(positions, &rig.surface().triangles, triangles.at(v));
                 let off = (0..3).map(|c| (normal[c] - expected[c]).abs()).fold(0.0, f32::max);
                 assert!(off < 1e-4, "{markers} markers, frame {frame}, vertex {v}: {normal:?}, {expected:?}");
             }
@@ -491,15 +498,15 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
 
 /// V: how much of what drives a vertex's folds these handles are.
 fn of_handles(rig: &Rig, handles: &[usize]) -> Vec<f64> {
-    let k = rig.influences();
-    let of_edge = |e: u32| {
-        let ends = rig.strain_edges[e as usize].map(|h| f64::from(u8::from(handles.contains(&(h as usize)))));
+    let of_edge = |e: StrainEdgeId| {
+        let is_one = |h: HandleId| f64::from(u8::from(handles.contains(&h.index())));
+        let ends = rig.handles().strain_edges[e.index()].map(is_one);
         0.5 * (ends[0] + ends[1])
     };
     let of_vertex = |v: usize| {
-        let influences = rig.influence_edges[v * k..][..k].iter().zip(&rig.influence_weights[v * k..][..k]);
-        let all: f64 = influences.clone().map(|(_, w)| f64::from(*w)).sum();
-        let of = influences.map(|(e, w)| f64::from(*w) * of_edge(*e)).sum::<f64>();
+        let influences = rig.influences().of(v);
+        let all: f64 = influences.clone().map(|(_, w)| f64::from(w)).sum();
+        let of = influences.map(|(e, w)| f64::from(w) * of_edge(e)).sum::<f64>();
         if all > 0.0 { of / all } else { 0.0 }
     };
     (0..rig.vertices()).map(of_vertex).collect()
@@ -516,9 +523,9 @@ fn what_is_the_same_in_all_frames_is_put_into_the_rig() {
     let plain = f.play("");
     for text in [constant, keyed] {
         let expected = f.play(&text);
-        let (mut layers, mut rig) = (f.layers(&text).unwrap(), f.rig.clone());
-        layers.settle(&mut rig);
-        assert_ne!(rig.rbf_weights, f.rig.rbf_weights);
+        let mut layers = f.layers(&text).unwrap();
+        let rig = layers.settle(f.rig.clone()).unwrap();
+        assert_ne!(rig.fine_scale().rbf_weights, f.rig.fine_scale().rbf_weights);
         let found = play(&rig, &layers, f.take.clone(), OutputStage::Full);
         let apart = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| {
             let pairs = a.iter().flat_map(|[x, _]| x).zip(b.iter().flat_map(|[x, _]| x));
@@ -527,7 +534,7 @@ fn what_is_the_same_in_all_frames_is_put_into_the_rig() {
         assert!(apart(&found, &expected) < 1e-5, "{}", apart(&found, &expected));
         assert!(apart(&found, &plain) > 1e-3);
         // Once, and no more.
-        layers.settle(&mut rig);
+        let rig = layers.settle(rig).unwrap();
         assert_eq!(play(&rig, &layers, f.take.clone(), OutputStage::Full), found);
     }
 }

@@ -13,6 +13,7 @@ use rhytid_core::Reach;
 use rhytid_core::Result;
 use rhytid_core::Settings;
 use rhytid_core::StrainEdges;
+use rhytid_core::VertexId;
 use rhytid_core::named_file;
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
@@ -136,7 +137,7 @@ fn pinned_vertices(
     neutral: &Mesh,
     neutral_path: &Path,
     reach: Reach,
-) -> Result<Vec<u32>> {
+) -> Result<Vec<VertexId>> {
     let mut pinned = Vec::new();
     if let Some(file) = &pins.vertices {
         let file = existing(path, file, "[pins] vertices", reach)?;
@@ -146,7 +147,8 @@ fn pinned_vertices(
         |key: &str, what: &str| Err(Error::out_of_range(format!("{}: [pins] {key} {what}", path.display())));
     if let Some([low, high]) = pins.bounds {
         let is_in = |x: &[f64; 3]| (0..3).all(|c| (low[c]..=high[c]).contains(&x[c]));
-        let inside = neutral.positions.iter().zip(0..).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
+        let vertices = (0..).map(VertexId);
+        let inside = neutral.positions.iter().zip(vertices).filter(|(x, _)| is_in(x)).map(|(_, v)| v);
         let before = pinned.len();
         pinned.extend(inside);
         if pinned.len() == before {
@@ -175,7 +177,7 @@ fn pinned_vertices(
                 )
                 .map_err(|error| error.of_kind(unknown));
             };
-            pinned.extend(vertices);
+            pinned.extend(vertices.iter().copied().map(VertexId));
         }
     }
     pinned.sort_unstable();
@@ -198,7 +200,7 @@ fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<Path
 }
 
 fn check_vertices(handles: &Handles, path: &Path, count: usize, neutral: &Path) -> Result<()> {
-    match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex as usize >= count) {
+    match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex.index() >= count) {
         None => Ok(()),
         Some((label, vertex)) => Err(Error::out_of_range(format!(
             "{}: handle {label:?} is at vertex {vertex}, but {} has {count} vertices, expected 0 to {}",

@@ -34,7 +34,7 @@ pub(super) fn place_handles(
     let (mut moved, mut farthest) = (0, (0.0, ""));
     for (label, &vertex) in handles.labels.iter().zip(&handles.vertices) {
         let Some(place) = at(label) else { continue };
-        let x = &mut positions[vertex as usize];
+        let x = &mut positions[vertex.index()];
         let millimetres = DVec3::from(*x).distance(DVec3::from(place)) * metres_per_unit * 1e3;
         if millimetres > MOVED_MM {
             moved += 1;

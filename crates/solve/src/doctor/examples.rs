@@ -4,6 +4,7 @@ use super::words::{count, first_few, length};
 use crate::align::misplaced;
 use glam::DVec3;
 use rhytid_core::Face;
+use rhytid_core::VertexId;
 use rhytid_geometry::Topology;
 use rhytid_geometry::triangulate;
 
@@ -80,8 +81,9 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
                 );
             }
         } else {
-            let pins = face.settings.pins.vertices.iter().map(|&v| (moved(v as usize), v));
-            let (most, v) = pins.fold((0.0, 0), |most, next| if next.0 > most.0 { next } else { most });
+            let pins = face.settings.pins.vertices.iter().map(|&v| (moved(v.index()), v));
+            let (most, v) =
+                pins.fold((0.0, VertexId(0)), |most, next| if next.0 > most.0 { next } else { most });
             if most * face.metres_per_unit > PINNED_MOVES {
                 warn(
                     "pinned-moves",
@@ -92,7 +94,7 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
                 );
             }
         }
-        if handles.iter().all(|&v| moved(v as usize) <= 1e-6 * diagonal) {
+        if handles.iter().all(|&v| moved(v.index()) <= 1e-6 * diagonal) {
             warn(
                 "example-at-rest",
                 format!(

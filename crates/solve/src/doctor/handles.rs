@@ -4,10 +4,14 @@ use super::words::{count, first_few, length};
 use crate::driven::DrivenComponents;
 use crate::exposure::exposure;
 use glam::DVec3;
+use rhytid_core::HandleId;
+use rhytid_core::VertexId;
 use rhytid_core::{Face, Method, StrainEdges, UpAxis};
-use rhytid_geometry::geodesic::{EdgeGraph, nearest_handles};
+use rhytid_geometry::Topology;
+use rhytid_geometry::geodesic;
+use rhytid_geometry::geodesic::EdgeGraph;
+use rhytid_geometry::geodesic::nearest_handles;
 use rhytid_geometry::triangulate;
-use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::normals;
 
 /// Nearest handles that a handle is compared with.
@@ -43,8 +47,8 @@ fn named(face: &Face, h: usize) -> String {
 fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
     let vertices = &face.handles.vertices;
     let components = DrivenComponents::new(&face.neutral.positions, triangles, vertices);
-    let component = |h: usize| components.component[vertices[h] as usize];
-    let position = |h: usize| DVec3::from_array(face.neutral.positions[vertices[h] as usize]);
+    let component = |h: usize| components.component[vertices[h].index()];
+    let position = |h: usize| DVec3::from_array(face.neutral.positions[vertices[h].index()]);
     let mut stray = Vec::new();
     for h in 0..vertices.len() {
         let mut others: Vec<usize> = (0..vertices.len()).filter(|&o| o != h).collect();
@@ -75,7 +79,7 @@ fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut
     let seen = exposure(&face.neutral.positions, triangles, topology);
     let hidden: Vec<String> = (0..face.handles.vertices.len())
         .filter(|&h| {
-            let v = face.handles.vertices[h] as usize;
+            let v = face.handles.vertices[h].index();
             seen[v] < HIDDEN && !topology.neighbors(v).is_empty()
         })
         .map(|h| named(face, h))
@@ -98,7 +102,7 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
     let rest = &face.neutral.positions;
     let vertices = &face.handles.vertices;
     let graph = EdgeGraph::new(rest, topology);
-    let at = |h: u32| DVec3::from_array(rest[vertices[h as usize] as usize]);
+    let at = |h: HandleId| DVec3::from_array(rest[vertices[h.index()].index()]);
     let is_detour = |straight: f64, along: f64| {
         along > AROUND * straight && (along - straight) * face.metres_per_unit > AROUND_BY
     };
@@ -109,8 +113,8 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
             for &[a, b] in edges {
                 let straight = at(a).distance(at(b));
                 let limit = (AROUND * straight).max(straight + AROUND_BY / face.metres_per_unit);
-                graph.distances(vertices[a as usize], |_| limit, &mut along);
-                if is_detour(straight, along[vertices[b as usize] as usize]) {
+                graph.distances(vertices[a.index()].0, |_| limit, &mut along);
+                if is_detour(straight, along[vertices[b.index()].index()]) {
                     detours.push([a, b]);
                 }
             }
@@ -118,7 +122,7 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
         StrainEdges::Auto => {
             // The way over the place where the two cells touch is as long as any.
             let cells = nearest_handles(&graph, vertices);
-            let of: Vec<Option<u32>> = cells.iter().map(|cell| cell.map(|(_, handle)| handle)).collect();
+            let of: Vec<Option<HandleId>> = cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
             let mut edges = geodesic::touching_cells(topology, &of);
             if matches!(face.settings.method, Method::Learned(_)) {
                 geodesic::drop_far_pairs(&graph, &cells, &mut edges);
@@ -134,7 +138,7 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
     if !detours.is_empty() {
         let labels = &face.handles.labels;
         let named: Vec<String> =
-            detours.iter().map(|[a, b]| format!("{}–{}", labels[*a as usize], labels[*b as usize])).collect();
+            detours.iter().map(|[a, b]| format!("{}–{}", labels[a.index()], labels[b.index()])).collect();
         // Those that the solve makes itself are there because cells touch somewhere: a corner of the mouth without a marker.
         let severity = match face.settings.strain_edges {
             StrainEdges::Auto => Severity::Note,
@@ -156,8 +160,8 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
 
 /// An up axis along which the face looks.
 fn up(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Report) {
-    let normal = |v: u32| {
-        let triangles_at = topology.vertex_triangles.at(v as usize);
+    let normal = |v: VertexId| {
+        let triangles_at = topology.vertex_triangles.at(v.index());
         DVec3::from_array(normals::vertex_normal(&face.neutral.positions, triangles, triangles_at))
     };
     let sum: DVec3 = face.handles.vertices.iter().map(|&v| normal(v)).sum();

@@ -2,6 +2,7 @@
 use super::finding::{Report, Severity};
 use super::words::{count, first_few, length};
 use glam::DVec3;
+use rhytid_core::HandleId;
 use rhytid_core::{Face, LearnedSettings, Method, StrainEdges};
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::triangulate;
@@ -59,7 +60,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     let mut by_label = HashMap::new();
     let mut by_vertex = HashMap::new();
     for (label, &v) in handles.labels.iter().zip(&handles.vertices) {
-        if v as usize >= vertices {
+        if v.index() >= vertices {
             error(
                 "handle-out-of-range",
                 format!(
@@ -104,7 +105,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     }
 
     let settings = &face.settings;
-    if let Some(v) = settings.pins.vertices.iter().find(|v| **v as usize >= vertices) {
+    if let Some(v) = settings.pins.vertices.iter().find(|v| v.index() >= vertices) {
         error("pins", format!("vertex {v} is pinned, expected 0 to {}; vertices count from 0", vertices - 1));
     }
     let positive = |x: f64| x.is_finite() && x > 0.0;
@@ -170,7 +171,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     }
     if let StrainEdges::Given(edges) = &settings.strain_edges {
         let h = handles.vertices.len();
-        if let Some(i) = edges.iter().position(|e| e.iter().any(|&end| end as usize >= h)) {
+        if let Some(i) = edges.iter().position(|e| e.iter().any(|&end| end.index() >= h)) {
             let [a, b] = edges[i];
             return error(
                 "strain-edges",
@@ -179,11 +180,11 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
                 ),
             );
         }
-        let at = |i: u32| mesh.positions.get(handles.vertices[i as usize] as usize);
+        let at = |h: HandleId| mesh.positions.get(handles.vertices[h.index()].index());
         let flat: Vec<String> = edges
             .iter()
             .filter(|&&[a, b]| at(a).is_some() && at(a) == at(b))
-            .map(|&[a, b]| format!("{}–{}", handles.labels[a as usize], handles.labels[b as usize]))
+            .map(|&[a, b]| format!("{}–{}", handles.labels[a.index()], handles.labels[b.index()]))
             .collect();
         if !flat.is_empty() {
             error(

@@ -77,7 +77,7 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
             .labels
             .iter()
             .zip(&handles.vertices)
-            .filter(|(_, v)| !used[**v as usize])
+            .filter(|(_, v)| !used[v.index()])
             .map(|(label, _)| label)
             .collect();
         let (severity, then) = if stray.is_empty() {

@@ -3,7 +3,7 @@ use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
 use super::neighborhoods::LinearInfluences;
 use super::reach::Beyond;
 use rayon::prelude::*;
-use rhytid_core::{Error, LearnedSettings, Result};
+use rhytid_core::{Error, LearnedSettings, Result, Table};
 
 /// s that are tried where a project names none, and how far frames are followed has no bound.
 const SHARES: [f64; 2] = [0.2, 1.0];
@@ -40,7 +40,7 @@ pub struct Candidate {
 /// Every pair of shares and ridges that may be taken, with its error, and the best of them.
 ///
 /// `area` is the mass of each vertex, 0 at those that are not looked at, such as handles; the sample is fixed by it, and the
-/// bits do not depend on the number of threads. σ_m is `marker_noise` in mesh units; `smooth` is Ŵ, V×P×3. What is
+/// bits do not depend on the number of threads. σ_m is `marker_noise` in mesh units; `smooth` is Ŵ, V×P. What is
 /// left out is followed as far as a frame would be.
 ///
 /// # Errors
@@ -48,7 +48,7 @@ pub struct Candidate {
 pub(crate) fn choose(
     strains: &VectorStrains,
     influences: &LinearInfluences,
-    smooth: &[[f64; 3]],
+    smooth: &Table<[f64; 3]>,
     area: &[f64],
     settings: &LearnedSettings,
     marker_noise: f64,
@@ -73,14 +73,14 @@ pub(crate) fn choose(
         .map_init(
             || {
                 let system = VertexSystem::new(examples);
-                (system, vec![0.0; 3 * examples], vec![[0.0; 3]; examples], vec![0.0; examples * examples])
+                let beyond = Table::filled(examples, examples, 0.0);
+                (system, vec![0.0; 3 * examples], vec![[0.0; 3]; examples], beyond)
             },
             |(system, z, errors, of_vertex), v| {
-                let listens = v * influences.per_vertex..(v + 1) * influences.per_vertex;
-                let (features, omega) = (&influences.features[listens.clone()], &influences.weights[listens]);
+                let (features, omega) = (influences.features.row(v), influences.weights.row(v));
                 system.assemble(strains, features, omega);
                 beyond.of_vertex(strains, features, omega, of_vertex);
-                let smooth = &smooth[v * examples..][..examples];
+                let smooth = smooth.row(v);
                 pairs()
                     .map(|(share, ridge)| {
                         let settings = LinearSettings { share, ridge, marker_noise, reach };

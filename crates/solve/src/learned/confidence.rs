@@ -4,7 +4,7 @@ use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
 use crate::driven::DrivenComponents;
 use pulp::Arch;
 use rayon::prelude::*;
-use rhytid_core::{Error, Learned, Result, Rig};
+use rhytid_core::{Error, HandleId, Learned, Result, Rig, VertexId};
 use rhytid_kernels::Real;
 
 /// A pose is far from the examples where σ is more than this many times what it is for an example that is left out, there or over the
@@ -13,7 +13,7 @@ pub const FAR: f64 = 2.0;
 
 /// The vector strains of a rig's poses.
 pub(crate) struct HandlePoses {
-    strain_edges: Vec<[u32; 2]>,
+    strain_edges: Vec<[HandleId; 2]>,
     rest: Vec<[f64; 3]>,
     rest_lengths: Vec<f64>,
     mean: f64,
@@ -21,11 +21,12 @@ pub(crate) struct HandlePoses {
 
 impl HandlePoses {
     pub(crate) fn of<T: Real>(rig: &Rig<T>) -> Self {
-        let mut rest_lengths = rig.feature_lengths();
+        let handles = rig.handles();
+        let mut rest_lengths = handles.feature_lengths();
         let mean = rest_lengths.last().copied().unwrap_or(1.0);
-        rest_lengths.truncate(rig.strain_edges.len());
-        let rest = rig.handles.iter().map(|&v| rig.rest[v as usize].map(T::widen)).collect();
-        Self { strain_edges: rig.strain_edges.clone(), rest, rest_lengths, mean }
+        rest_lengths.truncate(handles.strain_edges.len());
+        let rest = handles.rest.iter().map(|x| x.map(T::widen)).collect();
+        Self { strain_edges: handles.strain_edges.clone(), rest, rest_lengths, mean }
     }
 
     /// Of poses × H positions.
@@ -59,7 +60,7 @@ pub struct Confidence {
     poses: HandlePoses,
     examples: VectorStrains,
     share: f64,
-    vertices: Vec<u32>,
+    vertices: Vec<VertexId>,
     of_vertices: Vec<OfVertex>,
     /// Of the whole face.
     face: Typical,
@@ -93,16 +94,16 @@ impl Confidence {
     /// # Errors
     /// [`Error::Input`] if the rig is not of the learned method, or has no example; [`Error::Internal`] if a system has no
     /// solution in floating point.
-    pub fn new<T: Real>(rig: &Rig<T>, vertices: &[u32]) -> Result<Self> {
-        let Some(learned) = rig.learned.as_ref().filter(|_| !rig.example_names.is_empty()) else {
+    pub fn new<T: Real>(rig: &Rig<T>, vertices: &[VertexId]) -> Result<Self> {
+        let Some(learned) = rig.learned().filter(|_| !rig.examples().is_empty()) else {
             return Err(Error::rig_lacks(
                 "the rig does not know how far it is to be trusted: that takes the learned method and an example; solve it again \
                  with method = \"learned\"",
             ));
         };
         let poses = HandlePoses::of(rig);
-        let examples = poses.strains(&rig.example_handles);
-        let of = |vertices: &[u32]| of_vertices(rig, learned, &examples, vertices);
+        let examples = poses.strains(rig.examples().handles.as_slice());
+        let of = |vertices: &[VertexId]| of_vertices(rig, learned, &examples, vertices);
         let typical = of(&sample(rig, SAMPLES))?;
         let sum = |number: fn(&OfVertex) -> f64| typical.iter().map(number).sum::<f64>();
         let moved = sum(|v| v.tau);
@@ -123,7 +124,7 @@ impl Confidence {
     }
 
     /// The vertices, S of them.
-    pub fn vertices(&self) -> &[u32] {
+    pub fn vertices(&self) -> &[VertexId] {
         &self.vertices
     }
 
@@ -177,7 +178,7 @@ fn of_vertices<T: Real>(
     rig: &Rig<T>,
     learned: &Learned<T>,
     examples: &VectorStrains,
-    vertices: &[u32],
+    vertices: &[VertexId],
 ) -> Result<Vec<OfVertex>> {
     let settings = LinearSettings {
         share: learned.share,
@@ -186,11 +187,11 @@ fn of_vertices<T: Real>(
         reach: learned.reach,
     };
     let count = examples.examples();
-    let of_vertex = |system: &mut VertexSystem, &v: &u32| {
-        let listens = listens(rig, v as usize);
+    let of_vertex = |system: &mut VertexSystem, &v: &VertexId| {
+        let listens = listens(rig, v.index());
         let (features, omega): (Vec<u32>, Vec<f64>) = listens.iter().copied().unzip();
         system.assemble(examples, &features, &omega);
-        let (tau, variance) = (system.tau(), learned.variances[v as usize].widen());
+        let (tau, variance) = (system.tau(), learned.variances[v.index()].widen());
         let is_learned = variance > 0.0 && system.factorize(settings)?;
         let (factor, left_out) = match is_learned {
             true => (system.factor(), variance * system.left_out().iter().sum::<f64>() / count as f64),
@@ -199,7 +200,7 @@ fn of_vertices<T: Real>(
         let noise = settings.marker_noise.powi(2) * system.noise();
         // A handle is where its marker is.
         let unknown = match tau > 0.0 {
-            _ if rig.handles.contains(&v) => 0.0,
+            _ if rig.handles().vertices.contains(&v) => 0.0,
             true => noise / (noise + tau),
             false => 1.0,
         };
@@ -261,18 +262,20 @@ impl OfVertex {
 }
 
 /// At most `count` vertices of the parts with a handle, none of them a handle, that stand for equal areas; ascending.
-pub(crate) fn sample<T: Real>(rig: &Rig<T>, count: usize) -> Vec<u32> {
-    let rest: Vec<[f64; 3]> = rig.rest.iter().map(|x| x.map(T::widen)).collect();
-    let driven = DrivenComponents::new(&rest, &rig.triangles, &rig.handles).driven;
+pub(crate) fn sample<T: Real>(rig: &Rig<T>, count: usize) -> Vec<VertexId> {
+    let (surface, handles) = (rig.surface(), &rig.handles().vertices);
+    let rest: Vec<[f64; 3]> = surface.rest.iter().map(|x| x.map(T::widen)).collect();
+    let driven = DrivenComponents::new(&rest, &surface.triangles, handles).driven;
     let mut area = vec![0.0; rest.len()];
-    for triangle in &rig.triangles {
+    for triangle in &surface.triangles {
         let [a, b, c] = triangle.map(|v| glam::DVec3::from_array(rest[v as usize]));
         let of_triangle = (b - a).cross(c - a).length();
         triangle.iter().for_each(|&v| area[v as usize] += of_triangle);
     }
     area.iter_mut().zip(&driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
-    rig.handles.iter().for_each(|&v| area[v as usize] = 0.0);
-    let mut vertices: Vec<u32> = choice::sample(&area, count).into_iter().map(|v| v as u32).collect();
+    handles.iter().for_each(|v| area[v.index()] = 0.0);
+    let mut vertices: Vec<VertexId> =
+        choice::sample(&area, count).into_iter().map(VertexId::from_index).collect();
     vertices.dedup();
     vertices
 }

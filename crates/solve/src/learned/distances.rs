@@ -1,9 +1,14 @@
 //! How far the handles are from each vertex along the edges of the rest mesh, as far as it matters (step 4 of the learned
 //! method).
 use rayon::prelude::*;
-use rhytid_core::{Progress, Result};
+use rhytid_core::HandleId;
+use rhytid_core::HandleSet;
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Table;
 use rhytid_geometry::Topology;
-use rhytid_geometry::geodesic::{Cell, EdgeGraph};
+use rhytid_geometry::geodesic::Cell;
+use rhytid_geometry::geodesic::EdgeGraph;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What rounding may take from a bound.
@@ -13,13 +18,25 @@ const SLACK: f64 = 1.0 + 1e-9;
 /// strain edges nor one of its nearest handles.
 pub(crate) struct Distances {
     /// H×V.
-    along: Vec<f64>,
-    vertices: usize,
+    along: Table<f64>,
+}
+
+/// The surface that distances are measured on, and how many are wanted.
+#[derive(Clone, Copy)]
+pub(crate) struct Searched<'a> {
+    /// V×3.
+    pub(crate) rest: &'a [[f64; 3]],
+    pub(crate) topology: &'a Topology,
+    /// V: the handle nearest to each vertex.
+    pub(crate) cells: &'a [Option<Cell>],
+    /// How many strain edges of smallest `s = g_va + g_vb − g_ab` each vertex needs.
+    pub(crate) nearest_edges: usize,
+    /// How many of the nearest handles it needs.
+    pub(crate) nearest_handles: usize,
 }
 
 impl Distances {
-    /// From each of `handles`, the nearest of which to each vertex is in `cells`, with all that is needed for each vertex's
-    /// `nearest_edges` strain edges of smallest `s = g_va + g_vb − g_ab`, and for its `nearest` handles.
+    /// From each of `handles`, with all that is needed for what each vertex needs.
     ///
     /// A search from a handle stops where it can matter no more. From the cell of handle h₀ on, at the distance d from it, all
     /// distances are at most d more than from h₀, so that of the edge of rank n, s is at most `S(h₀) + 2d`, where S is what it is at
@@ -30,24 +47,22 @@ impl Distances {
     /// # Errors
     /// [`rhytid_core::Error::Cancelled`].
     pub(crate) fn new(
-        rest: &[[f64; 3]],
-        (topology, cells): (&Topology, &[Cell]),
-        handles: &[u32],
-        strain_edges: &[[u32; 2]],
-        (nearest_edges, nearest): (usize, usize),
+        searched: Searched<'_>,
+        handles: &HandleSet<f64>,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        let vertices = rest.len();
+        let Searched { rest, topology, cells, nearest_edges, nearest_handles } = searched;
+        let (vertices, strain_edges) = (rest.len(), &handles.strain_edges);
         let graph = EdgeGraph::new(rest, topology);
         let between = between_handles(&graph, cells, handles.len());
-        let straight = |&[a, b]: &[u32; 2]| {
-            let [a, b] = [a, b].map(|h| rest[handles[h as usize] as usize]);
+        let straight = |&[a, b]: &[HandleId; 2]| {
+            let [a, b] = [a, b].map(|h| handles.rest[h.index()]);
             (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
         };
         let mut longest = vec![0.0_f64; handles.len()];
         for &[a, b] in strain_edges {
             for h in [a, b] {
-                longest[h as usize] = longest[h as usize].max(between[a as usize][b as usize]);
+                longest[h.index()] = longest[h.index()].max(between[a.index()][b.index()]);
             }
         }
         // S/2 and the distance of the last of the nearest handles, from each handle.
@@ -55,10 +70,10 @@ impl Distances {
             .par_iter()
             .map(|from| {
                 let s = strain_edges.iter().map(|edge| {
-                    let [a, b] = edge.map(|h| from[h as usize]);
+                    let [a, b] = edge.map(|h| from[h.index()]);
                     a + b - straight(edge)
                 });
-                [ranked(s.collect(), nearest_edges) / 2.0, ranked(from.clone(), nearest)]
+                [ranked(s.collect(), nearest_edges) / 2.0, ranked(from.clone(), nearest_handles)]
             })
             .collect();
 
@@ -66,43 +81,43 @@ impl Distances {
         let reach: Vec<[f64; 2]> = cells
             .par_iter()
             .map(|cell| match *cell {
-                Some((distance, own)) => reach[own as usize].map(|reach| SLACK * (distance + reach)),
+                Some(own) => reach[own.handle.index()].map(|reach| SLACK * (own.distance + reach)),
                 None => [0.0; 2],
             })
             .collect();
 
         let (total, done) = (handles.len() as u64, AtomicU64::new(0));
-        let mut along = vec![f64::INFINITY; handles.len() * vertices];
-        along.par_chunks_mut(vertices.max(1)).zip(handles.par_iter().zip(&longest)).try_for_each(
+        let mut along = Table::filled(handles.len(), vertices, f64::INFINITY);
+        along.par_rows_mut().zip(handles.vertices.par_iter().zip(&longest)).try_for_each(
             |(along, (&handle, longest))| {
                 progress.step("neighborhoods", done.fetch_add(1, Ordering::Relaxed), total)?;
                 let limit = |v: u32| {
                     let [of_edges, of_handles] = reach[v as usize];
                     (of_edges + SLACK * longest).max(of_handles)
                 };
-                graph.distances(handle, limit, along);
+                graph.distances(handle.0, limit, along);
                 Ok(())
             },
         )?;
         progress.step("neighborhoods", total, total)?;
-        Ok(Self { along, vertices })
+        Ok(Self { along })
     }
 
     /// g between handle `h` and vertex `v` in mesh units.
-    pub(crate) fn get(&self, h: u32, v: usize) -> f64 {
-        self.along[h as usize * self.vertices + v]
+    pub(crate) fn get(&self, h: HandleId, v: usize) -> f64 {
+        self.along.row(h.index())[v]
     }
 
     /// g between each of the H handles and vertex `v`, into `out`.
     pub(crate) fn to_handles(&self, v: usize, out: &mut [f64]) {
-        for (out, along) in out.iter_mut().zip(self.along.chunks_exact(self.vertices)) {
+        for (out, along) in out.iter_mut().zip(self.along.rows()) {
             *out = along[v];
         }
     }
 
     /// V.
     pub(crate) fn vertices(&self) -> usize {
-        self.vertices
+        self.along.columns()
     }
 }
 
@@ -116,16 +131,16 @@ fn ranked(mut numbers: Vec<f64>, rank: usize) -> f64 {
 
 /// Distances between handles that are no shorter than they really are, H×H: by ways from cell to neighbouring cell, each through
 /// both of their handles.
-fn between_handles(graph: &EdgeGraph<'_>, cells: &[Cell], handles: usize) -> Vec<Vec<f64>> {
+fn between_handles(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], handles: usize) -> Vec<Vec<f64>> {
     let mut between = vec![vec![f64::INFINITY; handles]; handles];
     for (v, cell) in cells.iter().enumerate() {
-        let Some((to_a, a)) = *cell else { continue };
+        let Some(a) = *cell else { continue };
         for (w, length) in graph.edges(v as u32) {
-            if let Some((to_b, b)) = cells[w as usize]
-                && a != b
+            if let Some(b) = cells[w as usize]
+                && a.handle != b.handle
             {
-                let way = &mut between[a as usize][b as usize];
-                *way = way.min(to_a + length + to_b);
+                let way = &mut between[a.handle.index()][b.handle.index()];
+                *way = way.min(a.distance + length + b.distance);
             }
         }
     }
@@ -150,7 +165,9 @@ mod tests {
     use super::super::neighborhoods::{Listens, edge_influences, linear_influences};
     use super::*;
     use rhytid_core::NoProgress;
-    use rhytid_geometry::geodesic::{nearest_handles, touching_cells};
+    use rhytid_core::VertexId;
+    use rhytid_geometry::geodesic::nearest_handles;
+    use rhytid_geometry::geodesic::touching_cells;
 
     /// A bent grid of 40 × 30 vertices in quads cut in two, and 80 handles anywhere on it.
     #[test]
@@ -165,22 +182,32 @@ mod tests {
         let triangles: Vec<[u32; 3]> =
             corners.flat_map(|a| [[a, a + 1, a + 41], [a, a + 41, a + 40]]).collect();
         let topology = Topology::new(rest.len(), &triangles);
-        let handles: Vec<u32> = (0..80).map(|h| (h * 7919 + 13) % 1200).collect();
-        let cells = nearest_handles(&EdgeGraph::new(&rest, &topology), &handles);
-        let of_handle: Vec<Option<u32>> = cells.iter().map(|cell| cell.map(|(_, h)| h)).collect();
+        let vertices: Vec<VertexId> = (0..80).map(|h| VertexId((h * 7919 + 13) % 1200)).collect();
+        let cells = nearest_handles(&EdgeGraph::new(&rest, &topology), &vertices);
+        let of_handle: Vec<Option<HandleId>> =
+            cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
         let mut edges = touching_cells(&topology, &of_handle);
         // One that goes right across.
-        edges.push([0, 41]);
-        let distances =
-            |ranks| Distances::new(&rest, (&topology, &cells), &handles, &edges, ranks, &NoProgress).unwrap();
+        edges.push([0, 41].map(HandleId));
+        let handles = HandleSet {
+            labels: (0..80).map(|h| h.to_string()).collect(),
+            rest: vertices.iter().map(|v| rest[v.index()]).collect(),
+            vertices,
+            strain_edges: edges,
+            rotations: false,
+        };
+        let distances = |nearest_edges, nearest_handles| {
+            let (rest, topology, cells) = (&rest[..], &topology, &cells[..]);
+            let searched = Searched { rest, topology, cells, nearest_edges, nearest_handles };
+            Distances::new(searched, &handles, &NoProgress).unwrap()
+        };
         let listens = vec![Listens::Itself; rest.len()];
         for k in [3, 6, 12] {
-            let [some, all] = [(k + 1, 8), (usize::MAX, usize::MAX)].map(|ranks| {
-                let distances = distances(ranks);
-                let alpha = edge_influences(&distances, &handles, &edges, 4.0, k);
-                let omega =
-                    linear_influences(&rest, &handles, &distances, &alpha, &listens, edges.len(), 4.0);
-                let found = distances.along.iter().filter(|g| g.is_finite()).count();
+            let [some, all] = [(k + 1, 8), (usize::MAX, usize::MAX)].map(|(edges, nearest)| {
+                let distances = distances(edges, nearest);
+                let alpha = edge_influences(&distances, &handles, 4.0, k);
+                let omega = linear_influences(&handles, &distances, &alpha, &listens, 4.0);
+                let found = distances.along.as_slice().iter().filter(|g| g.is_finite()).count();
                 (alpha, omega, found)
             });
             assert!(some.2 < all.2 * 9 / 10, "{k}: {} of {} were searched", some.2, all.2);

@@ -3,75 +3,71 @@ use super::linear_band::VectorStrains;
 use super::neighborhoods::{EdgeInfluences, LinearInfluences};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::{Error, Progress, Result, StrainEdgeId, Table};
 use rhytid_kernels::detail;
 
 /// The weights of the folds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Folds {
-    /// w, V×N×3 in mesh units: `Σ w_p` for the rest pose and `−w_p` for the examples.
-    pub weights: Vec<[f64; 3]>,
+    /// w, V×N in mesh units: `Σ w_p` for the rest pose and `−w_p` for the examples.
+    pub weights: Table<[f64; 3]>,
     /// `b = Σ_p ‖p‖ w_p`, V×3 in mesh units: what the examples' distances from the rest pose make of w.
     pub constants: Vec<[f64; 3]>,
 }
 
 /// The folds of strain lengths, as those of the chapter are: the distances are ‖f_p‖ and ‖f_p − f_q‖.
 ///
-/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V, example after example; `fold_ridge` is μ > 0.
+/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V; `fold_ridge` is μ > 0.
 ///
 /// # Errors
 /// [`Error::Internal`] if a matrix is not positive definite, which a μ above 0 forbids; [`Error::Cancelled`].
 pub(crate) fn length_folds(
-    pose_features: &[f64],
-    examples: usize,
+    pose_features: &Table<f64>,
     influences: &EdgeInfluences,
-    detail: &[[f64; 3]],
-    vertices: usize,
+    detail: &Table<[f64; 3]>,
     fold_ridge: f64,
     progress: &dyn Progress,
 ) -> Result<Folds> {
-    let k = influences.edges.len().checked_div(vertices).unwrap_or(0);
-    let edges = pose_features.len() / (examples + 1);
-    let f = |j: usize| &pose_features[j * edges..][..edges];
-    of_vertices((vertices, examples), fold_ridge, progress, |v, system| {
-        for (p, d) in system.weights.iter_mut().enumerate() {
-            *d = DVec3::from_array(detail[p * vertices + v]);
+    let f = |j: usize| pose_features.row(j);
+    let systems = Systems { vertices: influences.edges.height(), examples: detail.height(), fold_ridge };
+    systems.solve(progress, |v, system| {
+        for (d, detail) in system.weights.iter_mut().zip(detail.rows()) {
+            *d = DVec3::from_array(detail[v]);
         }
-        let (e, alpha) = (&influences.edges[v * k..][..k], &influences.weights[v * k..][..k]);
+        let (e, alpha) = (StrainEdgeId::numbers(influences.edges.row(v)), influences.weights.row(v));
         system.measure(|p, q| detail::feature_distance(e, alpha, f(p), f(q)));
     })
 }
 
 /// The folds of vector strains: the distances are ‖D_p‖ and ‖D_p − D_q‖ with ω. What the shell and ΔB leave of the examples is
-/// `left`, V×P×3 in mesh units for V vertices, and the linear band takes its own part off it. `edges` is F: a vertex that listens to anchors alone
-/// has no folds.
+/// `left`, V×P in mesh units, and the linear band takes its own part off it. `strain_edges` is F: a vertex that listens to anchors
+/// alone has no folds.
 ///
 /// # Errors
 /// As [`length_folds`].
 pub(crate) fn vector_folds(
     strains: &VectorStrains,
-    (influences, edges): (&LinearInfluences, u32),
-    (left, vertices): (&[[f64; 3]], usize),
-    example_weights: &[[f64; 3]],
+    influences: &LinearInfluences,
+    strain_edges: u32,
+    left: &Table<[f64; 3]>,
+    example_weights: &Table<[f64; 3]>,
     fold_ridge: f64,
     progress: &dyn Progress,
 ) -> Result<Folds> {
-    let (examples, n) = (strains.examples(), influences.per_vertex);
-    of_vertices((vertices, examples), fold_ridge, progress, |v, system| {
-        let of_vertex = v * n..(v + 1) * n;
-        let listens = influences.features[of_vertex.clone()].iter().zip(&influences.weights[of_vertex]);
+    let examples = strains.examples();
+    let systems = Systems { vertices: left.height(), examples, fold_ridge };
+    systems.solve(progress, |v, system| {
+        let listens = influences.of(v);
         system.weights.fill(DVec3::ZERO);
-        if listens.clone().all(|(&e, &omega)| e >= edges || omega == 0.0) {
+        if listens.clone().all(|(e, omega)| e >= strain_edges || omega == 0.0) {
             return;
         }
         strains.common(listens, &mut system.common);
         let kappa = |p: usize, q: usize| system.common[p.max(q) * examples + p.min(q)];
-        for (p, d) in system.weights.iter_mut().enumerate() {
-            let mut sum = DVec3::from_array(left[v * examples + p]);
-            if !example_weights.is_empty() {
-                let c = &example_weights[v * examples..][..examples];
-                c.iter().enumerate().for_each(|(q, c)| sum -= kappa(p, q) * DVec3::from_array(*c));
-            }
+        for (p, (d, left)) in system.weights.iter_mut().zip(left.row(v)).enumerate() {
+            let mut sum = DVec3::from_array(*left);
+            let c = example_weights.row(v).iter().enumerate();
+            c.for_each(|(q, c)| sum -= kappa(p, q) * DVec3::from_array(*c));
             *d = sum;
         }
         let common = std::mem::take(&mut system.common);
@@ -114,53 +110,66 @@ impl System {
     }
 }
 
-/// Per vertex `(G + μ tr G/P · I) w = d` by Cholesky; nothing where d or G is 0. `assemble` puts d and G of a vertex into the system.
-fn of_vertices(
-    (vertices, examples): (usize, usize),
+/// The systems of all vertices.
+struct Systems {
+    vertices: usize,
+    /// P.
+    examples: usize,
+    /// μ > 0.
     fold_ridge: f64,
-    progress: &dyn Progress,
-    assemble: impl Fn(usize, &mut System) + Sync + Send,
-) -> Result<Folds> {
-    let centers = examples + 1;
-    let mut folds =
-        Folds { weights: vec![[0.0; 3]; vertices * centers], constants: vec![[0.0; 3]; vertices] };
-    if examples == 0 {
-        return Ok(folds);
-    }
-    progress.step("folds", 0, 1)?;
-    let rows = folds.weights.par_chunks_mut(centers).zip(&mut folds.constants);
-    let scratch = || System {
-        matrix: vec![0.0; examples * examples],
-        lengths: vec![0.0; examples],
-        weights: vec![DVec3::ZERO; examples],
-        common: vec![0.0; examples * examples],
-    };
-    rows.enumerate()
-        .map_init(scratch, |system, (v, (weights, constant))| {
-            system.matrix.fill(0.0);
-            assemble(v, system);
-            let trace: f64 = (0..examples).map(|p| system.matrix[p * centers]).sum();
-            if trace <= 0.0 || system.weights.iter().all(|d| *d == DVec3::ZERO) {
-                return Ok(());
-            }
-            for p in 0..examples {
-                system.matrix[p * centers] += fold_ridge * trace / examples as f64;
-            }
-            if !solve(&mut system.matrix, &mut system.weights) {
-                return Err(Error::Internal(format!("the folds of vertex {v} have no solution")));
-            }
-            for (p, w) in system.weights.iter().enumerate() {
-                for c in 0..3 {
-                    weights[0][c] += w[c];
-                    weights[p + 1][c] = -w[c];
-                    constant[c] += system.lengths[p] * w[c];
+}
+
+impl Systems {
+    /// Per vertex `(G + μ tr G/P · I) w = d` by Cholesky; nothing where d or G is 0. `assemble` puts d and G of a vertex into the system.
+    fn solve(
+        &self,
+        progress: &dyn Progress,
+        assemble: impl Fn(usize, &mut System) + Sync + Send,
+    ) -> Result<Folds> {
+        let Self { vertices, examples, fold_ridge } = *self;
+        let centers = examples + 1;
+        let mut folds = Folds {
+            weights: Table::filled(vertices, centers, [0.0; 3]),
+            constants: vec![[0.0; 3]; vertices],
+        };
+        if examples == 0 {
+            return Ok(folds);
+        }
+        progress.step("folds", 0, 1)?;
+        let rows = folds.weights.par_rows_mut().zip(&mut folds.constants);
+        let scratch = || System {
+            matrix: vec![0.0; examples * examples],
+            lengths: vec![0.0; examples],
+            weights: vec![DVec3::ZERO; examples],
+            common: vec![0.0; examples * examples],
+        };
+        rows.enumerate()
+            .map_init(scratch, |system, (v, (weights, constant))| {
+                system.matrix.fill(0.0);
+                assemble(v, system);
+                let trace: f64 = (0..examples).map(|p| system.matrix[p * centers]).sum();
+                if trace <= 0.0 || system.weights.iter().all(|d| *d == DVec3::ZERO) {
+                    return Ok(());
                 }
-            }
-            Ok(())
-        })
-        .collect::<Result<()>>()?;
-    progress.step("folds", 1, 1)?;
-    Ok(folds)
+                for p in 0..examples {
+                    system.matrix[p * centers] += fold_ridge * trace / examples as f64;
+                }
+                if !solve(&mut system.matrix, &mut system.weights) {
+                    return Err(Error::Internal(format!("the folds of vertex {v} have no solution")));
+                }
+                for (p, w) in system.weights.iter().enumerate() {
+                    for c in 0..3 {
+                        weights[0][c] += w[c];
+                        weights[p + 1][c] = -w[c];
+                        constant[c] += system.lengths[p] * w[c];
+                    }
+                }
+                Ok(())
+            })
+            .collect::<Result<()>>()?;
+        progress.step("folds", 1, 1)?;
+        Ok(folds)
+    }
 }
 
 /// `A x = b` by Cholesky's factorisation; `matrix` is A's lower triangle, row-major, and `x` is b before it. False where A

@@ -7,7 +7,7 @@ use faer::linalg::cholesky::llt;
 use faer::{Mat, Par};
 use pulp::Arch;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, Result};
+use rhytid_core::{Error, HandleId, Progress, Result, Table, VertexId};
 
 /// Vertices after which the progress is told.
 const VERTICES_AT_ONCE: usize = 1 << 16;
@@ -30,12 +30,12 @@ pub(crate) struct LinearSettings {
 /// anchors, `D_h = u_h/L`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct VectorStrains {
-    /// (F + H)×3P: feature by feature, x, y, z of one example after the other.
-    of_examples: Vec<f64>,
+    /// (F + H)×3P: of each feature x, y, z of one example after the other.
+    of_examples: Table<f64>,
     /// What noise of variance 1 adds to |D|² per axis: `2/l_e²`, `1/L²`.
     noise: Vec<f64>,
     /// The ends of the strain edges, and their rest lengths.
-    strain_edges: Vec<[u32; 2]>,
+    strain_edges: Vec<[HandleId; 2]>,
     rest_lengths: Vec<f64>,
     /// L in mesh units.
     mean: f64,
@@ -46,7 +46,7 @@ impl VectorStrains {
     /// Of P examples' displacements of the handles, P×H.
     pub(crate) fn new(
         displacements: &[Vec<[f64; 3]>],
-        strain_edges: &[[u32; 2]],
+        strain_edges: &[[HandleId; 2]],
         rest_lengths: &[f64],
         mean: f64,
     ) -> Self {
@@ -54,7 +54,7 @@ impl VectorStrains {
         let mut of_examples = Vec::with_capacity((strain_edges.len() + handles) * displacements.len() * 3);
         for (&[a, b], length) in strain_edges.iter().zip(rest_lengths) {
             for u in displacements {
-                of_examples.extend((0..3).map(|c| (u[b as usize][c] - u[a as usize][c]) / length));
+                of_examples.extend((0..3).map(|c| (u[b.index()][c] - u[a.index()][c]) / length));
             }
         }
         for h in 0..handles {
@@ -62,6 +62,7 @@ impl VectorStrains {
         }
         let noise = rest_lengths.iter().map(|l| 2.0 / (l * l));
         let noise = noise.chain(std::iter::repeat_n(1.0 / (mean * mean), handles)).collect();
+        let of_examples = Table::new(strain_edges.len() + handles, 3 * displacements.len(), of_examples);
         Self {
             of_examples,
             noise,
@@ -79,7 +80,7 @@ impl VectorStrains {
 
     /// D of feature `e`, 3P.
     pub(crate) fn feature(&self, e: u32) -> &[f64] {
-        &self.of_examples[e as usize * 3 * self.examples..][..3 * self.examples]
+        self.of_examples.row(e as usize)
     }
 
     /// What noise of variance 1 adds to |D|² of feature `e` per axis.
@@ -93,19 +94,16 @@ impl VectorStrains {
     }
 
     /// D of all features in the examples, P×(F + H).
-    pub(crate) fn by_example(&self) -> Vec<[f64; 3]> {
-        let features = self.noise.len();
-        let at = |p: usize, e: usize| {
-            let first = (e * self.examples + p) * 3;
-            [0, 1, 2].map(|c| self.of_examples[first + c])
-        };
-        (0..self.examples).flat_map(|p| (0..features).map(move |e| at(p, e))).collect()
+    pub(crate) fn by_example(&self) -> Table<[f64; 3]> {
+        let of_example = |p: usize| self.of_examples.rows().map(move |d| [0, 1, 2].map(|c| d[3 * p + c]));
+        let vectors = (0..self.examples).flat_map(of_example).collect();
+        Table::new(self.examples, self.of_examples.height(), vectors)
     }
 
     /// κ of the examples, `Σ_e ω_e D_pe · D_qe`, for what a vertex listens to: P×P, row-major, of which the lower triangle is written.
-    pub(crate) fn common<'a>(&self, listens: impl Iterator<Item = (&'a u32, &'a f64)>, kappa: &mut [f64]) {
+    pub(crate) fn common(&self, listens: impl Iterator<Item = (u32, f64)>, kappa: &mut [f64]) {
         kappa.fill(0.0);
-        for (&e, omega) in listens.filter(|(_, omega)| **omega > 0.0) {
+        for (e, omega) in listens.filter(|(_, omega)| *omega > 0.0) {
             let d = self.feature(e).as_chunks::<3>().0;
             for (p, row) in kappa.chunks_exact_mut(self.examples).enumerate() {
                 let of_p = d[p].map(|x| omega * x);
@@ -121,8 +119,8 @@ impl VectorStrains {
         match self.strain_edges.get(e as usize) {
             Some(&[a, b]) => {
                 let slope = weight / self.rest_lengths[e as usize];
-                row[b as usize] += slope;
-                row[a as usize] -= slope;
+                row[b.index()] += slope;
+                row[a.index()] -= slope;
             }
             None => row[e as usize - self.strain_edges.len()] += weight / self.mean,
         }
@@ -280,15 +278,14 @@ impl VertexSystem {
         &mut self,
         settings: LinearSettings,
         z: &[f64],
-        beyond: &[f64],
+        beyond: &Table<f64>,
         errors: &mut [[f64; 3]],
     ) {
         self.invert();
-        let examples = errors.len();
         let z = |q: usize| glam::DVec3::from_slice(&z[3 * q..][..3]);
         for (p, error) in errors.iter_mut().enumerate() {
             let alone = self.block(p, p).inverse() * z(p);
-            let beyond = beyond[p * examples..][..examples].iter().enumerate();
+            let beyond = beyond.row(p).iter().enumerate();
             let of_others = beyond.filter(|(q, beyond)| *q != p && **beyond != 0.0);
             let added: glam::DVec3 =
                 of_others.map(|(q, beyond)| *beyond * (z(q) - self.block(q, p) * alone)).sum();
@@ -323,15 +320,15 @@ impl VertexSystem {
 /// What the linear band adds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearBand {
-    /// g, as many numbers as there are features: ΔB is `Σ_e g_ve D_e`.
-    pub feature_gains: Vec<f64>,
-    /// c, V×P×3 in mesh units; empty where s = 0.
-    pub example_weights: Vec<[f64; 3]>,
+    /// g, V×(K + 8) as the features are: ΔB is `Σ_e g_ve D_e`.
+    pub feature_gains: Table<f64>,
+    /// c, V×P in mesh units; without columns where s = 0.
+    pub example_weights: Table<[f64; 3]>,
     /// `s_v² = Ŵᵀz/3P`, V in mesh units squared.
     pub variances: Vec<f64>,
 }
 
-/// Solves the linear band of every vertex, and adds ΔB to `basis`, V×H: `smooth` is Ŵ, V×P×3, and 0 at handles, where
+/// Solves the linear band of every vertex, and adds ΔB to `basis`, V×H: `smooth` is Ŵ, V×P, and 0 at handles, where
 /// nothing is learned.
 ///
 /// # Errors
@@ -339,18 +336,17 @@ pub struct LinearBand {
 pub(crate) fn linear_band(
     strains: &VectorStrains,
     influences: &LinearInfluences,
-    smooth: &[[f64; 3]],
+    smooth: &Table<[f64; 3]>,
     settings: LinearSettings,
-    basis: &mut [f64],
+    basis: &mut Table<f64>,
     progress: &dyn Progress,
 ) -> Result<LinearBand> {
-    let (examples, per_vertex) = (strains.examples, influences.per_vertex);
-    let vertices = influences.weights.len() / per_vertex;
-    let handles = basis.len() / vertices;
+    let examples = strains.examples;
+    let (vertices, per_vertex) = (influences.weights.height(), influences.weights.columns());
     let c = if settings.share > 0.0 { examples } else { 0 };
     let mut band = LinearBand {
-        feature_gains: vec![0.0; vertices * per_vertex],
-        example_weights: vec![[0.0; 3]; vertices * c],
+        feature_gains: Table::filled(vertices, per_vertex, 0.0),
+        example_weights: Table::filled(vertices, c, [0.0; 3]),
         variances: vec![0.0; vertices],
     };
     if examples == 0 {
@@ -359,17 +355,19 @@ pub(crate) fn linear_band(
     for first in (0..vertices).step_by(VERTICES_AT_ONCE) {
         progress.step("linear band", first as u64, vertices as u64)?;
         let end = vertices.min(first + VERTICES_AT_ONCE);
-        let of = |n: usize| first * n..end * n;
-        // Chunks of no numbers are not allowed: where there is no c, each vertex has a part of nothing.
+        let these = || first..end;
+        // Rows of no numbers cannot be written: where there is no c, each vertex has a part of nothing.
         let weights: Vec<&mut [[f64; 3]]> = match c {
-            0 => (first..end).map(|_| Default::default()).collect(),
-            _ => band.example_weights[of(c)].chunks_mut(c).collect(),
+            0 => these().map(|_| Default::default()).collect(),
+            _ => band.example_weights.rows_mut().skip(first).take(end - first).collect(),
         };
-        basis[of(handles)]
-            .par_chunks_mut(handles)
-            .zip(band.feature_gains[of(per_vertex)].par_chunks_mut(per_vertex))
-            .zip(weights.into_par_iter().zip(&mut band.variances[first..end]))
-            .zip(smooth[of(examples)].par_chunks(examples))
+        basis
+            .par_rows_mut()
+            .skip(first)
+            .take(end - first)
+            .zip(band.feature_gains.par_rows_mut().skip(first))
+            .zip(weights.into_par_iter().zip(&mut band.variances[these()]))
+            .zip(these().into_par_iter().map(|v| smooth.row(v)))
             .enumerate()
             .map_init(
                 || (VertexSystem::new(examples), vec![0.0; 3 * examples]),
@@ -378,9 +376,8 @@ pub(crate) fn linear_band(
                     if smooth.iter().all(|w| *w == 0.0) {
                         return Ok(());
                     }
-                    let of_vertex = (first + i) * per_vertex..(first + i + 1) * per_vertex;
-                    let features = &influences.features[of_vertex.clone()];
-                    let omega = &influences.weights[of_vertex];
+                    let v = first + i;
+                    let (features, omega) = (influences.features.row(v), influences.weights.row(v));
                     system.assemble(strains, features, omega);
                     if !system.solve(settings, smooth, z)? {
                         return Ok(());
@@ -407,29 +404,29 @@ pub(crate) fn linear_band(
     Ok(band)
 }
 
-/// What each example would be off by at each of `vertices` if it were left out, P×3 in mesh units each.
+/// What each example would be off by at each of `vertices` if it were left out, in mesh units: a row of P for each of them.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`].
 pub(crate) fn leave_one_out(
     strains: &VectorStrains,
     influences: &LinearInfluences,
-    smooth: &[[f64; 3]],
+    smooth: &Table<[f64; 3]>,
     settings: LinearSettings,
-    vertices: &[u32],
-) -> Result<Vec<[f64; 3]>> {
+    vertices: &[VertexId],
+) -> Result<Table<[f64; 3]>> {
     let examples = strains.examples;
-    let mut errors = vec![[0.0; 3]; vertices.len() * examples];
+    let mut errors = Table::filled(vertices.len(), examples, [0.0; 3]);
     let beyond = Beyond::new(strains, settings.reach);
     errors
-        .par_chunks_mut(examples.max(1))
+        .par_rows_mut()
         .zip(vertices)
         .map_init(
-            || (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![0.0; examples * examples]),
+            || (VertexSystem::new(examples), vec![0.0; 3 * examples], Table::filled(examples, examples, 0.0)),
             |(system, z, of_vertex), (errors, &v)| {
-                let listens = v as usize * influences.per_vertex..(v as usize + 1) * influences.per_vertex;
-                let (features, omega) = (&influences.features[listens.clone()], &influences.weights[listens]);
-                let smooth = &smooth[v as usize * examples..][..examples];
+                let v = v.index();
+                let (features, omega) = (influences.features.row(v), influences.weights.row(v));
+                let smooth = smooth.row(v);
                 system.assemble(strains, features, omega);
                 if system.solve(settings, smooth.as_flattened(), z)? {
                     beyond.of_vertex(strains, features, omega, of_vertex);
@@ -484,7 +481,7 @@ mod tests {
         let displacements: Vec<Vec<[f64; 3]>> = (0..examples)
             .map(|p| (0..handles).map(|h| [0, 1, 2].map(|c| number(100 * p + 10 * h + c))).collect())
             .collect();
-        let edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0]];
+        let edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0]].map(|pair| pair.map(HandleId));
         let strains = VectorStrains::new(&displacements, &edges, &[1.0, 1.5, 0.7, 1.0, 2.0, 1.2], 1.1);
         let (features, omega) = ([0, 1, 2, 7, 9], [0.4, 0.3, 0.2, 0.06, 0.04]);
         let smooth: Vec<f64> = (0..3 * examples).map(|i| number(1000 + i)).collect();
@@ -494,12 +491,12 @@ mod tests {
             let settings = LinearSettings { share, ridge: 1e-3, marker_noise: 0.02, reach };
             let mut system = VertexSystem::new(examples);
             let (mut z, mut errors) = (vec![0.0; 3 * examples], vec![[0.0; 3]; examples]);
-            let mut beyond = vec![0.0; examples * examples];
+            let mut beyond = Table::filled(examples, examples, 0.0);
             system.assemble(&strains, &features, &omega);
             assert!(system.solve(settings, &smooth, &mut z).unwrap());
             Beyond::new(&strains, reach).of_vertex(&strains, &features, &omega, &mut beyond);
             system.leave_one_out(settings, &z, &beyond, &mut errors);
-            assert_eq!(beyond.iter().any(|x| *x != 0.0), reach.is_finite());
+            assert_eq!(beyond.as_slice().iter().any(|x| *x != 0.0), reach.is_finite());
 
             let whole = matrix(&strains, &features, &omega, settings);
             for (p, error) in errors.iter().enumerate() {

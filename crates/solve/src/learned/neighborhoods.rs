@@ -2,6 +2,7 @@
 //! the nearest handles as anchors.
 use super::distances::Distances;
 use rayon::prelude::*;
+use rhytid_core::{HandleId, HandleSet, StrainEdgeId, Table, VertexId};
 
 /// Handles that a vertex of a driven part has as anchors.
 pub(crate) const ANCHORS: usize = 8;
@@ -19,10 +20,10 @@ const WIDTH_AROUND_RIGID: f64 = 2.0;
 /// α of every vertex.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EdgeInfluences {
-    /// V×K indices of strain edges, ascending; K = min(`max_influences`, F).
-    pub edges: Vec<u32>,
+    /// V×K strain edges, ascending; K = min(`max_influences`, F).
+    pub edges: Table<StrainEdgeId>,
     /// α, V×K: at least 0, with the sum 1, or all 0 where no strain edge can be reached.
-    pub weights: Vec<f64>,
+    pub weights: Table<f64>,
 }
 
 /// The K strain edges of smallest `s = g_va + g_vb − g_ab` (ties: the lower edge index), and
@@ -32,27 +33,27 @@ pub struct EdgeInfluences {
 /// `mean` is L, the mean rest length, in mesh units.
 pub(crate) fn edge_influences(
     distances: &Distances,
-    handles: &[u32],
-    strain_edges: &[[u32; 2]],
+    handles: &HandleSet<f64>,
     mean: f64,
     max_influences: usize,
 ) -> EdgeInfluences {
+    let strain_edges = &handles.strain_edges;
     let (vertices, k) = (distances.vertices(), max_influences.min(strain_edges.len()));
-    let mut edges = vec![0; vertices * k];
-    let mut weights = vec![0.0; vertices * k];
+    let mut edges = Table::filled(vertices, k, StrainEdgeId(0));
+    let mut weights = Table::filled(vertices, k, 0.0);
     if k == 0 {
         return EdgeInfluences { edges, weights };
     }
     let between: Vec<f64> =
-        strain_edges.iter().map(|&[a, b]| distances.get(a, handles[b as usize] as usize)).collect();
-    edges.par_chunks_mut(k).zip(weights.par_chunks_mut(k)).enumerate().for_each_init(
+        strain_edges.iter().map(|&[a, b]| distances.get(a, handles.vertices[b.index()].index())).collect();
+    edges.par_rows_mut().zip(weights.par_rows_mut()).enumerate().for_each_init(
         || (vec![0.0; handles.len()], Vec::with_capacity(strain_edges.len())),
         |(to_handle, order), (v, (edges, weights))| {
             distances.to_handles(v, to_handle);
             order.clear();
             let lengths = strain_edges.iter().zip(&between).enumerate();
             let all = lengths.map(|(i, (&[a, b], length))| {
-                (to_handle[a as usize] + to_handle[b as usize] - length, i as u32)
+                (to_handle[a.index()] + to_handle[b.index()] - length, i as u32)
             });
             order.extend(all.filter(|(s, _)| s.is_finite()));
             let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
@@ -74,7 +75,7 @@ pub(crate) fn edge_influences(
             };
             let sum: f64 = order.iter().map(|&(s, _)| alpha(s)).sum();
             for (i, &(s, edge)) in order.iter().enumerate() {
-                edges[i] = edge;
+                edges[i] = StrainEdgeId(edge);
                 weights[i] = if sum > 0.0 { alpha(s) / sum } else { 0.0 };
             }
         },
@@ -86,34 +87,45 @@ pub(crate) fn edge_influences(
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearInfluences {
     /// V×(K + 8): strain edges count from 0, the handles' anchors from F.
-    pub features: Vec<u32>,
+    pub features: Table<u32>,
     /// V×(K + 8), at least 0, with the sum 1 unless a vertex reaches no handle.
-    pub weights: Vec<f64>,
-    /// K + 8.
-    pub per_vertex: usize,
+    pub weights: Table<f64>,
+}
+
+/// What of the learned method's arrays is of anchors, or has a place for them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Anchors {
+    /// V×A, where A is the most that any vertex has.
+    pub(crate) handles: Table<HandleId>,
+    /// ν, V×A.
+    pub(crate) weights: Table<f64>,
+    /// V×(K + A), of strain edges before anchors.
+    pub(crate) gains: Table<f64>,
 }
 
 impl LinearInfluences {
-    /// The anchors alone, V×A handles and their weights, where A is the most that any vertex has; and V×(K + A) gains, of strain
-    /// edges before anchors, given those of all features. `strain_edges` is F.
-    pub(crate) fn anchors(
-        &self,
-        strain_edges: u32,
-        k: usize,
-        gains: &[f64],
-    ) -> (Vec<u32>, Vec<f64>, Vec<f64>) {
-        let rows = || self.features.chunks(self.per_vertex).zip(self.weights.chunks(self.per_vertex));
+    /// What vertex `v` listens to: features and ω.
+    pub(crate) fn of(&self, v: usize) -> impl Iterator<Item = (u32, f64)> + Clone {
+        self.features.row(v).iter().copied().zip(self.weights.row(v).iter().copied())
+    }
+
+    /// The anchors alone, given the gains of all features. `strain_edges` is F.
+    pub(crate) fn anchors(&self, strain_edges: u32, k: usize, gains: &Table<f64>) -> Anchors {
+        let rows = || self.features.rows().zip(self.weights.rows());
         let is_anchor = |feature: u32, weight: f64| feature >= strain_edges && weight > 0.0;
         let count = |(features, weights): (&[u32], &[f64])| {
             features.iter().zip(weights).filter(|(e, w)| is_anchor(**e, **w)).count()
         };
         let a = rows().map(count).max().unwrap_or(0).max(ANCHORS);
-        let vertices = self.features.len() / self.per_vertex;
-        let (mut anchors, mut nu) = (vec![0; vertices * a], vec![0.0; vertices * a]);
-        let mut of_features = vec![0.0; vertices * (k + a)];
-        for (v, ((features, weights), gains)) in rows().zip(gains.chunks(self.per_vertex)).enumerate() {
+        let vertices = self.features.height();
+        let mut anchors = Anchors {
+            handles: Table::filled(vertices, a, HandleId(0)),
+            weights: Table::filled(vertices, a, 0.0),
+            gains: Table::filled(vertices, k + a, 0.0),
+        };
+        for (v, ((features, weights), gains)) in rows().zip(gains.rows()).enumerate() {
             let all = features.iter().zip(weights).zip(gains);
-            let of_vertex = &mut of_features[v * (k + a)..][..k + a];
+            let of_vertex = anchors.gains.row_mut(v);
             // Where there are edges, they are the first K.
             for (to, ((_, _), gain)) in
                 of_vertex.iter_mut().zip(all.clone()).take(k).filter(|(_, ((e, _), _))| **e < strain_edges)
@@ -121,12 +133,12 @@ impl LinearInfluences {
                 *to = *gain;
             }
             for (i, ((e, w), gain)) in all.filter(|((e, w), _)| is_anchor(**e, **w)).enumerate() {
-                anchors[v * a + i] = e - strain_edges;
-                nu[v * a + i] = *w;
+                anchors.handles.row_mut(v)[i] = HandleId(e - strain_edges);
+                anchors.weights.row_mut(v)[i] = *w;
                 of_vertex[k + i] = *gain;
             }
         }
-        (anchors, nu, of_features)
+        anchors
     }
 }
 
@@ -136,7 +148,7 @@ pub(crate) enum Listens {
     /// Of a driven part: for itself.
     Itself,
     /// Of a part that follows: as this vertex of the driven surface.
-    As(u32),
+    As(VertexId),
     /// Of a rigid part: as all of it, by the straight distance from this point, its centroid.
     At([f64; 3]),
     /// Of a part that is to stay where it is.
@@ -146,42 +158,39 @@ pub(crate) enum Listens {
 /// 0.9 α on a vertex's edges, and 0.1 `ν = exp(−(g² − min g²)/(1.5 L)²)` on its [`ANCHORS`] nearest handles, over their
 /// sum; a vertex that reaches no edge, and parts without a handle, have anchors alone.
 ///
-/// `listens` is V long; F is `strain_edges`; `mean` is L.
+/// `listens` is V long; `mean` is L.
 pub(crate) fn linear_influences(
-    rest: &[[f64; 3]],
-    handles: &[u32],
+    handles: &HandleSet<f64>,
     distances: &Distances,
     alpha: &EdgeInfluences,
     listens: &[Listens],
-    strain_edges: usize,
     mean: f64,
 ) -> LinearInfluences {
-    let vertices = rest.len();
-    let k = alpha.edges.len().checked_div(vertices).unwrap_or(0);
+    let (vertices, k) = (listens.len(), alpha.edges.columns());
     let per_vertex = k + ANCHORS;
-    let mut features = vec![strain_edges as u32; vertices * per_vertex];
-    let mut weights = vec![0.0; vertices * per_vertex];
-    let first_anchor = strain_edges as u32;
-    features.par_chunks_mut(per_vertex).zip(weights.par_chunks_mut(per_vertex)).enumerate().for_each_init(
+    let first_anchor = handles.strain_edges.len() as u32;
+    let mut features = Table::filled(vertices, per_vertex, first_anchor);
+    let mut weights = Table::filled(vertices, per_vertex, 0.0);
+    features.par_rows_mut().zip(weights.par_rows_mut()).enumerate().for_each_init(
         || Vec::with_capacity(handles.len()),
         |anchors, (v, (features, weights))| {
-            let (edges, edge_weights) = (&alpha.edges[v * k..][..k], &alpha.weights[v * k..][..k]);
+            let (edges, edge_weights) = (alpha.edges.row(v), alpha.weights.row(v));
             let has_edges = listens[v] == Listens::Itself && edge_weights.iter().any(|&w| w > 0.0);
             let (start, share) = if has_edges { (k, ANCHORS_SHARE) } else { (0, 1.0) };
             if has_edges {
-                features[..k].copy_from_slice(edges);
+                features.iter_mut().zip(edges).for_each(|(to, edge)| *to = edge.0);
                 for (to, w) in weights[..k].iter_mut().zip(edge_weights) {
                     *to = (1.0 - ANCHORS_SHARE) * w;
                 }
             }
-            let straight = |h: u32, from: [f64; 3]| {
-                let to = rest[handles[h as usize] as usize];
+            let straight = |h: HandleId, from: [f64; 3]| {
+                let to = handles.rest[h.index()];
                 (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt()
             };
-            let distance = |h: u32| match listens[v] {
+            let distance = |h: HandleId| match listens[v] {
                 Listens::Nothing => f64::INFINITY,
                 Listens::Itself => distances.get(h, v),
-                Listens::As(w) => distances.get(h, w as usize),
+                Listens::As(w) => distances.get(h, w.index()),
                 Listens::At(centroid) => straight(h, centroid),
             };
             let (room, width) = match listens[v] {
@@ -189,25 +198,31 @@ pub(crate) fn linear_influences(
                 Listens::As(_) => (per_vertex, WIDTH_ON_SURFACE),
                 Listens::At(_) => (per_vertex, WIDTH_AROUND_RIGID),
             };
-            nearest(handles.len() as u32, room, distance, anchors);
+            nearest(handles.len(), room, distance, anchors);
             let Some(&(least, _)) = anchors.first() else { return };
             anchors.sort_unstable_by_key(|&(_, h)| h);
             let nu = |g: f64| (-(g * g - least * least) / (width * mean).powi(2)).exp();
             let sum: f64 = anchors.iter().map(|&(g, _)| nu(g)).sum();
             for (i, &(g, h)) in anchors.iter().enumerate() {
-                features[start + i] = first_anchor + h;
+                features[start + i] = first_anchor + h.0;
                 weights[start + i] = share * nu(g) / sum;
             }
         },
     );
-    LinearInfluences { features, weights, per_vertex }
+    LinearInfluences { features, weights }
 }
 
 /// Up to `count` of `handles` handles at a finite distance, the nearest first (ties: the lower handle), into `found`.
-fn nearest(handles: u32, count: usize, distance: impl Fn(u32) -> f64, found: &mut Vec<(f64, u32)>) {
+fn nearest(
+    handles: usize,
+    count: usize,
+    distance: impl Fn(HandleId) -> f64,
+    found: &mut Vec<(f64, HandleId)>,
+) {
     found.clear();
-    found.extend((0..handles).map(|h| (distance(h), h)).filter(|(g, _)| g.is_finite()));
-    let nearer = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+    let all = (0..handles).map(HandleId::from_index);
+    found.extend(all.map(|h| (distance(h), h)).filter(|(g, _)| g.is_finite()));
+    let nearer = |a: &(f64, HandleId), b: &(f64, HandleId)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
     if count < found.len() {
         found.select_nth_unstable_by(count, nearer);
         found.truncate(count);

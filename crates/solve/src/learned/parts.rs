@@ -3,7 +3,10 @@ use super::neighborhoods::Listens;
 use crate::driven::DrivenComponents;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Bind, Example, horn};
+use rhytid_core::Bind;
+use rhytid_core::Example;
+use rhytid_core::VertexId;
+use rhytid_core::horn;
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
@@ -14,7 +17,7 @@ const RIGID_WITHIN: f64 = 0.03;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FreePart {
     /// Its lowest vertex.
-    pub first_vertex: u32,
+    pub first_vertex: VertexId,
     /// How many it has.
     pub vertices: usize,
     /// Whether it moves as one solid; otherwise it follows the closest point of the driven surface.
@@ -55,11 +58,11 @@ pub(crate) fn listens(
             _ if parts.driven[v] => Listens::Itself,
             _ if bind == Bind::Rigid => Listens::Nothing,
             part if is_rigid[part] => Listens::At(centroids[part]),
-            part => closest(&rest[v]).map_or(Listens::At(centroids[part]), Listens::As),
+            part => closest(&rest[v]).map_or(Listens::At(centroids[part]), |w| Listens::As(VertexId(w))),
         })
         .collect();
     let free = members.iter().zip(is_rigid).filter_map(|(part, rigid)| {
-        Some(FreePart { first_vertex: *part.first()?, vertices: part.len(), rigid })
+        Some(FreePart { first_vertex: VertexId(*part.first()?), vertices: part.len(), rigid })
     });
     (listens, free.collect())
 }

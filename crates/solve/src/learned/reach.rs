@@ -1,10 +1,11 @@
 //! What of an example is beyond the reach of the others: what a frame like it would not be followed to, were it left out.
 use super::linear_band::VectorStrains;
+use rhytid_core::Table;
 
 /// Of all features.
 pub(crate) struct Beyond {
-    /// (F + H)×3P; empty where there is no bound.
-    of_features: Vec<f64>,
+    /// (F + H)×3P; without rows where there is no bound.
+    of_features: Table<f64>,
 }
 
 impl Beyond {
@@ -19,7 +20,8 @@ impl Beyond {
         };
         let of_feature = |e| (0..n).map(move |i| of_component(strains.feature(e), i));
         let bounded = if reach.is_finite() { strains.features() } else { 0 };
-        Self { of_features: (0..bounded).flat_map(of_feature).collect() }
+        let of_features = (0..bounded).flat_map(of_feature).collect();
+        Self { of_features: Table::new(bounded as usize, n, of_features) }
     }
 
     /// `Σ_e ω_e (D_pe − clamp(D_pe)) · D_qe` of a vertex into `beyond`, P×P: p is what is clamped.
@@ -28,17 +30,16 @@ impl Beyond {
         strains: &VectorStrains,
         features: &[u32],
         weights: &[f64],
-        beyond: &mut [f64],
+        beyond: &mut Table<f64>,
     ) {
-        beyond.fill(0.0);
+        beyond.as_mut_slice().fill(0.0);
         if self.of_features.is_empty() {
             return;
         }
-        let examples = strains.examples();
         for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
             let d = strains.feature(e).as_chunks::<3>().0;
-            let of_feature = self.of_features[e as usize * 3 * examples..][..3 * examples].as_chunks::<3>().0;
-            for (of_example, beyond) in of_feature.iter().zip(beyond.chunks_exact_mut(examples)) {
+            let of_feature = self.of_features.row(e as usize).as_chunks::<3>().0;
+            for (of_example, beyond) in of_feature.iter().zip(beyond.rows_mut()) {
                 if *of_example != [0.0; 3] {
                     let dot = |d: &[f64; 3]| d.iter().zip(of_example).map(|(a, b)| a * b).sum::<f64>();
                     beyond.iter_mut().zip(d).for_each(|(beyond, d)| *beyond += w * dot(d));

@@ -4,8 +4,12 @@ use super::linear_band::VectorStrains;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
+use rhytid_core::Error;
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::VertexId;
 use rhytid_core::numbers::dot;
-use rhytid_core::{Error, Progress, Result, Rig};
 use rhytid_kernels::Real;
 
 /// Vertices that are looked at.
@@ -31,7 +35,7 @@ pub struct PlannedScan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanPlan {
     /// The vertices that were looked at, S of them.
-    pub vertices: Vec<u32>,
+    pub vertices: Vec<VertexId>,
     /// [`PlannedScan::left`] before the first scan: 1 where the rig has no example.
     pub left: f64,
     /// Fewer than asked for where there are no more candidates.
@@ -67,7 +71,7 @@ pub fn plan_scans<T: Real>(
     count: usize,
     progress: &dyn Progress,
 ) -> Result<ScanPlan> {
-    let Some(learned) = &rig.learned else {
+    let Some(learned) = rig.learned() else {
         return Err(Error::rig_lacks(
             "scans are planned by what vertices listen to, which a rig of the chapter's method does not have; solve it again with \
              method = \"learned\"",
@@ -75,13 +79,13 @@ pub fn plan_scans<T: Real>(
     };
     let vertices = confidence::sample(rig, SAMPLES);
     let poses = HandlePoses::of(rig);
-    let (examples, frames) = (poses.strains(&rig.example_handles), poses.strains(frames));
-    let ridge = if rig.example_names.is_empty() { RIDGE } else { learned.ridge };
+    let (examples, frames) = (poses.strains(rig.examples().handles.as_slice()), poses.strains(frames));
+    let ridge = if rig.examples().is_empty() { RIDGE } else { learned.ridge };
     progress.step("plan", 0, count as u64)?;
     let mut of_vertices: Vec<OfVertex> = vertices
         .par_iter()
         .map(|&v| {
-            let listens = confidence::listens(rig, v as usize);
+            let listens = confidence::listens(rig, v.index());
             let columns = |strains: &VectorStrains| {
                 Mat::from_fn(3 * listens.len(), strains.examples(), |i, pose| {
                     let (e, w) = listens[i / 3];

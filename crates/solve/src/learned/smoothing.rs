@@ -3,9 +3,14 @@ use crate::driven::DrivenComponents;
 use crate::laplacian::{self, Laplacian};
 use crate::system::{NONE, System};
 use rayon::prelude::*;
-use rhytid_core::{Progress, Result, Rig};
+use rhytid_core::Progress;
+use rhytid_core::Result;
+use rhytid_core::Rig;
+use rhytid_core::Table;
+use rhytid_core::VertexId;
+use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
-use rhytid_geometry::cholesky::{Dissection, dissect};
+use rhytid_geometry::cholesky::dissect;
 
 /// σ in mean rest lengths.
 const SIGMA: f64 = 1.0 / 12.0;
@@ -26,7 +31,7 @@ pub struct Smoothing {
     order: Vec<u32>,
     /// Of each vertex in `order`, or [`NONE`].
     place: Vec<u32>,
-    handles: Vec<u32>,
+    handles: Vec<VertexId>,
 }
 
 impl Smoothing {
@@ -36,7 +41,7 @@ impl Smoothing {
     /// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point,
     /// [`rhytid_core::Error::Cancelled`].
     pub fn new(rig: &Rig<f64>, progress: &dyn Progress) -> Result<Self> {
-        Self::over(rig, sigma(rig.feature_lengths().last().copied().unwrap_or(1.0)), progress)
+        Self::over(rig, sigma(rig.handles().feature_lengths().last().copied().unwrap_or(1.0)), progress)
     }
 
     /// The same with another σ, in mesh units: how wide what is smoothed away is.
@@ -44,9 +49,10 @@ impl Smoothing {
     /// # Errors
     /// As [`Smoothing::new`].
     pub fn over(rig: &Rig<f64>, sigma: f64, progress: &dyn Progress) -> Result<Self> {
-        let driven = DrivenComponents::new(&rig.rest, &rig.triangles, &rig.handles).driven;
-        let laplacian = laplacian::laplacian(&rig.rest, &rig.triangles);
-        Self::of(&rig.rest, laplacian, &rig.handles, &driven, sigma, progress)
+        let (surface, handles) = (rig.surface(), &rig.handles().vertices);
+        let driven = DrivenComponents::new(&surface.rest, &surface.triangles, handles).driven;
+        let laplacian = laplacian::laplacian(&surface.rest, &surface.triangles);
+        Self::of(&surface.rest, laplacian, handles, &driven, sigma, progress)
     }
 
     /// `driven[v]` says whether vertex v is in a part with a handle and is to be smoothed.
@@ -56,13 +62,13 @@ impl Smoothing {
     pub(crate) fn of(
         rest: &[[f64; 3]],
         laplacian: Laplacian,
-        handles: &[u32],
+        handles: &[VertexId],
         driven: &[bool],
         sigma: f64,
         progress: &dyn Progress,
     ) -> Result<Self> {
         let mut free = driven.to_vec();
-        handles.iter().for_each(|&v| free[v as usize] = false);
+        handles.iter().for_each(|v| free[v.index()] = false);
         let free: Vec<u32> = (0..rest.len() as u32).filter(|&v| free[v as usize]).collect();
         let system = System::smoothing(laplacian, sigma);
         let Dissection { order, root } = dissect(rest, system.pattern(), free);
@@ -71,34 +77,34 @@ impl Smoothing {
         Ok(Self { system, factor, order, place, handles: handles.to_vec() })
     }
 
-    /// `field` is W, V×n×3 in any unit, and becomes Ŵ.
+    /// `field` is W, V×n in any unit, and becomes Ŵ.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Cancelled`].
-    pub fn apply(&self, field: &mut [[f64; 3]], progress: &dyn Progress) -> Result<()> {
-        let width = 3 * field.len() / self.place.len().max(1);
+    pub fn apply(&self, field: &mut Table<[f64; 3]>, progress: &dyn Progress) -> Result<()> {
+        let width = 3 * field.columns();
         if width == 0 {
             return Ok(());
         }
-        for &v in &self.handles {
-            field.as_flattened_mut()[v as usize * width..][..width].fill(0.0);
+        for v in &self.handles {
+            field.row_mut(v.index()).fill([0.0; 3]);
         }
         let mut firsts: Vec<usize> = (0..width).step_by(COLUMNS_AT_ONCE).collect();
         let at_once = rayon::current_num_threads().min(firsts.len());
         let mut solved: Vec<Vec<f64>> = vec![Vec::new(); at_once];
         for firsts in firsts.chunks_mut(at_once) {
             progress.step("smooth", firsts[0] as u64, width as u64)?;
-            let from = field.as_flattened();
+            let from = &*field;
             solved.par_iter_mut().zip(firsts.par_iter()).for_each(|(x, &first)| {
                 let k = COLUMNS_AT_ONCE.min(width - first);
                 x.clear();
                 for &v in &self.order {
                     let mass = self.system.mass(v);
-                    x.extend(from[v as usize * width + first..][..k].iter().map(|w| mass * w));
+                    x.extend(from.row(v as usize).as_flattened()[first..][..k].iter().map(|w| mass * w));
                 }
                 self.factor.solve(x, k);
             });
-            let rows = field.as_flattened_mut().par_chunks_mut(width).zip(&self.place);
+            let rows = field.par_rows_mut().map(|row| row.as_flattened_mut()).zip(&self.place);
             rows.filter(|(_, p)| **p != NONE).for_each(|(row, &place)| {
                 for (x, &first) in solved.iter().zip(firsts.iter()) {
                     let k = COLUMNS_AT_ONCE.min(width - first);

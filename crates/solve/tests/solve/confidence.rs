@@ -1,6 +1,7 @@
 //! Variances and planned scans against their definitions with dense matrices.
 use faer::Mat;
 use faer::linalg::solvers::Solve;
+use rhytid_core::VertexId;
 use rhytid_core::{Example, Face, LearnedSettings, Method, NoProgress, Rig};
 use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_solve::{Confidence, plan_scans, solve};
@@ -33,7 +34,7 @@ fn face(examples: usize, share: f64) -> Face {
 
 /// frames × H handle positions.
 fn frames(rig: &Rig<f64>, count: usize) -> Vec<[f64; 3]> {
-    let rest = rig.handles.iter().map(|&v| rig.rest[v as usize]);
+    let rest = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]);
     let frame = |i: usize| {
         rest.clone()
             .enumerate()
@@ -44,40 +45,41 @@ fn frames(rig: &Rig<f64>, count: usize) -> Vec<[f64; 3]> {
 
 /// ω and D of a pose at a vertex, by their definitions; ω of all F + H features.
 fn omega(rig: &Rig<f64>, v: usize) -> Vec<f64> {
-    let learned = rig.learned.as_ref().unwrap();
-    let (k, a, edges) = (rig.influences(), learned.anchors_per_vertex(), rig.strain_edges.len());
-    let mut omega = vec![0.0; rig.features()];
-    for i in v * k..(v + 1) * k {
-        omega[rig.influence_edges[i] as usize] += EDGES_SHARE * rig.influence_weights[i];
+    let learned = rig.learned().unwrap();
+    let edges = rig.handles().strain_edges.len();
+    let mut omega = vec![0.0; rig.handles().features()];
+    for (edge, alpha) in rig.influences().of(v) {
+        omega[edge.index()] += EDGES_SHARE * alpha;
     }
-    for i in v * a..(v + 1) * a {
-        omega[edges + learned.anchors[i] as usize] += learned.anchor_weights[i];
+    for (handle, nu) in learned.anchors_of(v) {
+        omega[edges + handle.index()] += nu;
     }
     omega
 }
 
 fn vector_strains(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let u: Vec<[f64; 3]> = (positions.iter().zip(&rig.handles))
-        .map(|(x, &v)| [0, 1, 2].map(|c| x[c] - rig.rest[v as usize][c]))
+    let u: Vec<[f64; 3]> = (positions.iter().zip(&rig.handles().vertices))
+        .map(|(x, &v)| [0, 1, 2].map(|c| x[c] - rig.surface().rest[v.index()][c]))
         .collect();
-    let lengths = rig.feature_lengths();
+    let lengths = rig.handles().feature_lengths();
     let of_edges = rig
+        .handles()
         .strain_edges
         .iter()
         .zip(&lengths)
-        .map(|(&[a, b], l)| [0, 1, 2].map(|c| (u[b as usize][c] - u[a as usize][c]) / l));
+        .map(|(&[a, b], l)| [0, 1, 2].map(|c| (u[b.index()][c] - u[a.index()][c]) / l));
     of_edges.chain(u.iter().map(|u| u.map(|x| x / lengths[lengths.len() - 1]))).collect()
 }
 
 fn examples(rig: &Rig<f64>) -> Vec<Vec<[f64; 3]>> {
-    rig.example_handles.chunks(rig.handles.len()).map(|at| vector_strains(rig, at)).collect()
+    rig.examples().handles.rows().map(|at| vector_strains(rig, at)).collect()
 }
 
 fn noise(rig: &Rig<f64>, omega: &[f64]) -> f64 {
-    let sigma = rig.learned.as_ref().unwrap().marker_noise;
-    let lengths = rig.feature_lengths();
+    let sigma = rig.learned().unwrap().marker_noise;
+    let lengths = rig.handles().feature_lengths();
     let of_feature = |(e, w): (usize, &f64)| {
-        w * if e < rig.strain_edges.len() { 2.0 } else { 1.0 } * (sigma / lengths[e]).powi(2)
+        w * if e < rig.handles().strain_edges.len() { 2.0 } else { 1.0 } * (sigma / lengths[e]).powi(2)
     };
     omega.iter().enumerate().map(of_feature).sum()
 }
@@ -93,12 +95,12 @@ fn kernel(omega: &[f64], share: f64, a: &[[f64; 3]], b: &[[f64; 3]]) -> Mat<f64>
 fn variances_are_what_a_gaussian_process_has_left() {
     for share in [0.0, 0.2, 1.0] {
         let rig = solve(&face(4, share), &NoProgress).unwrap();
-        let vertices: Vec<u32> = (0..25).collect();
+        let vertices: Vec<VertexId> = (0..25).map(VertexId).collect();
         let confidence = Confidence::new(&rig, &vertices).unwrap();
         let count = 3;
         let positions = frames(&rig, count);
         let found = confidence.variances(&positions);
-        let (examples, learned) = (examples(&rig), rig.learned.as_ref().unwrap());
+        let (examples, learned) = (examples(&rig), rig.learned().unwrap());
         let left_out: Vec<f64> = confidence.left_out().collect();
         let mut compared = 0;
         for v in 0..25 {
@@ -114,7 +116,7 @@ fn variances_are_what_a_gaussian_process_has_left() {
                 block(i / 3, j / 3)[(i % 3, j % 3)] / tau + if i == j { diagonal } else { 0.0 }
             });
             let own = learned.variances[v];
-            for (f, at) in positions.chunks(rig.handles.len()).enumerate() {
+            for (f, at) in positions.chunks(rig.handles().vertices.len()).enumerate() {
                 let frame = vector_strains(&rig, at);
                 let k = Mat::from_fn(12, 3, |i, d| {
                     kernel(&omega, share, &examples[i / 3], &frame)[(i % 3, d)] / tau
@@ -147,16 +149,17 @@ fn variances_are_what_a_gaussian_process_has_left() {
         }
         assert!(compared > 30, "{compared}");
         // At rest there is nothing to be uncertain about, and a handle is where its marker is.
-        let rest: Vec<[f64; 3]> = rig.handles.iter().map(|&v| rig.rest[v as usize]).collect();
+        let rest: Vec<[f64; 3]> =
+            rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
         assert!(confidence.variances(&rest).iter().all(|variance| *variance == 0.0));
-        assert!(rig.handles.iter().all(|&v| found[v as usize] == 0.0));
+        assert!(rig.handles().vertices.iter().all(|&v| found[v.index()] == 0.0));
     }
 }
 
 #[test]
 fn a_rig_that_has_learned_nothing_has_no_confidence() {
     let rig = solve(&face(0, 0.2), &NoProgress).unwrap();
-    assert!(Confidence::new(&rig, &[1]).err().unwrap().to_string().contains("an example"));
+    assert!(Confidence::new(&rig, &[VertexId(1)]).err().unwrap().to_string().contains("an example"));
     let mut face = face(2, 0.2);
     face.settings.method = Method::Chapter;
     let rig = solve(&face, &NoProgress).unwrap();
@@ -176,14 +179,14 @@ fn plan_by_definition(
 ) -> (Vec<usize>, Vec<f64>) {
     let poses: Vec<Vec<[f64; 3]>> = examples(rig)
         .into_iter()
-        .chain(positions.chunks(rig.handles.len()).map(|at| vector_strains(rig, at)))
+        .chain(positions.chunks(rig.handles().vertices.len()).map(|at| vector_strains(rig, at)))
         .collect();
-    let (known, all) = (rig.example_names.len(), poses.len());
+    let (known, all) = (rig.examples().names.len(), poses.len());
     let vertices = plan_scans(rig, positions, candidates, 0, &NoProgress).unwrap().vertices;
     let mut covariances: Vec<(Mat<f64>, f64)> = vertices
         .iter()
         .map(|&v| {
-            let omega = omega(rig, v as usize);
+            let omega = omega(rig, v.index());
             let kappa = |i: usize, j: usize| -> f64 {
                 (0..omega.len())
                     .map(|e| omega[e] * (0..3).map(|c| poses[i][e][c] * poses[j][e][c]).sum::<f64>())

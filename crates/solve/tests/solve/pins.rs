@@ -1,4 +1,5 @@
 //! Pins stay, whatever the handles do, and what no example moves is pinned where the examples show it.
+use rhytid_core::VertexId;
 use rhytid_core::{Example, Face, Method, NoProgress, Pins, Rig, Settings};
 use rhytid_solve::{Account, solve_and_account};
 use rhytid_test_support::sheet::{add_sheet, face};
@@ -7,7 +8,7 @@ use rhytid_test_support::sheet::{add_sheet, face};
 fn wide() -> Face {
     let mut face = Face { neutral: <_>::default(), ..face() };
     add_sheet(&mut face.neutral, 24, 6, [0.0; 3]);
-    face.handles.vertices = vec![0, 3, 49, 120, 123];
+    face.handles.vertices = [0, 3, 49, 120, 123].map(VertexId).to_vec();
     let mut lifted = face.neutral.positions.clone();
     for (v, x) in lifted.iter_mut().enumerate() {
         x[2] += 2.0 * (1.0 - (v % 24) as f64 / 5.0).max(0.0);
@@ -22,8 +23,7 @@ fn solved(face: &Face) -> (Rig<f64>, Account) {
 
 /// Which vertices no handle moves.
 fn still(rig: &Rig<f64>) -> Vec<usize> {
-    let row = |v: usize| &rig.basis[v * rig.handles.len()..][..rig.handles.len()];
-    (0..rig.vertices()).filter(|&v| row(v).iter().all(|b| *b == 0.0)).collect()
+    (0..rig.vertices()).filter(|&v| rig.basis().row(v).iter().all(|b| *b == 0.0)).collect()
 }
 
 #[test]
@@ -59,19 +59,19 @@ fn what_no_example_moves_is_pinned_away_from_the_handles() {
 #[test]
 fn named_pins_stay_in_examples_too_and_handles_go_on() {
     let mut face = wide();
-    face.settings.pins = Pins { auto: Some(false), vertices: vec![3, 40, 41, 42] };
+    face.settings.pins = Pins { auto: Some(false), vertices: [3, 40, 41, 42].map(VertexId).to_vec() };
     for method in [face.settings.method, Method::Chapter] {
         face.settings.method = method;
         let (rig, account) = solved(&face);
         assert_eq!((account.pins, still(&rig)), (3, vec![40, 41, 42]), "vertex 3 is a handle");
         // Nothing is learned there either.
         for v in [40, 41, 42] {
-            let folds = &rig.rbf_weights[v * rig.centers()..][..rig.centers()];
-            let band = rig.learned.iter().flat_map(|learned| &learned.example_weights[v..][..1]);
+            let folds = rig.fine_scale().rbf_weights.row(v);
+            let band = rig.learned().into_iter().flat_map(|learned| learned.example_weights.row(v));
             let most = folds.iter().chain(band).flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
             assert!(most < 1e-12, "{method:?}: vertex {v} learns {most}");
         }
-        let learns = rig.rbf_weights.iter().flatten().any(|x| x.abs() > 1e-6);
+        let learns = rig.fine_scale().rbf_weights.as_slice().iter().flatten().any(|x| x.abs() > 1e-6);
         assert!(learns, "what is beside the pins does");
     }
 }

@@ -10,9 +10,11 @@ pub use landmarks::read_landmarks;
 pub use markers::{MarkerRow, read_markers, write_markers};
 use rhytid_core::AtomicFile;
 use rhytid_core::Error;
+use rhytid_core::HandleId;
 use rhytid_core::Handles;
 use rhytid_core::InputErrorKind;
 use rhytid_core::Result;
+use rhytid_core::VertexId;
 use rhytid_core::input_file;
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
@@ -65,7 +67,7 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
                 .of_kind(InputErrorKind::Conflict));
         }
         let vertex = rows.text(vertex_column)?;
-        let vertex = vertex.parse().map_err(|_| {
+        let vertex = vertex.parse().map(VertexId).map_err(|_| {
             rows.error(&format!(
                 "the vertex of handle {} is {}, expected a whole number from 0 to {}",
                 quoted(label),
@@ -129,8 +131,9 @@ fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<
 ///
 /// # Errors
 /// [`Error::Input`]: no such column, a vertex that is not a whole number or not below `count`, no rows. [`Error::Io`].
-pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<u32>> {
-    Ok(read_indices(path, "vertex", count, "the mesh's last vertex")?.into_iter().map(|v| v as u32).collect())
+pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<VertexId>> {
+    let vertices = read_indices(path, "vertex", count, "the mesh's last vertex")?;
+    Ok(vertices.into_iter().map(VertexId::from_index).collect())
 }
 
 /// Writes handles so that [`read_handles`] gives them back, with the distance of each from its marker in millimetres where there are as many.
@@ -183,7 +186,7 @@ pub fn write_checked(path: &Path, bytes: &[u8], reads_back: impl FnOnce(&str) ->
 /// # Errors
 /// [`Error::Input`]: a header other than that, an unknown label, an edge from a handle to itself, one that
 /// occurs twice (in either direction), no rows at all. [`Error::Io`].
-pub fn read_strain_edges(path: &Path, labels: &[String]) -> Result<Vec<[u32; 2]>> {
+pub fn read_strain_edges(path: &Path, labels: &[String]) -> Result<Vec<[HandleId; 2]>> {
     let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     decode_strain_edges(&bytes, &path.display().to_string(), labels)
 }
@@ -192,14 +195,15 @@ pub fn read_strain_edges(path: &Path, labels: &[String]) -> Result<Vec<[u32; 2]>
 ///
 /// # Errors
 /// [`Error::Input`].
-pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Result<Vec<[u32; 2]>> {
-    let index: HashMap<&str, u32> = labels.iter().map(String::as_str).zip(0..).collect();
+pub fn decode_strain_edges(bytes: &[u8], name: &str, labels: &[String]) -> Result<Vec<[HandleId; 2]>> {
+    let ids = (0..).map(HandleId);
+    let index: HashMap<&str, HandleId> = labels.iter().map(String::as_str).zip(ids).collect();
     let mut rows = Rows::open(bytes, name)?;
     let columns = rows.columns(["a", "b"])?;
     let mut edges = Vec::new();
     let mut seen = HashMap::new();
     while rows.next()? {
-        let mut edge = [0; 2];
+        let mut edge = [HandleId(0); 2];
         for (end, column) in edge.iter_mut().zip(columns) {
             let label = rows.text(column)?;
             *end = *index.get(label).ok_or_else(|| {

@@ -1,6 +1,9 @@
 //! What is wrong is said, with its remedy.
 use crate::support::{bare, processor, rig};
+use rhytid_core::Examples;
+use rhytid_core::Table;
 use rhytid_core::{Face, NoProgress, Progress, Rig};
+use rhytid_test_support::changed;
 use rhytid_transfer::{Settings, Transferred, transfer};
 
 fn made(from: &Rig, to: &Face, landmarks: Option<&[(&str, &str)]>) -> rhytid_core::Result<Transferred> {
@@ -26,7 +29,14 @@ fn landmarks_that_say_too_little_are_refused() {
     refused(&to, Some(&three), "demo and second share 3 landmarks, expected at least 4");
     refused(&to, Some(&[("chinn", "chin")]), "demo has no handle called “chinn”");
     refused(&to, Some(&[("chin", "chinn")]), "second has no handle called “chinn”");
-    let without = Rig { example_names: Vec::new(), ..from.clone() };
+    let without = changed(&from, |r| {
+        let (v, handles) = (r.surface.rest.len(), r.handles.len());
+        r.examples = Examples { names: Vec::new(), handles: Table::filled(0, handles, [0.0; 3]) };
+        r.fine_scale.pose_features = Table::filled(1, r.handles.strain_edges.len(), 0.0);
+        r.fine_scale.rbf_weights = Table::filled(v, 1, [0.0; 3]);
+        r.learned = None;
+    })
+    .unwrap();
     let message = made(&without, &to, None).unwrap_err().to_string();
     assert!(message.contains("has no examples"), "{message}");
     to.handles.labels.iter_mut().for_each(|label| label.insert(0, 'x'));
@@ -70,7 +80,7 @@ fn what_is_of_its_own_is_kept_and_work_can_be_stopped() {
     to.examples.push(own.clone());
     let found = made(&from, &to, None).unwrap();
     assert_eq!(found.account.own, std::slice::from_ref(&own.name));
-    assert_eq!(found.face.examples.len(), from.example_names.len());
+    assert_eq!(found.face.examples.len(), from.examples().names.len());
     assert_eq!(found.face.examples[0], own);
 
     struct Stopped;

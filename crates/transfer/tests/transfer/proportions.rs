@@ -41,8 +41,8 @@ fn another_heads_expressions_are_those_of_its_proportions() {
     }
     // What is made is solved as any face is, and its markers are met.
     let to = solve(&made.face, &NoProgress).unwrap();
-    for (h, &v) in to.handles.iter().enumerate() {
-        let row = &to.basis[v as usize * to.handles.len()..][..to.handles.len()];
+    for (h, &v) in to.handles().vertices.iter().enumerate() {
+        let row = to.basis().row(v.index());
         assert!(row.iter().enumerate().all(|(i, b)| *b == f64::from(u8::from(i == h))), "handle {h}");
     }
 }

@@ -44,7 +44,7 @@ fn a_head_on_another_head() {
     let Some(shared) = shared("") else { return };
     let from = rig(&face(&shared, "head"));
     let second = makehuman(&shared);
-    let full = played(&from, from.example_handles.as_flattened(), OutputStage::Full);
+    let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     for smooth_band in [false, true] {
         let settings = Settings { smooth_band, landmarks: None };
         let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
@@ -65,7 +65,7 @@ fn a_head_on_another_head() {
         let made_positions: Vec<_> = made.face.examples.iter().map(|e| e.positions.clone()).collect();
         for (example, full) in made.face.examples.iter().zip(&full) {
             let moved = |rest: &[[f64; 3]], x: &[[f64; 3]]| rms(x.iter().zip(rest).map(|(x, y)| minus(x, y)));
-            let rest: Vec<[f64; 3]> = from.rest.iter().map(|x| x.map(f64::from)).collect();
+            let rest: Vec<[f64; 3]> = from.surface().rest.iter().map(|x| x.map(f64::from)).collect();
             // In millimetres, teeth and all.
             let [_, first] = moved(&rest, full).map(|x| 10.0 * x);
             let [_, second] = moved(rest_of_second, &example.positions).map(|x| 100.0 * x);
@@ -83,10 +83,10 @@ fn a_head_on_another_head() {
         assert!(torn < 0.015, "{torn}");
         // Markers are met.
         let to = rig(&made.face);
-        let full = played(&to, to.example_handles.as_flattened(), OutputStage::Full);
-        for (full, handles) in full.iter().zip(to.example_handles.chunks(to.handles.len())) {
-            for (&v, x) in to.handles.iter().zip(handles) {
-                let far = minus(&full[v as usize], &x.map(f64::from));
+        let full = played(&to, to.examples().handles.as_slice().as_flattened(), OutputStage::Full);
+        for (full, handles) in full.iter().zip(to.examples().handles.rows()) {
+            for (&v, x) in to.handles().vertices.iter().zip(handles) {
+                let far = minus(&full[v.index()], &x.map(f64::from));
                 assert!(far.iter().all(|x| x.abs() < 1e-5), "vertex {v}: {far:?}");
             }
         }

@@ -1,4 +1,5 @@
 //! A mesh of the same surface that has other vertices, in another order, and other faces.
+use rhytid_core::VertexId;
 use rhytid_core::{Face, Faces, Mesh};
 use rhytid_geometry::triangulate;
 use rhytid_kernels::normals::{VertexTriangles, fan};
@@ -42,8 +43,9 @@ pub(crate) fn remeshed(face: &Face) -> Remeshed {
         let distinct: std::collections::BTreeSet<u32> = ring.iter().copied().collect();
         distinct.len() == at_vertices.at(v).len()
     };
-    let fixed: Vec<bool> =
-        (0..count).map(|v| !is_inside(v) || face.handles.vertices.contains(&(v as u32))).collect();
+    let fixed: Vec<bool> = (0..count)
+        .map(|v| !is_inside(v) || face.handles.vertices.contains(&VertexId::from_index(v)))
+        .collect();
     let mut gone = vec![false; count];
     let mut stays = fixed.clone();
     for v in 0..count {
@@ -82,7 +84,7 @@ pub(crate) fn remeshed(face: &Face) -> Remeshed {
     let mut made = Remeshed {
         mesh: Mesh { faces, ..Mesh::default() },
         places,
-        handles: face.handles.vertices.iter().map(|&v| number[v as usize]).collect(),
+        handles: face.handles.vertices.iter().map(|&v| number[v.index()]).collect(),
     };
     made.mesh.positions = made.at(&face.neutral.positions);
     made

@@ -2,6 +2,7 @@
 use crate::remesh::remeshed;
 use crate::support::{bare, face, minus, played, processor, rig, rms, wrinkles};
 use rhytid_core::NoProgress;
+use rhytid_core::VertexId;
 use rhytid_formats::export::OutputStage;
 use rhytid_test_support::shared;
 use rhytid_transfer::{Settings, transfer};
@@ -13,8 +14,8 @@ fn the_real_face_on_itself_with_another_mesh() {
     let from = rig(&first);
     let again = remeshed(&first);
     assert!(again.mesh.positions.len() < 8000, "{}", again.mesh.positions.len());
-    let second = bare(&first, again.mesh.clone(), again.handles.clone());
-    let examples = from.example_handles.as_flattened();
+    let second = bare(&first, again.mesh.clone(), again.handles.iter().copied().map(VertexId).collect());
+    let examples = from.examples().handles.as_slice().as_flattened();
     let full = played(&from, examples, OutputStage::Full);
     let wrinkles = wrinkles(&from, &full);
     // Millimetres of centimetres.
@@ -26,9 +27,9 @@ fn the_real_face_on_itself_with_another_mesh() {
         assert!(made.account.covered > 0.99 && (made.account.scale - 1.0).abs() < 1e-6, "{:?}", made.account);
         let to = rig(&made.face);
         // At the examples, on the rig that was made.
-        let to_full = played(&to, to.example_handles.as_flattened(), OutputStage::Full);
-        let shell = to.clone().shell();
-        let to_shell = played(&shell, to.example_handles.as_flattened(), OutputStage::Shell);
+        let to_full = played(&to, to.examples().handles.as_slice().as_flattened(), OutputStage::Full);
+        let shell = to.clone().shell().unwrap();
+        let to_shell = played(&shell, to.examples().handles.as_slice().as_flattened(), OutputStage::Shell);
         let (mut wrong, mut all) = (Vec::new(), Vec::new());
         for p in 0..full.len() {
             if smooth_band {

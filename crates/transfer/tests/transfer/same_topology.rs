@@ -9,13 +9,13 @@ fn the_same_rest_gets_the_same_examples() {
     let first = rhytid_demo::face(3_000);
     let from = rig(&first);
     let second = bare(&first, first.neutral.clone(), first.handles.vertices.clone());
-    let full = played(&from, from.example_handles.as_flattened(), OutputStage::Full);
+    let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     let settings = Settings { smooth_band: true, landmarks: None };
     let Transferred { face, account, maps } =
         transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
     assert!(account.same_topology && account.covered == 1.0 && account.warnings.is_empty(), "{account:?}");
     assert!(maps.distance_mm.iter().chain(&maps.stretch).all(|x| x.abs() < 1e-5));
-    assert_eq!(account.examples, from.example_names);
+    assert_eq!(account.examples, from.examples().names);
     for (made, full) in face.examples.iter().zip(&full) {
         let [_, worst] = rms(made.positions.iter().zip(full).map(|(x, y)| minus(x, y)));
         // Float32 of a head's 20 cm.
@@ -33,7 +33,7 @@ fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
     neutral.positions.iter_mut().for_each(|p| *p = turn(*p));
     let mut second = bare(&first, neutral, first.handles.vertices.clone());
     second.metres_per_unit = 0.005;
-    let full = played(&from, from.example_handles.as_flattened(), OutputStage::Full);
+    let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     let wrinkles = wrinkles(&from, &full);
     let of = |smooth_band| {
         let settings = Settings { smooth_band, landmarks: None };
@@ -47,7 +47,11 @@ fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
         assert!(worst < 2e-5, "{}: {worst}", made.name);
     }
     // The wrinkles alone, on a shell that is the first's: its rig without what it learned.
-    let shell = played(&from.clone().shell(), from.example_handles.as_flattened(), OutputStage::Shell);
+    let shell = played(
+        &from.clone().shell().unwrap(),
+        from.examples().handles.as_slice().as_flattened(),
+        OutputStage::Shell,
+    );
     let mut whole = 0.0_f64;
     for (p, made) in alone.face.examples.iter().enumerate() {
         // The surfaces below the wrinkles differ by what is wide, and so does how they are turned: by little.

@@ -1,4 +1,6 @@
 //! Real faces, their rigs, and what rigs do.
+use rhytid_core::Table;
+use rhytid_core::VertexId;
 use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, UpAxis};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::OutputStage;
@@ -37,20 +39,20 @@ pub(crate) fn face(shared: &Path, name: &str) -> Face {
 }
 
 /// Another face of the same kind with these vertices alone, and nothing but its handles.
-pub(crate) fn bare(of: &Face, neutral: rhytid_core::Mesh, vertices: Vec<u32>) -> Face {
+pub(crate) fn bare(of: &Face, neutral: rhytid_core::Mesh, vertices: Vec<VertexId>) -> Face {
     let handles = Handles { labels: of.handles.labels.clone(), vertices };
     Face { name: "second".into(), neutral, handles, examples: Vec::new(), ..of.clone() }
 }
 
 /// The rig as a file would have it.
 pub(crate) fn rig(face: &Face) -> Rig {
-    solve(face, &NoProgress).unwrap().cast()
+    solve(face, &NoProgress).unwrap().rounded().unwrap()
 }
 
 /// Frames of positions.
 pub(crate) fn played(rig: &Rig, handles: &[f32], stage: OutputStage) -> Vec<Vec<[f64; 3]>> {
     let mut frames = Vec::new();
-    let count = handles.len() / 3 / rig.handles.len();
+    let count = handles.len() / 3 / rig.handles().vertices.len();
     let mut playback = Playback::new(rig, &processor(), count).unwrap();
     let each = |positions: &[f32], _: &[f32]| {
         frames.push(positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect());
@@ -79,15 +81,19 @@ pub(crate) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 
 /// What of positions, as the rig has them in each of its examples, are wrinkles: what its shell leaves, without what is as wide as a quarter of the handles' spacing.
 pub(crate) fn wrinkles(rig: &Rig, full: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
-    let shell = played(&rig.clone().shell(), rig.example_handles.as_flattened(), OutputStage::Shell);
-    let rest_lengths = rig.rest_lengths();
+    let shell = played(
+        &rig.clone().shell().unwrap(),
+        rig.examples().handles.as_slice().as_flattened(),
+        OutputStage::Shell,
+    );
+    let rest_lengths = rig.handles().rest_lengths();
     let spacing = rest_lengths.iter().map(|x| f64::from(*x)).sum::<f64>() / rest_lengths.len() as f64;
-    let smoothing = Smoothing::over(&rig.cast(), 0.25 * spacing, &NoProgress).unwrap();
+    let smoothing = Smoothing::over(&rig.widened(), 0.25 * spacing, &NoProgress).unwrap();
     let of_example = |(full, shell): (&Vec<[f64; 3]>, &Vec<[f64; 3]>)| {
         let left: Vec<[f64; 3]> = full.iter().zip(shell).map(|(x, y)| minus(x, y)).collect();
-        let mut wide = left.clone();
+        let mut wide = Table::new(left.len(), 1, left.clone());
         smoothing.apply(&mut wide, &NoProgress).unwrap();
-        left.iter().zip(&wide).map(|(x, y)| minus(x, y)).collect()
+        left.iter().zip(wide.as_slice()).map(|(x, y)| minus(x, y)).collect()
     };
     full.iter().zip(&shell).map(of_example).collect()
 }

@@ -65,7 +65,8 @@ fn a_take_is_shown_edited_and_as_it_was() {
     sculpted.positions.iter_mut().filter(|x| x[1] > 1.0).for_each(|x| x[2] += 0.2);
     mesh::write_obj(&folder.path("sculpted.obj"), &sculpted).unwrap();
     // Of a half of the handles, so that the other half stays.
-    let region: Vec<String> = demo().1.labels.iter().step_by(2).map(|label| format!("{label:?}")).collect();
+    let region: Vec<String> =
+        demo().1.handles().labels.iter().step_by(2).map(|label| format!("{label:?}")).collect();
     let region = format!("[region.some]\nmarkers = [{}]\n", region.join(", "));
     let text = "[[gain]]\nregion = \"some\"\nby = 1.25\n[[detail]]\nby = 0.5\n[[correction]]\nmesh = \"sculpted.obj\"\nframe = 25\nreach = 0.4\n";
     std::fs::write(folder.path("EDIT.toml"), region + text).unwrap();

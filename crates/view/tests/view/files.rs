@@ -62,14 +62,14 @@ fn a_frame_is_saved_as_a_take_and_as_an_example() {
     assert_eq!(view.state().note(), Some((&*format!("saved {}", saved.display()), false)));
     let read = take::read(&saved, None, take::Missing::Error).unwrap();
     let handles = document(&view).handles(true);
-    assert_eq!(read.handle_positions(&demo().1.labels).unwrap(), handles.as_flattened());
+    assert_eq!(read.handle_positions(&demo().1.handles().labels).unwrap(), handles.as_flattened());
     view.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, egui::Key::S);
     view.run();
     let read = mesh::read(&folder.path("FACE-pose-0001.obj")).unwrap();
-    assert_eq!(read.faces, demo().1.faces);
+    assert_eq!(read.faces, demo().1.surface().faces);
     // The mesh has its handles where the pose has them.
-    for (&v, p) in demo().1.handles.iter().zip(&handles) {
-        let q = read.positions[v as usize].map(|x| x as f32);
+    for (&v, p) in demo().1.handles().vertices.iter().zip(&handles) {
+        let q = read.positions[v.index()].map(|x| x as f32);
         assert!(distance(q, *p) < 1e-4, "{q:?} instead of {p:?}");
     }
     // The next one has the next number, and nothing is written over.
@@ -86,17 +86,17 @@ fn numbers_of_a_file_are_a_heat_map_until_another_rig_is_opened() {
     let folder = Folder::new();
     let mut view = opened(&folder, [900.0, 700.0]);
     let rig = &demo().1;
-    let positions = rig.rest.iter().map(|x| x.map(f64::from)).collect();
+    let positions = rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
     let rest = mesh::read(&{
         let path = folder.path("rest.obj");
-        let faces = rig.faces.clone();
+        let faces = rig.surface().faces.clone();
         mesh::write_obj(&path, &rhytid_core::Mesh { positions, faces, ..rhytid_core::Mesh::default() })
             .unwrap();
         path
     })
     .unwrap();
-    let left: Vec<f32> = rig.rest.iter().map(|x| x[0].max(0.0)).collect();
-    let signed: Vec<f32> = rig.rest.iter().map(|x| x[1]).collect();
+    let left: Vec<f32> = rig.surface().rest.iter().map(|x| x[0].max(0.0)).collect();
+    let signed: Vec<f32> = rig.surface().rest.iter().map(|x| x[1]).collect();
     mesh::write_numbers(&folder.path("maps.ply"), &rest, &[("left", &left), ("height", &signed)]).unwrap();
     open(&mut view, &[folder.path("maps.ply")]);
     view.run();

@@ -38,8 +38,8 @@ fn a_take_that_is_sent_at_240_hz_is_followed_to_its_last_frame() {
     let folder = Folder::new();
     let mut view = opened(&folder, [1000.0, 900.0]);
     let take = rhytid_demo::performance(&demo().0);
-    let in_take = take.handle_positions(&demo().1.labels).unwrap();
-    let h = 3 * demo().1.handles.len();
+    let in_take = take.handle_positions(&demo().1.handles().labels).unwrap();
+    let h = 3 * demo().1.handles().vertices.len();
     let address = listen(&mut view);
     let frames = 3 * take.frames() as u64;
     let sending = std::thread::spawn(move || {
@@ -78,9 +78,9 @@ fn late_and_bad_datagrams_change_nothing_and_lost_markers_fade() {
     let (rig, of_take) = (&demo().1, document(&view).handles(true));
     let address = listen(&mut view);
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    let rest = rig.handles_at_rest();
+    let rest = &rig.handles().rest;
     let frame = |number: i64, seconds: f64, by: f32, from: usize| {
-        let moved = rig.labels.iter().cloned().zip(rest.iter().map(|p| [p[0] + by, p[1], p[2]]));
+        let moved = rig.handles().labels.iter().cloned().zip(rest.iter().map(|p| [p[0] + by, p[1], p[2]]));
         let frame = Frame { number, seconds, markers: moved.skip(from).collect() };
         socket.send_to(&frame.encode().unwrap(), address).unwrap();
     };

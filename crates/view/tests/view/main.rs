@@ -25,7 +25,7 @@ fn demo() -> &'static (Face, Rig) {
     static DEMO: OnceLock<(Face, Rig)> = OnceLock::new();
     DEMO.get_or_init(|| {
         let face = rhytid_demo::face(4_000);
-        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         (face, rig)
     })
 }
@@ -113,7 +113,7 @@ fn at(view: &View, handle: usize) -> Pos2 {
 
 /// A handle that is seen from the front, and not near another.
 fn handle_in_front(view: &View) -> usize {
-    let seen: Vec<Pos2> = (0..demo().1.handles.len()).map(|handle| at(view, handle)).collect();
+    let seen: Vec<Pos2> = (0..demo().1.handles().vertices.len()).map(|handle| at(view, handle)).collect();
     let alone = |handle: usize| {
         let others = seen.iter().enumerate().filter(|(other, _)| *other != handle);
         others.map(|(_, p)| p.distance(seen[handle])).fold(f32::MAX, f32::min)

@@ -38,7 +38,9 @@ fn expected(camera: &Camera, size: [u32; 2], background: [u8; 4], handles: &[[f3
     animator.read(Stage::Normals, &mut normals).unwrap();
     let buffers = FrameBuffers::new(device, queue, rig.vertices()).unwrap();
     buffers.set(&positions, &normals, &[]);
-    let mut renderer = Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET).unwrap();
+    let mut renderer =
+        Renderer::new(device, queue, &rig.surface().faces, &rig.surface().triangles, Offscreen::TARGET)
+            .unwrap();
     let page = Offscreen::new(device, queue, size).unwrap();
     renderer.show(camera, page.aspect(), Look::Smooth);
     page.draw(background, |pass| renderer.draw(pass, buffers.vertices())).unwrap()
@@ -60,7 +62,7 @@ fn the_face_is_the_one_that_is_drawn_without_a_window() {
         let other = expected(&camera, size, background, &handles);
         let off = differ(&picture, |x, y| other.pixel([x, y]), 3);
         assert!(off < 0.002, "{theme:?}: {off} of the pixels differ");
-        let at_rest = expected(&camera, size, background, &demo().1.handles_at_rest());
+        let at_rest = expected(&camera, size, background, &demo().1.handles().rest);
         assert!(differ(&picture, |x, y| at_rest.pixel([x, y]), 3) > 0.02, "another frame is another picture");
     }
 }

@@ -38,8 +38,8 @@ fn the_time_line_is_scrubbed_and_stepped() {
     drag(&mut view, strip.left_center() + egui::vec2(2.0, 0.0), middle, Modifiers::NONE);
     assert!(frame(&view).abs_diff(frames / 2) <= 1, "{} of {frames}", frame(&view));
     let handles = document(&view).handles(true);
-    let take = rhytid_demo::performance(&demo().0).handle_positions(&demo().1.labels).unwrap();
-    let h = 3 * demo().1.handles.len();
+    let take = rhytid_demo::performance(&demo().0).handle_positions(&demo().1.handles().labels).unwrap();
+    let h = 3 * demo().1.handles().vertices.len();
     assert_eq!(handles.as_flattened(), &take[frame(&view) * h..][..h]);
     let here = frame(&view);
     for (key, expected) in [

@@ -4,7 +4,7 @@ use rhytid::{AnimatorOptions, Stage};
 fn main() -> rhytid::Result<()> {
     let rig = rhytid::open_rig("face.safetensors")?;
     let mut animator = rhytid::animator(&rig, &AnimatorOptions::default())?;
-    let mut handles = rig.handles_at_rest();
+    let mut handles = rig.handles().rest.clone();
     let mut positions = Vec::new();
     for frame in 0..60 {
         handles[0][1] += 0.01;

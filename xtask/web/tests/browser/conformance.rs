@@ -88,7 +88,7 @@ fn a_face_is_where_the_processor_has_it() {
     let found = &usual()["found"];
     let rig = demo().0.clone();
     let (handles, positions) = (floats(&found["handles"]), floats(&found["positions"]));
-    let frames = handles.len() / (3 * rig.handles.len());
+    let frames = handles.len() / (3 * rig.handles().vertices.len());
     assert!(frames > 10, "{frames}");
     let device = Device::open::<Cpu>(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = device.upload(&rig, UploadOptions::frames(frames)).unwrap();
@@ -101,12 +101,14 @@ fn a_face_is_where_the_processor_has_it() {
     println!("{off:e} of the face's height off the processor's, {} of its size off the twin's", found["off"]);
     assert!(off < 2e-5, "{off:e}");
     // It moves: the last pose is another than rest.
-    let moved = positions[positions.len() - rig.rest.len() * 3..].iter().zip(rig.rest.as_flattened());
+    let moved = positions[positions.len() - rig.surface().rest.len() * 3..]
+        .iter()
+        .zip(rig.surface().rest.as_flattened());
     assert!(moved.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) > 0.1);
 }
 
 fn height(rig: &Rig) -> f64 {
-    let y = rig.rest.iter().map(|p| f64::from(p[1]));
+    let y = rig.surface().rest.iter().map(|p| f64::from(p[1]));
     y.clone().fold(f64::NEG_INFINITY, f64::max) - y.fold(f64::INFINITY, f64::min)
 }
 
@@ -118,7 +120,7 @@ fn arrays_that_are_split_give_the_same_bits() {
     assert_eq!(split["report"]["devices"][0]["device"]["max_binding_bytes"], 65536);
     // The basis alone is larger, and so are the positions of all poses.
     let rig = demo().0.clone();
-    assert!(rig.basis.len() * 4 > 65536 && floats(&split["positions"]).len() * 4 > 65536);
+    assert!(rig.basis().as_slice().len() * 4 > 65536 && floats(&split["positions"]).len() * 4 > 65536);
     assert_eq!(split["positions"], whole["positions"]);
 
     let refused = visited(visit("conformance.html?binding=much", "", ENDED, &RESULT));

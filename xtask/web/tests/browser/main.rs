@@ -46,7 +46,9 @@ fn demo() -> &'static (Rig, Take) {
             bytes
         };
         let rig = rig_file::decode(&unpacked("demo.safetensors.gz"), "demo").unwrap();
-        let take = take::decode(&unpacked("demo.csv.gz"), "demo", Some(&rig.labels), Missing::Error).unwrap();
+        let take =
+            take::decode(&unpacked("demo.csv.gz"), "demo", Some(&rig.handles().labels), Missing::Error)
+                .unwrap();
         (rig, take)
     })
 }

@@ -77,17 +77,17 @@ fn opened(steps: &[Value], extra: Value) -> Value {
 /// A handle in the middle of the face, away from others.
 fn handle() -> usize {
     let (rig, _) = demo();
-    let at = |h: usize| rig.rest[rig.handles[h] as usize];
+    let at = |h: usize| rig.surface().rest[rig.handles().vertices[h].index()];
     let apart = |h: usize| {
-        let others = (0..rig.handles.len()).filter(|other| *other != h);
+        let others = (0..rig.handles().vertices.len()).filter(|other| *other != h);
         others.map(|other| distance(at(h), at(other))).fold(f32::MAX, f32::min)
     };
-    let front = (0..rig.handles.len()).filter(|&h| at(h)[2] > 0.6 * at_most(rig, 2));
+    let front = (0..rig.handles().vertices.len()).filter(|&h| at(h)[2] > 0.6 * at_most(rig, 2));
     front.max_by(|&a, &b| apart(a).total_cmp(&apart(b))).unwrap()
 }
 
 fn at_most(rig: &Rig, axis: usize) -> f32 {
-    rig.rest.iter().map(|p| p[axis]).fold(f32::MIN, f32::max)
+    rig.surface().rest.iter().map(|p| p[axis]).fold(f32::MIN, f32::max)
 }
 
 fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
@@ -151,14 +151,17 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
     let found = opened(&steps, json!({}));
     let (rig, take) = demo();
     let [before, after] = ["before", "after"].map(|name| handles(&found[name]));
-    assert_eq!(before.as_flattened(), &take.handle_positions(&rig.labels).unwrap()[..3 * rig.handles.len()]);
+    assert_eq!(
+        before.as_flattened(),
+        &take.handle_positions(&rig.handles().labels).unwrap()[..3 * rig.handles().vertices.len()]
+    );
     assert_eq!(found["after"]["taken"], json!([handle]));
     let [at, there] = ["at", "there"].map(|name| [0, 1].map(|c| found[name][c].as_f64().unwrap()));
     assert!(
         (there[0] - at[0] - 24.0).abs() < 1.0 && (there[1] - at[1] + 20.0).abs() < 1.0,
         "{at:?} {there:?}"
     );
-    let moved = (0..rig.handles.len()).filter(|&h| distance(before[h], after[h]) > 1e-4).count();
+    let moved = (0..rig.handles().vertices.len()).filter(|&h| distance(before[h], after[h]) > 1e-4).count();
     assert!(moved > 1, "its neighbours come with it");
     assert_eq!(handles(&found["undone"]), before);
 
@@ -172,7 +175,7 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
     let positions = floats(&found["positions"]);
     assert_eq!(positions.len(), expected.len());
     let off = positions.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    let height = at_most(rig, 1) - rig.rest.iter().map(|p| p[1]).fold(f32::MAX, f32::min);
+    let height = at_most(rig, 1) - rig.surface().rest.iter().map(|p| p[1]).fold(f32::MAX, f32::min);
     println!("{:e} of the face's height off the processor's", off / height);
     assert!(off < 2e-5 * height, "{off}");
 
@@ -182,7 +185,9 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
     let buffers = FrameBuffers::new(wgpu.device(), wgpu.queue(), rig.vertices()).unwrap();
     buffers.set(&expected, &normals, &[]);
     let (device, queue) = (wgpu.device(), wgpu.queue());
-    let mut renderer = Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET).unwrap();
+    let mut renderer =
+        Renderer::new(device, queue, &rig.surface().faces, &rig.surface().triangles, Offscreen::TARGET)
+            .unwrap();
     let page = Offscreen::new(device, queue, [width, rows]).unwrap();
     renderer.show(&Orbit::new(rig, page.aspect()).camera(), page.aspect(), Look::Smooth);
     let background: [u8; 4] = pixels[..4].try_into().unwrap();
@@ -235,7 +240,7 @@ fn a_telephone_and_its_finger_are_enough() {
 fn files_of_ones_own_are_opened_and_broken_ones_said() {
     let folder = tempfile::tempdir().unwrap();
     let face = rhytid_demo::face(1_500);
-    let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().cast();
+    let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
     let own = folder.path().join("own.safetensors");
     let cut = folder.path().join("cut.safetensors");
     rig_file::write(&own, &rig).unwrap();

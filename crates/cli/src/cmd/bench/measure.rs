@@ -172,20 +172,22 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
         (constants as f64 / options.max_frames as f64 + results as f64) * rig.vertices() as f64
     };
     let entry = if options.basis == BasisStorage::F16 { 2 } else { 4 };
-    let index = if rig.strain_edges.len() <= 256 { 1 } else { 2 };
+    let index = if rig.handles().strain_edges.len() <= 256 { 1 } else { 2 };
     let (position, neighbor) = (12, 4);
-    let influences = (index + 4) * rig.influences();
+    let influences = (index + 4) * rig.influences().per_vertex();
     let detail = influences + 12 * rig.centers();
     // Bands read the influences that the detail reads, and have it where the folds are of vector strains.
     let bands = rig.bands().map_or(0, |learned| {
-        (index + 4) * learned.anchors_per_vertex() + 3 * entry * rig.example_names.len() + position
+        (index + 4) * learned.anchors_per_vertex() + 3 * entry * rig.examples().names.len() + position
     });
     let folds = rig.vector_folds();
     Stage::ALL.map(|stage| match stage {
-        Stage::Strain => (4 * rig.strain_edges.len()) as f64,
-        Stage::LargeScale if folds => per_vertex(entry * rig.handles.len() + position + bands + detail, 0),
+        Stage::Strain => (4 * rig.handles().strain_edges.len()) as f64,
+        Stage::LargeScale if folds => {
+            per_vertex(entry * rig.handles().vertices.len() + position + bands + detail, 0)
+        }
         Stage::LargeScaleNormals | Stage::Detail if folds => 0.0,
-        Stage::LargeScale => per_vertex(entry * rig.handles.len() + position + bands, position),
+        Stage::LargeScale => per_vertex(entry * rig.handles().vertices.len() + position + bands, position),
         Stage::LargeScaleNormals | Stage::Normals => per_vertex(0, position),
         Stage::Detail => per_vertex(detail, 0),
         Stage::Positions => per_vertex(if folds { 0 } else { neighbor }, position),
@@ -194,9 +196,9 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
 
 /// Handle positions that move by some millimetres, in each frame otherwise.
 fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
-    let size = (0.002 / rig.metres_per_unit) as f32;
+    let size = (0.002 / rig.surface().metres_per_unit) as f32;
     let frame = |frame: usize| {
-        let at_rest = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]);
+        let at_rest = rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]);
         at_rest.enumerate().map(move |(i, x)| x + size * (i as f32 + 0.3 * frame as f32).sin())
     };
     (0..frames).flat_map(frame).collect()
@@ -214,7 +216,7 @@ mod tests {
         let rigs = [Method::Chapter, Method::default()].map(|method| sized_rig(size, method));
         let per_vertex = |rig: &Rig, basis, max_frames| {
             let bytes: f64 = least_bytes(rig, UploadOptions { max_frames, basis }).iter().sum();
-            (bytes - (4 * rig.strain_edges.len()) as f64) / rig.vertices() as f64
+            (bytes - (4 * rig.handles().strain_edges.len()) as f64) / rig.vertices() as f64
         };
         let [chapter, learned] = &rigs;
         assert_eq!(per_vertex(chapter, BasisStorage::F32, 1), 584.0);

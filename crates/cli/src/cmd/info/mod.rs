@@ -15,10 +15,12 @@ use animation::AnimationInfo;
 use project::ProjectInfo;
 use raw_take::RawTakeInfo;
 use report::ReportInfo;
+use rhytid::Error;
+use rhytid::Result;
+use rhytid::core::VertexId;
 use rhytid::core::human;
 use rhytid::core::{Handles, input_file, rig_file};
 use rhytid::formats::{Reach, mesh, tables};
-use rhytid::{Error, Result};
 use rig::RigInfo;
 use serde::Serialize;
 use shape::{Shape, list, row};
@@ -56,7 +58,7 @@ enum Content {
 struct HandlesInfo {
     handles: usize,
     labels: Vec<String>,
-    handle_vertices: Vec<u32>,
+    handle_vertices: Vec<VertexId>,
 }
 
 #[derive(Serialize)]

@@ -1,9 +1,13 @@
 //! `rhytid info` of a rig file.
 
 use super::shape::{Shape, list, row, up};
+use rhytid::BasisStorage;
+use rhytid::Rig;
+use rhytid::core::Influences;
+use rhytid::core::Mesh;
+use rhytid::core::RigParts;
+use rhytid::core::UpAxis;
 use rhytid::core::human;
-use rhytid::core::{Mesh, UpAxis};
-use rhytid::{BasisStorage, Rig};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -38,32 +42,41 @@ impl RigInfo {
             (rhytid::playback::rig_bytes(&rig), rhytid::playback::frame_bytes(&rig));
         let f16_error = BasisStorage::F16.largest_error(&rig);
         let driven = |row: &&[f32]| row.iter().any(|&b| b != 0.0);
-        let driven_vertices = rig.basis.chunks_exact(rig.handles.len().max(1)).filter(driven).count();
-        let (centers, influences) = (rig.centers(), rig.influences());
+        let driven_vertices = rig.basis().rows().filter(driven).count();
+        let (centers, influences) = (rig.centers(), rig.influences().per_vertex());
+        let RigParts {
+            surface,
+            handles,
+            examples,
+            bending_length,
+            influences: Influences { beta, .. },
+            learned,
+            ..
+        } = rig.into_parts();
         let neutral = Mesh {
-            positions: rig.rest.iter().map(|p| p.map(f64::from)).collect(),
-            faces: rig.faces,
-            uvs: rig.uvs,
-            materials: rig.materials,
+            positions: surface.rest.iter().map(|p| p.map(f64::from)).collect(),
+            faces: surface.faces,
+            uvs: surface.uvs,
+            materials: surface.materials,
         };
         Self {
-            name: rig.name,
-            metres_per_unit: rig.metres_per_unit,
-            up: rig.up_axis,
+            name: surface.name,
+            metres_per_unit: surface.metres_per_unit,
+            up: surface.up_axis,
             shape: Shape::of(&neutral),
             driven_vertices,
-            handles: rig.handles.len(),
-            labels: rig.labels,
-            strain_edges: rig.strain_edges.len(),
-            examples: rig.example_names,
+            handles: handles.len(),
+            labels: handles.labels,
+            strain_edges: handles.strain_edges.len(),
+            examples: examples.names,
             centers,
             influences,
-            method: if rig.learned.is_some() { "learned" } else { "chapter" },
-            share: rig.learned.as_ref().map(|learned| learned.share),
-            ridge: rig.learned.as_ref().map(|learned| learned.ridge),
-            bending_length: rig.bending_length,
-            rotations: rig.rotations,
-            beta: rig.beta,
+            method: if learned.is_some() { "learned" } else { "chapter" },
+            share: learned.as_ref().map(|learned| learned.share),
+            ridge: learned.as_ref().map(|learned| learned.ridge),
+            bending_length,
+            rotations: handles.rotations,
+            beta,
             f16_error,
             device_bytes,
             device_bytes_per_frame,

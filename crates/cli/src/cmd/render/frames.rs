@@ -165,8 +165,8 @@ impl<'a> Frames<'a> {
     ) -> Result<()> {
         match &mut self.on {
             On::Same { session, watch, .. } => {
-                let handles = take.take.pick(frames).handle_positions(&self.rig.labels)?;
-                for handles in handles.chunks_exact(3 * self.rig.handles.len()) {
+                let handles = take.take.pick(frames).handle_positions(&self.rig.handles().labels)?;
+                for handles in handles.chunks_exact(3 * self.rig.handles().vertices.len()) {
                     if ui.cancelled() {
                         return Err(Error::Cancelled);
                     }

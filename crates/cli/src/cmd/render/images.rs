@@ -18,7 +18,7 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
     if !args.show.contains(&Show::Textured) {
         return Ok(());
     }
-    let uvs = rig.uvs.as_ref().ok_or_else(|| {
+    let uvs = rig.surface().uvs.as_ref().ok_or_else(|| {
         Error::rig_lacks(format!(
             "{}: has no texture coordinates, which --show textured needs; solve it again of a neutral that has them (vt in .obj, \
              TEXCOORD_0 in glTF)",
@@ -40,7 +40,7 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
         }
         false => {
             let found = read_textures(path, args.reading.elsewhere.reach())?;
-            let materials = rig.materials.as_ref();
+            let materials = rig.surface().materials.as_ref();
             let names = materials.map_or(&[][..], |materials| &materials.names);
             let image = |name: &String| {
                 let image = found.iter().find(|(material, _)| material == name);
@@ -62,8 +62,8 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
         }
     };
     renderer.set_textures(Surface {
-        faces: &rig.faces,
-        triangles: &rig.triangles,
+        faces: &rig.surface().faces,
+        triangles: &rig.surface().triangles,
         uvs,
         materials,
         images: &images,

@@ -203,9 +203,9 @@ fn load(args: &args::Render, ui: &Ui) -> Result<Loaded> {
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let before = args.before.as_ref().map(|before| before_the_result(before, args, &rig, ui)).transpose()?;
     if args.stage == StageChoice::Shell {
-        rig = rig.shell();
+        rig = rig.shell()?;
     }
-    rig.scale_folds(|_| args.detail);
+    rig = rig.scale_folds(|_| args.detail)?;
     if let Some(vertex) = args.vertex.filter(|vertex| *vertex >= rig.vertices()) {
         let last = rig.vertices() - 1;
         return Err(Error::out_of_range(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
@@ -215,14 +215,14 @@ fn load(args: &args::Render, ui: &Ui) -> Result<Loaded> {
         return Err(Error::out_of_range(format!("--hide {vertex}: the rig's vertices are 0 to {last}")));
     }
     let take = inputs::take(&args.take, &rig, &args.reading, ui)?;
-    let (take, layers) = inputs::edited(take, &mut rig, args.edit.as_deref(), &args.reading)?;
+    let inputs::Edited { rig, take, layers } =
+        inputs::edited(take, rig, args.edit.as_deref(), &args.reading)?;
     let layers = layers.map(|layers| (layers, take.clone()));
-    hide_parts(&mut rig, &args.hide);
-    if rig.triangles.is_empty() {
-        return Err(Error::out_of_range(
+    let rig = hide_parts(rig, &args.hide).map_err(|_| {
+        Error::out_of_range(
             "--hide: nothing would be left; name vertices of the parts that are to be left out",
-        ));
-    }
+        )
+    })?;
     let range = args.frames.within(take.frames())?;
     let mut truth = None;
     if let Some(path) = &args.compare {
@@ -346,14 +346,14 @@ fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: 
             before.words()
         ))),
         BeforeChoice::Stage(stage) => Ok(Before {
-            rig: (*stage == StageChoice::Shell).then(|| rig.clone().shell()),
+            rig: (*stage == StageChoice::Shell).then(|| rig.clone().shell()).transpose()?,
             stage: (*stage).into(),
             words: [before.words(), "result".to_owned()],
         }),
         BeforeChoice::Rig(path) => {
             inputs::expect(path, &[FileKind::Rig], "rhytid render RIG TAKE -o OUT.png --before OTHER_RIG")?;
             let other = ui.timed("read the rig to put it beside", || rig_file::read(path)).0?;
-            if other.faces != rig.faces {
+            if other.surface().faces != rig.surface().faces {
                 return Err(Error::mismatch(format!(
                     "{}: has other faces than {}, expected a rig of the same mesh",
                     path.display(),
@@ -361,7 +361,7 @@ fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: 
                 )));
             }
             let name = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let rig = if args.stage == StageChoice::Shell { other.shell() } else { other };
+            let rig = if args.stage == StageChoice::Shell { other.shell()? } else { other };
             Ok(Before { rig: Some(rig), stage: args.stage.into(), words: [name(path), name(&args.rig)] })
         }
     }

@@ -104,7 +104,8 @@ impl<'a> Pictures<'a> {
         let [before, result] =
             before.map_or_else(|| [String::new(), "result".to_owned()], |before| before.words.clone());
         let is_skin = args.show.contains(&Show::Skin);
-        let mut renderer = Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?;
+        let mut renderer =
+            Renderer::new(device, queue, &rig.surface().faces, &rig.surface().triangles, Offscreen::TARGET)?;
         images::give(&mut renderer, rig, args)?;
         Ok(Self {
             rig,
@@ -113,7 +114,7 @@ impl<'a> Pictures<'a> {
             renderer,
             skin: is_skin.then(|| SkinLook::new(args, rig, wgpu)).transpose()?,
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
-            lift: 0.1 * Sphere::around(&rig.handles_at_rest()).radius,
+            lift: 0.1 * Sphere::around(&rig.handles().rest).radius,
             vertex: args.vertex,
             page: Offscreen::new(device, queue, size)?,
             frame: FrameBuffers::new(device, queue, rig.vertices())?,
@@ -121,16 +122,19 @@ impl<'a> Pictures<'a> {
             background: args.background.map_or(Sheet::PAPER, |background| background.0),
             framed: match (args.turntable, args.whole) {
                 (true, _) => None,
-                (false, true) => Some(rig.rest.clone()),
-                (false, false) => Some(around_handles(&rig.handles_at_rest(), &rig.rest)),
+                (false, true) => Some(rig.surface().rest.clone()),
+                (false, false) => Some(around_handles(&rig.handles().rest, &rig.surface().rest)),
             },
-            strains: args.show.contains(&Show::Strain).then(|| Strains::new(&rig.faces, &rig.rest)),
+            strains: args
+                .show
+                .contains(&Show::Strain)
+                .then(|| Strains::new(&rig.surface().faces, &rig.surface().rest)),
             gauge: args
                 .show
                 .iter()
                 .any(|show| matches!(show, Show::Strain1 | Show::Strain2))
-                .then(|| StrainGauge::new(&rig.rest, &rig.triangles)),
-            millimetres: 1e3 * rig.metres_per_unit as f32,
+                .then(|| StrainGauge::new(&rig.surface().rest, &rig.surface().triangles)),
+            millimetres: 1e3 * rig.surface().metres_per_unit as f32,
         })
     }
 
@@ -170,8 +174,13 @@ impl<'a> Pictures<'a> {
         let view = View { turn: self.view.turn + turned, ..self.view };
         let aspect = self.page.aspect();
         let camera = match &self.framed {
-            Some(points) => Camera::framing(points, self.rig.up_axis, view, aspect),
-            None => Camera::around(Sphere::around(&self.rig.rest), self.rig.up_axis, view, aspect),
+            Some(points) => Camera::framing(points, self.rig.surface().up_axis, view, aspect),
+            None => Camera::around(
+                Sphere::around(&self.rig.surface().rest),
+                self.rig.surface().up_axis,
+                view,
+                aspect,
+            ),
         };
         let mut picture = Picture::filled(self.size(), self.background);
         for (i, cell) in (0..).zip(&self.cells) {

@@ -19,12 +19,12 @@ impl SkinLook {
     /// Of a rig.
     pub(super) fn new(args: &args::Render, rig: &Rig, wgpu: &Wgpu) -> Result<Self> {
         let (device, queue, skin) = (wgpu.device(), wgpu.queue(), Skin::default());
-        let millimetres = 1e3 * rig.metres_per_unit;
+        let millimetres = 1e3 * rig.surface().metres_per_unit;
         let renderer = SkinRenderer::new(
             device,
             queue,
-            &rig.rest,
-            &rig.triangles,
+            &rig.surface().rest,
+            &rig.surface().triangles,
             millimetres,
             Offscreen::TARGET,
             skin,

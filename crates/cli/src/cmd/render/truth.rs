@@ -28,20 +28,20 @@ impl Truth {
     /// As [`Sequence::open`] and [`evaluate::Truth::new`].
     pub(super) fn open(path: &Path, args: &args::Render, rig: &Rig, take: &Take) -> Result<Self> {
         let neutral = Mesh {
-            positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
-            faces: rig.faces.clone(),
-            uvs: rig.uvs.clone(),
-            materials: rig.materials.clone(),
+            positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
+            faces: rig.surface().faces.clone(),
+            uvs: rig.surface().uvs.clone(),
+            materials: rig.surface().materials.clone(),
         };
-        let meshes = Sequence::open(path, &neutral, &args.rig, rig.metres_per_unit)?;
+        let meshes = Sequence::open(path, &neutral, &args.rig, rig.surface().metres_per_unit)?;
         let frames = args.truth_frames.as_ref().map(|path| tables::read_frames(path, take.frames()));
         let evaluate::Truth { meshes, frames, .. } =
             evaluate::Truth::new(meshes, frames.transpose()?, take.clone())?;
         let truth = Self {
             meshes,
             frames,
-            at_vertices: VertexTriangles::new(rig.vertices(), &rig.triangles),
-            triangles: rig.triangles.clone(),
+            at_vertices: VertexTriangles::new(rig.vertices(), &rig.surface().triangles),
+            triangles: rig.surface().triangles.clone(),
             positions: Vec::new(),
             normals: Vec::new(),
         };

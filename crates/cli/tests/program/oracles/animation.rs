@@ -37,12 +37,12 @@ impl Animation {
         let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("oracles").join(&face.name);
         let _ = std::fs::remove_dir_all(&dir);
         std::fs::create_dir_all(&dir).unwrap();
-        let rig = solve(face, &NoProgress).unwrap().cast();
+        let rig = solve(face, &NoProgress).unwrap().rounded().unwrap();
         rig_file::write(&dir.join("face.safetensors"), &rig).unwrap();
         take::write(&dir.join("take.csv"), take).unwrap();
 
         let part = take.slice(range.clone());
-        let handles = part.handle_positions(&rig.labels).unwrap();
+        let handles = part.handle_positions(&rig.handles().labels).unwrap();
         let mut playback = Playback::new(&rig, &Cpu::devices().unwrap(), range.len()).unwrap();
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
         let each = |of_frame: &[f32], its_normals: &[f32]| {
@@ -61,7 +61,8 @@ impl Animation {
 
     /// A face that hardly moves would agree with any other.
     fn assert_it_moves(&self) {
-        let [first, last] = [0, self.frames.count - 1].map(|frame| self.metres(frame, self.rig.up_axis));
+        let [first, last] =
+            [0, self.frames.count - 1].map(|frame| self.metres(frame, self.rig.surface().up_axis));
         let moved = first.iter().zip(&last).map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max);
         assert!(moved > 1e-3, "from its first frame to its last the face moves by {moved} m only");
     }
@@ -83,7 +84,7 @@ impl Animation {
 
     /// Where the vertices are in the world in a frame, counted from the first: metres, with `up` as the up axis.
     pub(super) fn metres(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
-        let metres = |p| self.turned(p, up).map(|x| x * self.rig.metres_per_unit);
+        let metres = |p| self.turned(p, up).map(|x| x * self.rig.surface().metres_per_unit);
         self.in_world(&self.positions, frame, 1.0).map(metres).collect()
     }
 
@@ -106,7 +107,7 @@ impl Animation {
 
     /// Turned about the x axis from the mesh's up axis to another.
     fn turned(&self, [x, y, z]: [f64; 3], up: UpAxis) -> [f64; 3] {
-        match (self.rig.up_axis, up) {
+        match (self.rig.surface().up_axis, up) {
             (UpAxis::Y, UpAxis::Z) => [x, -z, y],
             (UpAxis::Z, UpAxis::Y) => [x, z, -y],
             _ => [x, y, z],

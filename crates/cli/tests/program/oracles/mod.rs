@@ -114,7 +114,7 @@ fn export<'a>(
 
 /// Asserts that every vertex is shown, in every frame, within the error that the file states.
 fn assert_shown(program: &str, export: &Export, animation: &Animation, shown: &Shown, up: UpAxis) {
-    let what = format!("{program}, {} as {export}", animation.rig.name);
+    let what = format!("{program}, {} as {export}", animation.rig.surface().name);
     let allowed = shown.stated.unwrap_or(export.error);
     assert!(allowed <= export.error, "{what}: {allowed} mm are stated, {} were asked for", export.error);
     assert_eq!(
@@ -140,7 +140,7 @@ fn assert_shown(program: &str, export: &Export, animation: &Animation, shown: &S
     eprintln!("{what}: off by {error:.1e} mm at most, {allowed:.1e} allowed");
     assert!(error <= allowed + ROUNDING, "{what}: vertex {v} is off by {error} mm in frame {frame}");
     // A vertex without a face is not in a glTF file.
-    let missing = animation.rig.faces.indices.iter().find(|&&v| !seen[v as usize]);
+    let missing = animation.rig.surface().faces.indices.iter().find(|&&v| !seen[v as usize]);
     assert_eq!(missing, None, "{what}: a vertex is not shown");
 }
 
@@ -187,7 +187,7 @@ fn assert_shading(export: &Export, animation: &Animation, shown: &Shown) {
     let (median, most, worst) = (at(0.5), at(0.99), at(1.0));
     eprintln!(
         "Blender, {} as {export}: shading off by {median:.2}° (median), {most:.2}° (99 %), {worst:.1}°",
-        animation.rig.name
+        animation.rig.surface().name
     );
     let allowed = if export.has_points() { 0.1 } else { 4.0 };
     assert!(most < allowed, "{export}: 1 % of the normals are more than {most}° off");
@@ -217,7 +217,7 @@ fn check_three(animation: &Animation, exports: &[Export]) {
         if export.error == EXACT && export.has_normals() {
             assert_normals(export, animation, shown);
         }
-        let picture = format!("{}-{}.png", animation.rig.name, export.file);
+        let picture = format!("{}-{}.png", animation.rig.surface().name, export.file);
         assert_picture(&picture, shown.picture.as_deref().expect("three.js took a picture"));
     }
 }

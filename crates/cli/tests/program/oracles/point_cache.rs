@@ -10,16 +10,16 @@ fn blender_plays_point_caches_on_the_neutral() {
     for animation in [faces::demo(), faces::other_axes_and_units()] {
         let rig = &animation.rig;
         let neutral = Mesh {
-            positions: rig.rest.iter().map(|x| x.map(f64::from)).collect(),
-            faces: rig.faces.clone(),
-            uvs: rig.uvs.clone(),
+            positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
+            faces: rig.surface().faces.clone(),
+            uvs: rig.surface().uvs.clone(),
             materials: None,
         };
-        let path = folder.path().join(format!("{}.obj", rig.name));
+        let path = folder.path().join(format!("{}.obj", rig.surface().name));
         mesh::write_obj(&path, &neutral).unwrap();
-        let cache = animation.export(&format!("{}.pc2", rig.name), "--head drop");
+        let cache = animation.export(&format!("{}.pc2", rig.surface().name), "--head drop");
         let found = programs::blender_point_cache(&path, &cache, &animation.frames);
         // Blender keeps what it reads.
-        assert!(found == animation.positions, "{}: {} numbers", rig.name, found.len());
+        assert!(found == animation.positions, "{}: {} numbers", rig.surface().name, found.len());
     }
 }

@@ -14,8 +14,8 @@ const DIRECTION: f64 = 1e-3;
 
 /// The triangles of an animation's mesh, for the script.
 fn triangles(animation: &Animation, folder: &Path) -> Value {
-    let path = folder.join(format!("{}.triangles", animation.rig.name));
-    let numbers = animation.rig.triangles.as_flattened();
+    let path = folder.join(format!("{}.triangles", animation.rig.surface().name));
+    let numbers = animation.rig.surface().triangles.as_flattened();
     std::fs::write(&path, numbers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
     json!(path)
 }
@@ -86,7 +86,7 @@ fn three_js_has_the_strains_of_the_triangles() {
     let floats = |numbers: &[f32]| numbers.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
     for animation in [faces::demo(), faces::other_axes_and_units()] {
         let triangles = triangles(animation, folder.path());
-        let rest = write("rest", floats(animation.rig.rest.as_flattened()));
+        let rest = write("rest", floats(animation.rig.surface().rest.as_flattened()));
         let positions = write("positions", floats(&animation.positions));
         let files: Vec<_> = exports.iter().map(|(file, options)| animation.export(file, options)).collect();
         let all = programs::three(&files, &animation.frames);
@@ -97,7 +97,7 @@ fn three_js_has_the_strains_of_the_triangles() {
         });
         let found = programs::strain(cases.collect());
         for (((file, options), shown), found) in exports.iter().zip(&all).zip(&found) {
-            let what = format!("three.js, {} as {file} {options}", animation.rig.name);
+            let what = format!("three.js, {} as {file} {options}", animation.rig.surface().name);
             // Frames are at times of 32 bits, so that a shade of the next one is in each.
             assert_eq!(
                 shown.stated_strain.is_some(),

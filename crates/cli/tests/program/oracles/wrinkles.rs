@@ -9,7 +9,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// Groups of an animation's examples: the first two, and the third; the others are in none.
 fn groups(animation: &Animation) -> (String, Value) {
-    let names = &animation.rig.example_names;
+    let names = &animation.rig.examples().names;
     let [a, b, c] = [0, 1, 2].map(|i| names[i].as_str());
     (format!("--wrinkle-group both={a}+{b} --wrinkle-group one={c}"), json!({ "both": [a, b], "one": [c] }))
 }
@@ -33,7 +33,7 @@ fn usd_has_the_activations_of_the_formula() {
         let (what, largest, worst) = (&case["usd"], number("largest"), number("worst"));
         eprintln!("{what}: activations up to {largest:.3}, off by {worst:.1e}");
         assert_eq!(found["frames"], json!(animation.frames.count), "{what}");
-        let channels = if case["groups"].is_null() { animation.rig.example_names.len() } else { 2 };
+        let channels = if case["groups"].is_null() { animation.rig.examples().names.len() } else { 2 };
         assert_eq!(found["channels"], json!(channels), "{what}");
         assert!(largest > 0.3, "{what}: {largest} at most");
         assert!(worst <= ROUNDING, "{what}: off by {worst}");

@@ -1,6 +1,7 @@
 //! Examples that do not show what they should.
 
 use super::*;
+use rhytid_core::VertexId;
 
 #[test]
 fn without_examples_there_is_a_note() {
@@ -29,16 +30,15 @@ fn examples_that_move_no_handle() {
 
     // It does show at rest: half of it, since the rest pose and the example share their mean.
     let rig = solved(&face);
-    let (k, edges) = (rig.influences(), rig.strain_edges.len());
     let mut detail = [0.0; 3];
     for center in 0..rig.centers() {
-        let squares = (0..k).map(|i| {
-            let at = 17 * k + i;
-            let strain = rig.pose_features[center * edges + rig.influence_edges[at] as usize];
-            rig.influence_weights[at] * strain * strain
+        let strains = rig.fine_scale().pose_features.row(center);
+        let squares = rig.influences().of(17).map(|(edge, alpha)| {
+            let strain = strains[edge.index()];
+            alpha * strain * strain
         });
         let distance = squares.sum::<f64>().sqrt();
-        let weight = rig.rbf_weights[17 * rig.centers() + center];
+        let weight = rig.fine_scale().rbf_weights.row(17)[center];
         (0..3).for_each(|c| detail[c] += weight[c] * distance);
     }
     let length = detail.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -82,13 +82,13 @@ fn a_scan_in_another_place_and_what_is_pinned_and_moves() {
         "example-in-another-place",
         &["without align = false the solve would take that out"],
     );
-    let pinned = with(|f| f.settings.pins.vertices = vec![11, 13]);
+    let pinned = with(|f| f.settings.pins.vertices = vec![VertexId(11), VertexId(13)]);
     finds(
         &pinned,
         Severity::Warning,
         "pinned-moves",
         &["example smile moves vertex 13, which is pinned, by 0.4 mesh units"],
     );
-    let face = with(|f| f.settings.pins.vertices = vec![25]);
+    let face = with(|f| f.settings.pins.vertices = vec![VertexId(25)]);
     assert_eq!(examine(&face).findings[0].code, "pins");
 }

@@ -1,6 +1,8 @@
 //! Handles and strain edges where no marker would be.
 
 use super::*;
+use rhytid_core::HandleId;
+use rhytid_core::VertexId;
 
 #[test]
 fn handles_that_snapped_to_another_piece() {
@@ -9,14 +11,14 @@ fn handles_that_snapped_to_another_piece() {
     let face = with(|f| {
         piece(f);
         f.handles.labels.push("lid".into());
-        f.handles.vertices.push(27);
+        f.handles.vertices.push(VertexId(27));
     });
     finds(&face, Severity::Warning, code, &["1 handle is on another connected component", "lid (vertex 27)"]);
     let face = with(|f| {
         piece(f);
         add_piece(f, 2, 2, [4.0, 8.0, -3.0]);
         f.handles.labels.extend(["lid".into(), "lash".into()]);
-        f.handles.vertices.extend([27, 31]);
+        f.handles.vertices.extend([27, 31].map(VertexId));
     });
     let words = ["2 handles are each on another connected component", "lid (vertex 27), lash (vertex 31)"];
     finds(&face, Severity::Warning, code, &words);
@@ -24,7 +26,7 @@ fn handles_that_snapped_to_another_piece() {
     let face = with(|f| {
         add_piece(f, 3, 2, [40.0, 0.0, 0.0]);
         f.handles.labels.extend(["l0".into(), "l1".into()]);
-        f.handles.vertices.extend([25, 30]);
+        f.handles.vertices.extend([25, 30].map(VertexId));
     });
     assert_eq!(examine(&face).findings, []);
 }
@@ -61,7 +63,7 @@ fn a_handle_that_nobody_sees() {
         neutral: mesh,
         handles: Handles {
             labels: ["a", "b", "c", "inside"].map(String::from).to_vec(),
-            vertices: vec![12, 16, 20, 61],
+            vertices: [12, 16, 20, 61].map(VertexId).to_vec(),
         },
         examples: Vec::new(),
         ..face()
@@ -84,7 +86,8 @@ fn a_strain_edge_across_an_opening() {
                 *x = [(2.6 + 0.1 * x[2]) * sin, x[1], (2.6 + 0.1 * x[2]) * cos];
             }
         }
-        f.settings.strain_edges = StrainEdges::Given(vec![[0, 1], [0, 2]]);
+        f.settings.strain_edges =
+            StrainEdges::Given([[0, 1], [0, 2]].map(|pair| pair.map(HandleId)).to_vec());
     });
     let report = examine(&face);
     let found = report.findings.iter().find(|f| f.code == "strain-edge-around").expect("the ends of a ring");

@@ -1,6 +1,9 @@
 //! What cannot be solved, and is refused.
 
 use super::*;
+use rhytid_core::Faces;
+use rhytid_core::HandleId;
+use rhytid_core::VertexId;
 
 /// Asserts that `change` makes the solve impossible, by this one error, which `solve` gives in the same words.
 #[track_caller]
@@ -66,14 +69,16 @@ fn handles_that_cannot_be() {
     refuses("no-handles", &["has no handles"], |f| f.handles = Handles::default());
     refuses("handles", &["4 labels and 5 vertices"], |f| drop(f.handles.labels.pop()));
     refuses("handle-out-of-range", &["handle c is vertex 25, expected 0 to 24", "count from 0"], |f| {
-        f.handles.vertices[2] = 25;
+        f.handles.vertices[2] = VertexId(25);
     });
     refuses("duplicate-handle", &["handle b is listed twice"], |f| f.handles.labels[3] = "b".into());
-    refuses("duplicate-handle", &["handles b and d are both vertex 4"], |f| f.handles.vertices[3] = 4);
+    refuses("duplicate-handle", &["handles b and d are both vertex 4"], |f| {
+        f.handles.vertices[3] = VertexId(4)
+    });
     // The same line twice is said once.
     refuses("duplicate-handle", &["handle b is listed twice"], |f| {
         f.handles.labels[3] = "b".into();
-        f.handles.vertices[3] = 4;
+        f.handles.vertices[3] = VertexId(4);
     });
 }
 
@@ -102,7 +107,8 @@ fn settings_that_cannot_be() {
 
 #[test]
 fn strain_edges_that_cannot_be() {
-    let given = |edges: &[[u32; 2]]| StrainEdges::Given(edges.to_vec());
+    let given =
+        |edges: &[[u32; 2]]| StrainEdges::Given(edges.iter().map(|pair| pair.map(HandleId)).collect());
     let words = ["strain edge 1 joins the handles 2 and 5", "two of the 5"];
     refuses("strain-edges", &words, |f| f.settings.strain_edges = given(&[[0, 1], [2, 5]]));
     refuses("strain-edges", &["1 strain edge has no length at rest: d–d;"], |f| {
@@ -119,7 +125,7 @@ fn strain_edges_that_cannot_be() {
     });
     let face = with(|f| {
         f.settings.strain_edges = given(&[[0, 1]]);
-        f.handles.vertices[..2].copy_from_slice(&[90, 91]);
+        f.handles.vertices[..2].copy_from_slice(&[90, 91].map(VertexId));
     });
     assert!(examine(&face).findings.iter().all(|f| f.code == "handle-out-of-range"));
 }
@@ -127,7 +133,7 @@ fn strain_edges_that_cannot_be() {
 #[test]
 fn every_error_is_told_and_the_first_one_stops_the_solve() {
     let face = with(|f| {
-        f.handles.vertices[0] = 99;
+        f.handles.vertices[0] = VertexId(99);
         f.settings.max_influences = 0;
         f.examples[0].positions.pop();
     });
@@ -172,7 +178,10 @@ prop_compose! {
             neutral: Mesh { positions, faces, ..Mesh::default() },
             metres_per_unit: 0.05,
             up_axis: UpAxis::Z,
-            handles: Handles { labels: (0..handles.len()).map(|h| h.to_string()).collect(), vertices: handles },
+            handles: Handles {
+                labels: (0..handles.len()).map(|h| h.to_string()).collect(),
+                vertices: handles.into_iter().map(VertexId).collect(),
+            },
             examples: vec![Example { name: "pose".into(), positions: example, mirror: false }],
             settings: Settings {
                 bind: if nearest { Bind::Nearest } else { Bind::Rigid },
@@ -194,7 +203,9 @@ proptest! {
             (Err(Error::Input(said)), Some(finding)) => prop_assert_eq!(said.sentence(), &*finding.message),
             // Only such triangles that float64 cannot tell from flat ones.
             (Err(Error::Input(said)), None) => prop_assert!(said.sentence().contains("run the doctor"), "{said}"),
-            (Ok(rig), None) => rig.cast::<f32>().check().map_err(|e| TestCaseError::fail(e.to_string()))?,
+            (Ok(rig), None) => {
+                rig.rounded().map_err(|e| TestCaseError::fail(e.to_string()))?;
+            }
             (other, _) => prop_assert!(false, "{:?}: {report:?}", other.map(|rig| rig.vertices())),
         }
     }
