@@ -168,7 +168,7 @@ fn files_are_written_whole_and_named_in_errors() {
 
     // What could not be read back is no rig.
     let broken = changed(&RIG, |r| r.surface.rest[3][1] = f32::INFINITY);
-    assert!(matches!(broken, Err(Error::Input(m)) if m.contains("rest[10]")));
+    assert!(matches!(broken, Err(Error::Input(m)) if m.sentence().contains("rest[10]")));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 
     std::fs::write(&path, &BYTES[..99]).unwrap();
