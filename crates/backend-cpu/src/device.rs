@@ -41,6 +41,6 @@ impl Backend for Cpu {
     }
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<CpuSession> {
-        Ok(CpuSession::new(&rig, options))
+        Ok(CpuSession::new(rig, options))
     }
 }
