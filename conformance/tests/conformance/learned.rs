@@ -9,7 +9,7 @@ use rhytid_core::{
     UploadOptions,
 };
 use rhytid_kernels::vec3;
-use rhytid_solve::{solve, solve_and_account};
+use rhytid_solve::{Solved, solve, solve_in_full};
 use rhytid_test_support::shared;
 use std::path::Path;
 
@@ -65,7 +65,7 @@ fn golden_frames_are_met_by_the_learned_method() {
 fn the_learned_method_is_three_times_closer_to_the_truth() {
     let Some(shared) = shared("") else { return };
     let face = real::face(&shared, "face", Settings::default());
-    let (rig, account) = solve_and_account(&face, &NoProgress).unwrap();
+    let Solved { rig, account, .. } = solve_in_full(&face, false, &NoProgress).unwrap();
     for candidate in &account.candidates {
         println!("{candidate:?}");
     }
@@ -96,7 +96,7 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
         ..LearnedSettings::default()
     };
     let settings = Settings { method: Method::Learned(as_documented), ..Settings::default() };
-    let (rig, account) = solve_and_account(&Face { settings, ..face }, &NoProgress).unwrap();
+    let Solved { rig, account, .. } = solve_in_full(&Face { settings, ..face }, false, &NoProgress).unwrap();
     let chosen = account.candidates[0];
     assert_eq!((chosen.share, chosen.ridge), (0.2, 1e-2), "what the independent implementation chooses");
     let (rms, worst) = off_the_truth(&shared, &rig);

@@ -7,7 +7,7 @@ use rhytid_conformance::Numbers;
 use rhytid_core::{Animator, Backend, NoProgress, Rig, Settings, Stage, UploadOptions};
 use rhytid_formats::raw_take;
 use rhytid_kernels::vec3;
-use rhytid_solve::{solve, solve_and_account};
+use rhytid_solve::{Solved, solve, solve_in_full};
 use rhytid_test_support::shared;
 
 /// Frames of a batch.
@@ -132,8 +132,8 @@ fn a_still_face_of_a_raw_take_is_still() {
 #[test]
 fn teeth_and_eyes_stay_what_they_are() {
     let Some(shared) = shared("") else { return };
-    let (rig, account) =
-        solve_and_account(&real::face(&shared, "head", Settings::default()), &NoProgress).unwrap();
+    let Solved { rig, account, .. } =
+        solve_in_full(&real::face(&shared, "head", Settings::default()), false, &NoProgress).unwrap();
     let rigid: Vec<_> = account.parts.iter().filter(|part| part.rigid).collect();
     assert!(rigid.len() > 20, "only {} parts are rigid", rigid.len());
     let count = rig.handles().vertices.len();
@@ -192,9 +192,9 @@ fn examples_in_other_places_are_put_back() {
     for (i, example) in moved.examples.iter_mut().enumerate() {
         misplaced(&mut example.positions, (i + 1) as f64, 5.0, &mut numbers);
     }
-    let (as_it_was, account) = solve_and_account(&head, &NoProgress).unwrap();
+    let Solved { rig: as_it_was, account, .. } = solve_in_full(&head, false, &NoProgress).unwrap();
     assert_eq!(account.misplaced, [], "what is in its place stays there");
-    let (put_back, account) = solve_and_account(&moved, &NoProgress).unwrap();
+    let Solved { rig: put_back, account, .. } = solve_in_full(&moved, false, &NoProgress).unwrap();
     for (i, found) in account.misplaced.iter().enumerate() {
         println!("{}: turned by {:.3}°, moved by {:.2} mm", found.example, found.degrees, 10.0 * found.moved);
         assert!((found.degrees - (i + 1) as f64).abs() < 0.01, "{found:?}");

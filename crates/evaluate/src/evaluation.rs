@@ -5,7 +5,7 @@ use crate::errors::{Errors, Sum};
 use crate::noise;
 use crate::truth::{Comparison, Truth, compare};
 use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig};
-use rhytid_solve::solve_and_leave_one_out;
+use rhytid_solve::{Solved, solve_in_full};
 use serde::Serialize;
 
 /// How good the rig of a face is, and where not.
@@ -89,7 +89,7 @@ pub fn evaluate(
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<(Rig, Evaluation, Vec<Map>)> {
-    let (rig, _, left_out) = solve_and_leave_one_out(face, progress)?;
+    let Solved { rig, left_out, .. } = solve_in_full(face, true, progress)?;
     let rounded = rig.rounded()?;
     let (regions, truth) = inputs(&rounded)?;
     let millimetres = 1e3 * face.metres_per_unit;

@@ -106,6 +106,18 @@ pub struct Account {
     pub parts: Vec<FreePart>,
 }
 
+/// A solved face, and what was found on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solved {
+    /// Everything a device needs to animate the face from handle positions.
+    pub rig: Rig<f64>,
+    /// What the solve says of its work.
+    pub account: Account,
+    /// The leave-one-out map, V×P in mesh units, where it was asked for: what the smooth part of each of the rig's examples would be
+    /// off by at each vertex if that example were left out. `None` by the chapter's method.
+    pub left_out: Option<Table<[f64; 3]>>,
+}
+
 /// Solves `face`: everything a device needs to animate it from handle positions.
 ///
 /// Takes seconds (530,000 vertices on two cores: under fifteen); reports to `progress` and stops when that says so.
@@ -114,35 +126,14 @@ pub struct Account {
 /// [`Error::Input`] with the first error that [`examine`] finds, or if the system cannot be factorised;
 /// [`Error::Cancelled`].
 pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
-    Ok(solve_and_account(face, progress)?.0)
+    Ok(solve_in_full(face, false, progress)?.rig)
 }
 
-/// The same, with what was found on the way.
+/// The same, with what was found on the way, and with [`Solved::left_out`] where `leave_one_out` asks for it.
 ///
 /// # Errors
 /// As [`solve`].
-pub fn solve_and_account(face: &Face, progress: &dyn Progress) -> Result<(Rig<f64>, Account)> {
-    let (rig, account, _) = solve_with(face, progress, false)?;
-    Ok((rig, account))
-}
-
-/// The same, and the leave-one-out map: P errors at each vertex, V×P×3 in mesh units, that the smooth part of each of the rig's
-/// examples would have if it were left out. Empty by the chapter's method.
-///
-/// # Errors
-/// As [`solve`].
-pub fn solve_and_leave_one_out(
-    face: &Face,
-    progress: &dyn Progress,
-) -> Result<(Rig<f64>, Account, Option<Table<[f64; 3]>>)> {
-    solve_with(face, progress, true)
-}
-
-fn solve_with(
-    face: &Face,
-    progress: &dyn Progress,
-    leave_one_out: bool,
-) -> Result<(Rig<f64>, Account, Option<Table<[f64; 3]>>)> {
+pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) -> Result<Solved> {
     check(face)?;
     let (aligned, misplaced) = align::aligned(face).unzip();
     let face = aligned.as_ref().unwrap_or(face);
@@ -152,7 +143,7 @@ fn solve_with(
     let face = at_rest.as_ref().unwrap_or(face);
     let mut shell = shell(face, progress)?;
     let pins = shell.pinned.iter().filter(|pinned| **pinned).count();
-    let (mut account, mut errors) =
+    let (mut account, mut left_out) =
         (Account { misplaced: misplaced.unwrap_or_default(), pins, ..Account::default() }, None);
     let details = match face.settings.method {
         Method::Chapter => chapter(face, &mut shell, progress)?,
@@ -165,7 +156,7 @@ fn solve_with(
             account.parts.clone_from(&steps.parts);
             if leave_one_out {
                 let vertices: Vec<VertexId> = (0..shell.basis.height()).map(VertexId::from_index).collect();
-                errors = Some(steps.leave_one_out(&vertices)?);
+                left_out = Some(steps.leave_one_out(&vertices)?);
             }
             steps.finish(&settings, &shell.handles)
         }
@@ -194,7 +185,7 @@ fn solve_with(
         fine_scale: details.fine_scale,
         learned: details.learned,
     })?;
-    Ok((rig, account, errors))
+    Ok(Solved { rig, account, left_out })
 }
 
 /// What both methods start from.

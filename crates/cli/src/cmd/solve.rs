@@ -129,8 +129,8 @@ pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result
 pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
     let (report, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
     show(&report, ui)?;
-    let (solved, solving) = timed(|| rhytid::solve::solve_and_account(&face, ui));
-    let (rig, account) = solved?;
+    let (solved, solving) = timed(|| rhytid::solve::solve_in_full(&face, false, ui));
+    let rhytid::solve::Solved { rig, account, .. } = solved?;
     if ui.cancelled() {
         return Err(Error::Cancelled);
     }

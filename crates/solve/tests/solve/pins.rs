@@ -1,7 +1,7 @@
 //! Pins stay, whatever the handles do, and what no example moves is pinned where the examples show it.
 use rhytid_core::VertexId;
 use rhytid_core::{Example, Face, Method, NoProgress, Pins, Rig, Settings};
-use rhytid_solve::{Account, solve_and_account};
+use rhytid_solve::{Solved, solve_in_full};
 use rhytid_test_support::sheet::{add_sheet, face};
 
 /// A sheet of 24 × 6 vertices with handles at its left, which an example moves; the rest stays.
@@ -17,8 +17,8 @@ fn wide() -> Face {
     face
 }
 
-fn solved(face: &Face) -> (Rig<f64>, Account) {
-    solve_and_account(face, &NoProgress).unwrap()
+fn solved(face: &Face) -> Solved {
+    solve_in_full(face, false, &NoProgress).unwrap()
 }
 
 /// Which vertices no handle moves.
@@ -29,7 +29,7 @@ fn still(rig: &Rig<f64>) -> Vec<usize> {
 #[test]
 fn what_no_example_moves_is_pinned_away_from_the_handles() {
     let face = wide();
-    let (rig, account) = solved(&face);
+    let Solved { rig, account, .. } = solved(&face);
     let still_now = still(&rig);
     assert_eq!(account.pins, still_now.len());
     // From the sixth column on nothing moves; what is within a strain edge's length of a handle is left to the handles.
@@ -40,10 +40,10 @@ fn what_no_example_moves_is_pinned_away_from_the_handles() {
         settings: Settings { pins: Pins { auto: Some(false), ..<_>::default() }, ..<_>::default() },
         ..face.clone()
     };
-    assert!(still(&solved(&free).0).is_empty());
+    assert!(still(&solved(&free).rig).is_empty());
     let chapter = Face { settings: Settings { method: Method::Chapter, ..<_>::default() }, ..face.clone() };
     assert_eq!(
-        solved(&chapter).1.pins,
+        solved(&chapter).account.pins,
         0,
         "by the chapter's method nothing is pinned unless it is asked for"
     );
@@ -51,7 +51,7 @@ fn what_no_example_moves_is_pinned_away_from_the_handles() {
     let mut other = face;
     other.examples[0].positions = other.neutral.positions.clone();
     other.examples[0].positions[3][2] += 3.0;
-    let around = still(&solved(&other).0);
+    let around = still(&solved(&other).rig);
     let upper = around.iter().all(|v| v / 24 < 4);
     assert!(!around.is_empty() && upper, "only the cell of the handle that moves: {around:?}");
 }
@@ -62,7 +62,7 @@ fn named_pins_stay_in_examples_too_and_handles_go_on() {
     face.settings.pins = Pins { auto: Some(false), vertices: [3, 40, 41, 42].map(VertexId).to_vec() };
     for method in [face.settings.method, Method::Chapter] {
         face.settings.method = method;
-        let (rig, account) = solved(&face);
+        let Solved { rig, account, .. } = solved(&face);
         assert_eq!((account.pins, still(&rig)), (3, vec![40, 41, 42]), "vertex 3 is a handle");
         // Nothing is learned there either.
         for v in [40, 41, 42] {
