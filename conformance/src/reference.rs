@@ -72,7 +72,7 @@ fn strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Expected> {
     let mut expected = Vec::new();
     for p in handle_positions.chunks_exact(rig.handles().vertices.len()) {
         for (&edge, &l) in rig.handles().strain_edges.iter().zip(&lengths) {
-            let [a, b] = edge.map(|h| h.index());
+            let [a, b] = edge.map(rhytid_core::HandleId::index);
             let (e, e_rest) = (vec3::sub(p[a], p[b]), vec3::sub(rest[a], rest[b]));
             let (u_a, u_b) = (vec3::sub(p[a], rest[a]), vec3::sub(p[b], rest[b]));
             let length = vec3::length(e);

@@ -76,7 +76,7 @@ fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
     }
 
     // The scan that was asked for would be at the top no more, and leave less to be asked for.
-    let scanned = changed(&rig, |r| {
+    let scanned = changed(rig, |r| {
         let (vertices, centers, handles) = (r.surface.rest.len(), r.examples.len() + 2, r.handles.len());
         r.examples.names.push("scan".into());
         let features = [r.fine_scale.pose_features.as_slice(), &all[first.frame]].concat();

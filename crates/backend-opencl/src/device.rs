@@ -41,7 +41,7 @@ impl Backend for OpenCl {
     }
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<OpenClSession> {
-        OpenClSession::new(self, &rig, options)
+        OpenClSession::new(self, rig, options)
     }
 }
 

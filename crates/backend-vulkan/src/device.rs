@@ -43,7 +43,7 @@ impl Backend for Vulkan {
     }
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<VulkanSession> {
-        self.upload_within(&rig, options, self.context.limits)
+        self.upload_within(rig, options, self.context.limits)
     }
 }
 

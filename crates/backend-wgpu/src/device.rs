@@ -145,7 +145,7 @@ impl Backend for Wgpu {
     }
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<WgpuSession> {
-        WgpuSession::new(self.gpu.clone(), &rig, options, self.limits)
+        WgpuSession::new(self.gpu.clone(), rig, options, self.limits)
     }
 }
 

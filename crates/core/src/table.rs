@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(table.par_rows().collect::<Vec<_>>(), rows);
         assert_eq!(table.of_rows(1..2), [9, 5, 6]);
         assert_eq!(table.chosen([1, 1, 0].into_iter()).as_slice(), [9, 5, 6, 9, 5, 6, 1, 2, 3]);
-        table.par_rows_mut().for_each(|row| row.reverse());
+        table.par_rows_mut().for_each(<[i32]>::reverse);
         table.rows_mut().for_each(|row| row[0] = 7);
         assert_eq!(table.map(|x| x + 1), Table::new(2, 3, vec![8, 3, 2, 8, 6, 10]));
         assert_eq!(table.into_vec(), [7, 2, 1, 7, 5, 9]);

@@ -147,7 +147,7 @@ fn advised(error: Error) -> Error {
 mod tests {
     use super::*;
     use rhytid_core::NoProgress;
-    use rhytid_core::Rig;
+
     use rhytid_solve::solve;
     use rhytid_test_support::flaky::{Flaky, info, watched};
 

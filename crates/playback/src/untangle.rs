@@ -432,7 +432,7 @@ mod tests {
             let mut handles: Vec<[f32; 3]> =
                 rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
             // Two handles change their places.
-            let [a, b] = rig.handles().strain_edges[0].map(|h| h.index());
+            let [a, b] = rig.handles().strain_edges[0].map(rhytid_core::HandleId::index);
             handles.swap(a, b);
             let shell = evaluate(&rig.clone().shell().unwrap(), &handles).positions;
             let frame = Frame::new(&rig, untangle.learned, &untangle.example_vectors, &handles);

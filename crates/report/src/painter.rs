@@ -34,9 +34,9 @@ impl Painter {
         let surface = rig.surface();
         let mut canvas = Canvas::new(self, &surface.faces, &surface.triangles, rig.vertices(), size)?;
         let handles = &rig.handles().rest;
-        let lift = LIFT * Sphere::around(&handles).radius;
+        let lift = LIFT * Sphere::around(handles).radius;
         let drawn = |shot: &Shot<'_>| {
-            let camera = camera(&handles, &rig.surface().rest, rig.surface().up_axis, shot.turn, size);
+            let camera = camera(handles, &rig.surface().rest, rig.surface().up_axis, shot.turn, size);
             let picture = canvas.draw(&camera, shot.positions, shot.heat, lift, &[])?;
             let points: Vec<[f32; 3]> = shot.points.iter().map(|p| p.map(|x| x as f32)).collect();
             let is_behind = behind(&camera, size, shot.positions, &rig.surface().triangles, lift, &points);

@@ -108,7 +108,7 @@ fn main() -> Outcome<()> {
 }
 
 /// Solves the same by faer's sparse Cholesky in its own order, checks the solution, and gives the seconds.
-fn faers(system: &System, free: &[u32], handles: &[u32], basis: &[f64]) -> Outcome<f64> {
+fn faers(system: &System, free: &[u32], handles: &[VertexId], basis: &Table<f64>) -> Outcome<f64> {
     let matrix = |columns: Columns| {
         let rows = columns.rows.iter().map(|&row| row as usize).collect();
         let pattern = SymbolicSparseColMat::new_checked(
@@ -130,7 +130,7 @@ fn faers(system: &System, free: &[u32], handles: &[u32], basis: &[f64]) -> Outco
     let (mut farthest, mut largest) = (0.0_f64, 0.0_f64);
     for (i, &v) in free.iter().enumerate() {
         for k in 0..h {
-            let ours = basis[v as usize * h + k];
+            let ours = basis.row(v as usize)[k];
             farthest = farthest.max((solution[(i, k)] - ours).abs());
             largest = largest.max(ours.abs());
         }

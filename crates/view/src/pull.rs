@@ -40,7 +40,7 @@ impl Pull {
             neighbours[a].push((b, length));
             neighbours[b].push((a, length));
         }
-        let mirrored = mirrored(&rest, &neighbours);
+        let mirrored = mirrored(rest, &neighbours);
         Self { neighbours, mirrored }
     }
 

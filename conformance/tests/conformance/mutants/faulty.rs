@@ -79,7 +79,7 @@ impl Backend for Faulty {
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<FaultySession> {
         Ok(FaultySession {
-            toy: ToySession::new(&rig, options, self.limits)?,
+            toy: ToySession::new(rig, options, self.limits)?,
             rig: (*rig).clone(),
             basis: options.basis,
             fault: self.fault.clone(),

@@ -37,6 +37,6 @@ impl Backend for Toy {
     }
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<ToySession> {
-        ToySession::new(&rig, options, self.limits)
+        ToySession::new(rig, options, self.limits)
     }
 }

@@ -104,7 +104,7 @@ impl Smoothing {
                 }
                 self.factor.solve(x, k);
             });
-            let rows = field.par_rows_mut().map(|row| row.as_flattened_mut()).zip(&self.place);
+            let rows = field.par_rows_mut().map(<[[f64; 3]]>::as_flattened_mut).zip(&self.place);
             rows.filter(|(_, p)| **p != NONE).for_each(|(row, &place)| {
                 for (x, &first) in solved.iter().zip(firsts.iter()) {
                     let k = COLUMNS_AT_ONCE.min(width - first);
