@@ -73,7 +73,7 @@ fn handles_that_cannot_be() {
     });
     refuses("duplicate-handle", &["handle b is listed twice"], |f| f.handles.labels[3] = "b".into());
     refuses("duplicate-handle", &["handles b and d are both vertex 4"], |f| {
-        f.handles.vertices[3] = VertexId(4)
+        f.handles.vertices[3] = VertexId(4);
     });
     // The same line twice is said once.
     refuses("duplicate-handle", &["handle b is listed twice"], |f| {
