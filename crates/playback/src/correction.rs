@@ -111,7 +111,8 @@ impl Correction {
         &self,
         rig: &Rig,
         triangles: &VertexTriangles,
-        (time, handles): (f64, &[[f32; 3]]),
+        time: f64,
+        handles: &[[f32; 3]],
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
     ) -> f64 {

@@ -75,9 +75,11 @@ impl<'a> Fade<'a> {
     /// # Errors
     /// As [`Uncertainty::new`].
     pub(crate) fn new(
-        (rig, vertex_triangles): (&'a Rig, &Arc<VertexTriangles>),
+        rig: &'a Rig,
+        vertex_triangles: &Arc<VertexTriangles>,
         gains: &'a [VertexGain],
-        (take, handle_positions): (&'a Take, &[f32]),
+        take: &'a Take,
+        handle_positions: &[f32],
         fades: bool,
     ) -> Result<Option<Self>> {
         let marker = |label: &String| take.labels.iter().position(|known| known == label);

@@ -241,7 +241,7 @@ impl<'a> Playback<'a> {
         let (triangles, untangle) = (self.triangles.clone(), self.untangle.clone());
         let is_full = recipe.stage == OutputStage::Full;
         let fade = match is_full {
-            true => Fade::new((rig, &triangles), &gains, (take, &handles), recipe.fade_detail)?,
+            true => Fade::new(rig, &triangles, &gains, take, &handles, recipe.fade_detail)?,
             false => None,
         };
         let is_gained = |gain: &&VertexGain| take.times.iter().any(|time| gain.at(*time) != 1.0);

@@ -307,8 +307,9 @@ impl<'c> Stages<'c> {
     fn correct(&mut self, frame: &mut FrameBuffers<'_>) {
         let Context { rig, triangles, times, edited, .. } = self.context;
         for (correction, moved) in self.effects.corrections.iter().zip(&mut self.corrected) {
-            let pose = (times[frame.number], self.context.pose(edited, frame.number));
-            moved.push(correction.apply(rig, triangles, pose, frame.positions, frame.normals));
+            let handles = self.context.pose(edited, frame.number);
+            let time = times[frame.number];
+            moved.push(correction.apply(rig, triangles, time, handles, frame.positions, frame.normals));
         }
     }
 

@@ -40,23 +40,32 @@ impl AddedTake {
         Ok(Self { columns, weights, frame: added.frame, amount: added.amount.clone(), take })
     }
 
-    /// Between which two of its frames a time since its first one is, and how far.
-    fn place(&self, since: f64) -> (usize, usize, f64) {
+    /// Between which two of its frames a time since its first one is.
+    fn place(&self, since: f64) -> Between {
         let time = self.take.times[0] + since;
         let next = self.take.times.partition_point(|at| *at <= time);
         let (Some(before), Some(&to)) = (next.checked_sub(1), self.take.times.get(next)) else {
             let end = next.saturating_sub(1);
-            return (end, end, 0.0);
+            return Between { before: end, next: end, part: 0.0 };
         };
         let from = self.take.times[before];
-        (before, next, (time - from) / (to - from))
+        Between { before, next, part: (time - from) / (to - from) }
     }
 
-    fn position(&self, column: usize, (before, next, s): (usize, usize, f64)) -> [f64; 3] {
+    fn position(&self, column: usize, Between { before, next, part }: Between) -> [f64; 3] {
         let at = |frame: usize| self.take.positions[frame * self.take.labels.len() + column];
         let (a, b) = (at(before), at(next));
-        std::array::from_fn(|c| a[c] + s * (b[c] - a[c]))
+        std::array::from_fn(|c| a[c] + part * (b[c] - a[c]))
     }
+}
+
+/// A time between two frames.
+#[derive(Clone, Copy)]
+struct Between {
+    before: usize,
+    next: usize,
+    /// How far it is on the way, from 0 to 1.
+    part: f64,
 }
 
 /// [`Layers::edit`].

@@ -54,7 +54,7 @@ impl Layers {
             ..Mesh::default()
         };
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut regions = Regions::new((path, &edits), (rig, &rest));
+        let mut regions = Regions::new(path, &edits, rig, &rest);
         let in_mesh_units = |x: [f64; 3]| x.map(|x| x * 1e-3 / rig.surface().metres_per_unit);
         let hash = hash.finalize().to_hex().to_string();
         let mut layers = Self { path: path.to_owned(), text, hash, ..Self::default() };

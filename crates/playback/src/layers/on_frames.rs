@@ -83,7 +83,7 @@ impl FrameEdits {
         normals: &mut [[f32; 3]],
     ) {
         for correction in &self.corrections {
-            correction.apply(rig, triangles, pose, positions, normals);
+            correction.apply(rig, triangles, pose.0, pose.1, positions, normals);
         }
     }
 }

@@ -28,7 +28,7 @@ enum Parts {
 }
 
 impl<'a> Regions<'a> {
-    pub(super) fn new((path, edits): (&'a Path, &'a Edits), (rig, rest): (&'a Rig, &'a Mesh)) -> Self {
+    pub(super) fn new(path: &'a Path, edits: &'a Edits, rig: &'a Rig, rest: &'a Mesh) -> Self {
         Self { path, edits, rig, rest, known: HashMap::new() }
     }
 
