@@ -1,8 +1,8 @@
-//! Files in and out of Rhytid.
+//! Files in and out of Rhytid, each opened by its extension.
 //!
-//! In: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]), capture files ([`raw_take`])
-//! and the project file ([`project`]). Out, and back in: animations ([`animation`]), of which [`export`] and
-//! [`animation_reader`] have what all formats share, and USD layers ([`usd`]).
+//! In: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]), capture files ([`raw_take`]), the
+//! project file ([`project`]) and edits ([`edits`]). Out, and back in: animations ([`animation`]). What their formats share is in
+//! [`export`]; USD layers are in [`usd`].
 //!
 //! ```
 //! use rhytid_core::{NoProgress, UpAxis};

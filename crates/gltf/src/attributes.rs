@@ -32,7 +32,7 @@ pub struct Attribute {
 
 impl Attribute {
     /// The attributes that frames with these channels have, in their order. What has no place in glTF is left out:
-    /// [`rhytid_formats::animation::Format::carries`] is asked before.
+    /// `rhytid_formats::animation::Format::carries` is asked before.
     pub fn of_channels<'c>(channels: impl IntoIterator<Item = &'c Channel>) -> Vec<Self> {
         let mut attributes: Vec<Self> = Vec::new();
         let has_place = |channel: &&Channel| {

@@ -1,5 +1,5 @@
 //! glTF 2.0 out, and what was written back in: animations and shapes as morph targets. (Other people's meshes are read
-//! by [`rhytid_meshes`].)
+//! by `rhytid-meshes`.)
 
 #![forbid(unsafe_code)]
 
