@@ -135,7 +135,29 @@ pub fn cases(suite: Suite) -> Vec<Case> {
     // An odd size with a whole tile, a part of one, and a batch smaller than the largest.
     let usual = sizes([201, 23, 70, 6, 16, 3, 5]);
     let mut cases: Vec<Case> = QUICK_SIZES.map(|n| Case::of_sizes(sizes(n)).quick()).into();
-    cases.extend([
+    cases.extend(chapter_cases(usual));
+    cases.extend(learned_cases(usual));
+    cases.extend(turning_cases(usual));
+    cases.extend(f16_cases(usual));
+    cases.extend(QUICK_LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n)).quick()));
+    cases.extend(FULL_SIZES.map(|n| Case::of_sizes(sizes(n))));
+    cases.extend(LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n))));
+    cases.extend((1..=6).map(|seed| {
+        let sizes = Sizes::random(seed);
+        Case::new(format!("random-{seed}"), sizes, |r| r.seed = seed)
+    }));
+    let mut chapter = Case::new("chapter", sizes(CHAPTER), |_| ());
+    chapter.large = true;
+    cases.push(chapter);
+    if suite == Suite::Quick {
+        cases.retain(|case| case.quick);
+    }
+    cases
+}
+
+/// Rigs of the chapter's method with special surfaces, poses, motions and units.
+fn chapter_cases(usual: Sizes) -> Vec<Case> {
+    vec![
         Case::new("f16", usual, |r| r.small_weights = true).with_fp16_basis().quick(),
         Case::new("holes", usual, |r| r.surface = Surface::Holes).quick(),
         Case::new("isolated-vertices", usual, |r| r.surface = Surface::Isolated).quick(),
@@ -146,6 +168,12 @@ pub fn cases(suite: Suite) -> Vec<Case> {
         Case::new("collapsed", usual, |r| r.motion = Motion::Collapsed).quick(),
         Case::new("large-units", usual, |r| r.unit = 1e12).quick(),
         Case::new("small-units", usual, |r| r.unit = 1e-12).quick(),
+    ]
+}
+
+/// Rigs of the learned method with special motions and units.
+fn learned_cases(usual: Sizes) -> Vec<Case> {
+    vec![
         Case::new("learned-f16", usual, |r| {
             r.small_weights = true;
             r.learned = true;
@@ -165,6 +193,12 @@ pub fn cases(suite: Suite) -> Vec<Case> {
             r.unit = 1e-12;
             r.learned = true;
         }),
+    ]
+}
+
+/// Rigs whose handles turn, of both methods.
+fn turning_cases(usual: Sizes) -> Vec<Case> {
+    vec![
         Case::new("turning", usual, |r| r.rotations = true).quick(),
         Case::new("turning-learned-f16", Sizes { frames: 1, ..usual }, |r| {
             r.small_weights = true;
@@ -199,6 +233,12 @@ pub fn cases(suite: Suite) -> Vec<Case> {
             Sizes { vertices: 1025, handles: 89, edges: 243, frames: 31, max_frames: 31, ..usual },
             |r| r.rotations = true,
         ),
+    ]
+}
+
+/// Bases in half precision, of one handle and of many.
+fn f16_cases(usual: Sizes) -> Vec<Case> {
+    vec![
         Case::new("f16-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |r| {
             r.small_weights = true;
         })
@@ -211,21 +251,7 @@ pub fn cases(suite: Suite) -> Vec<Case> {
             },
         )
         .with_fp16_basis(),
-    ]);
-    cases.extend(QUICK_LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n)).quick()));
-    cases.extend(FULL_SIZES.map(|n| Case::of_sizes(sizes(n))));
-    cases.extend(LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n))));
-    cases.extend((1..=6).map(|seed| {
-        let sizes = Sizes::random(seed);
-        Case::new(format!("random-{seed}"), sizes, |r| r.seed = seed)
-    }));
-    let mut chapter = Case::new("chapter", sizes(CHAPTER), |_| ());
-    chapter.large = true;
-    cases.push(chapter);
-    if suite == Suite::Quick {
-        cases.retain(|case| case.quick);
-    }
-    cases
+    ]
 }
 
 /// A rig of 65,536 vertices and a batch of 4 frames, to find out how fast a device is. It belongs to no suite.

@@ -23,6 +23,7 @@ use rhytid_core::Take;
 use rhytid_core::Warning;
 use rhytid_core::human;
 use rhytid_geometry::registration::Similarity;
+use std::borrow::Cow;
 use std::cmp::{Ordering, Reverse};
 
 /// The handles of the rig that a take is cleaned for.
@@ -93,12 +94,7 @@ pub fn clean(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Cleaned> {
-    // A mirror image is undone first: what is left is a turn.
-    if let Some(axes) = settings.axes.filter(Axes::is_mirror_image) {
-        raw.tracks.positions.iter_mut().for_each(|x| *x = axes.apply(*x));
-        let settings = Settings { axes: Some(Axes::SAME), ..settings.clone() };
-        return clean(raw, target, &settings, progress);
-    }
+    let settings = &*without_mirror_image(&mut raw, settings);
     const STEPS: u64 = 6;
     let step = |done: u64| {
         progress.report("clean", done, STEPS);
@@ -126,10 +122,7 @@ pub fn clean(
     step(4)?;
     let displaced = displacements(&mut tracks, &place, target, settings, &mut warnings);
     let noise = noise(&tracks);
-    for held in events.iter().filter(|event| event.kind == Kind::Held) {
-        gaps::hold(&mut tracks, held.marker, held.first..held.first + held.frames);
-    }
-    let filled = gaps::fill(&mut tracks, &target.rest, settings.max_gap, noise);
+    let filled = fill_gaps(&mut tracks, &events, target, settings, noise);
     events.extend(steps(&tracks, &filled, target));
     step(5)?;
     let noise_mm = noise * 3.0_f64.sqrt() * target.millimetres();
@@ -150,10 +143,7 @@ pub fn clean(
         rate: tracks.rate,
         start: file.times[0],
         setup: found(&file.labels, &matched, &rigid, &place, displaced, poses, settings),
-        head_residuals_mm: head.as_ref().map_or_else(
-            || vec![0.0; frames],
-            |head| head.residuals.iter().map(|r| (r * place.unit.metres * 1e3) as f32).collect(),
-        ),
+        head_residuals_mm: head_residuals_mm(head.as_ref(), &place, frames),
         noise_mm,
         low_pass_hz,
         warnings,
@@ -172,6 +162,25 @@ pub fn clean(
     };
     step(STEPS)?;
     Ok(Cleaned { take, report })
+}
+
+/// Undoes a mirror image of the positions, so that what is left of the axes is a turn. Returns the settings for what is left.
+fn without_mirror_image<'a>(raw: &mut RawTake, settings: &'a Settings) -> Cow<'a, Settings> {
+    match settings.axes.filter(Axes::is_mirror_image) {
+        Some(axes) => {
+            raw.tracks.positions.iter_mut().for_each(|x| *x = axes.apply(*x));
+            Cow::Owned(Settings { axes: Some(Axes::SAME), ..settings.clone() })
+        }
+        None => Cow::Borrowed(settings),
+    }
+}
+
+/// How far the rigid markers are off the head's motion in each frame, in millimetres; 0 where it was not found.
+fn head_residuals_mm(head: Option<&Head>, place: &Place, frames: usize) -> Vec<f32> {
+    match head {
+        Some(head) => head.residuals.iter().map(|r| (r * place.unit.metres * 1e3) as f32).collect(),
+        None => vec![0.0; frames],
+    }
 }
 
 /// How the file's markers and numbers were understood. `labels` are the file's, `rigid` the columns of the head's markers.
@@ -322,6 +331,20 @@ fn displacements(
         column.iter_mut().for_each(|p| *p = *scale * (*p - *at));
     });
     Displaced { offsets_mm, scales }
+}
+
+/// Holds displacements where an edit says so, and fills the other gaps.
+fn fill_gaps(
+    tracks: &mut Tracks,
+    events: &[Event],
+    target: &Target,
+    settings: &Settings,
+    noise: f64,
+) -> Vec<Filled> {
+    for held in events.iter().filter(|event| event.kind == Kind::Held) {
+        gaps::hold(tracks, held.marker, held.first..held.first + held.frames);
+    }
+    gaps::fill(tracks, &target.rest, settings.max_gap, noise)
 }
 
 /// Steps that no skin makes, between frames in which the marker was measured.

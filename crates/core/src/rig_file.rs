@@ -113,34 +113,23 @@ pub fn write(path: &Path, rig: &Rig) -> Result<()> {
 /// # Errors
 /// [`Error::Internal`] if the libraries that write it fail.
 pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
+    let json = serde_json::to_string(&Metadata::of_rig(rig)).map_err(|e| Error::Internal(e.to_string()))?;
+    let tensors = tensors(rig);
+    let views = tensors
+        .iter()
+        .map(|t| Ok((t.name, TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?)))
+        .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
+    views
+        .and_then(|views| {
+            safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), json)])))
+        })
+        .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
+}
+
+/// All arrays of a rig, in the order in which they are handed over.
+fn tensors(rig: &Rig) -> Vec<Tensor> {
     let (surface, handles, examples) = (rig.surface(), rig.handles(), rig.examples());
     let (influences, fine_scale) = (rig.influences(), rig.fine_scale());
-    let metadata = Metadata {
-        version: match rig.learned() {
-            _ if handles.rotations => VERSION,
-            Some(_) => LEARNED_VERSION,
-            None => CHAPTER_VERSION,
-        },
-        name: surface.name.clone(),
-        metres_per_unit: surface.metres_per_unit,
-        up_axis: surface.up_axis,
-        method: if rig.learned().is_some() { "learned" } else { "chapter" }.into(),
-        bending_length: rig.bending_length(),
-        rotations: handles.rotations,
-        beta: influences.beta.is_finite().then_some(influences.beta),
-        labels: handles.labels.clone(),
-        examples: examples.names.clone(),
-        learned: rig.learned().map(|learned| LearnedMetadata {
-            share: learned.share,
-            ridge: learned.ridge,
-            fold_ridge: learned.fold_ridge,
-            marker_noise: learned.marker_noise,
-            reach: Some(learned.reach).filter(|reach| reach.is_finite()),
-            fold_strains: learned.fold_strains,
-        }),
-        materials: surface.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
-    };
-    let json = serde_json::to_string(&metadata).map_err(|e| Error::Internal(e.to_string()))?;
     let faces = &surface.faces;
     let mut tensors = vec![
         Tensor::u32s("face_counts", &faces.counts, vec![faces.len()]),
@@ -186,15 +175,7 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
             tensors.push(Tensor::u32s("uv_indices", corners, vec![corners.len()]));
         }
     }
-    let views = tensors
-        .iter()
-        .map(|t| Ok((t.name, TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?)))
-        .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
-    views
-        .and_then(|views| {
-            safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), json)])))
-        })
-        .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
+    tensors
 }
 
 /// An array of a file. Safetensors is little-endian, whatever the machine.
@@ -234,127 +215,79 @@ impl Tensor {
 /// # Errors
 /// [`Error::Input`], as [`read`].
 pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
-    let fail = |what: String| Error::rig_damaged(format!("{name}: {what}"));
-    let not_whole = |e: SafeTensorError| {
-        let kind = match e {
-            SafeTensorError::HeaderTooSmall
-            | SafeTensorError::InvalidHeaderLength
-            | SafeTensorError::MetadataIncompleteBuffer => InputErrorKind::CutShort,
-            _ => InputErrorKind::Malformed { line: None },
-        };
-        fail(format!("is no whole safetensors file ({e}); it may be cut short: solve or copy it again"))
-            .of_kind(kind)
-    };
-    let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_whole)?;
-    let json = header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY)).ok_or_else(|| {
-        fail(format!("is a safetensors file, but no rig: it has no `{METADATA_KEY}` in its metadata"))
-            .of_kind(InputErrorKind::UnsupportedFormat)
-    })?;
-    let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
-    let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
-    if ![CHAPTER_VERSION, LEARNED_VERSION, VERSION].contains(&version) {
-        return Err(fail(format!(
-            "is a rig file of version {version}, expected {CHAPTER_VERSION}, {LEARNED_VERSION} or {VERSION}; solve the face again \
-             with this program"
-        ))
-        .of_kind(InputErrorKind::UnsupportedVersion));
-    }
-    let metadata: Metadata = serde_json::from_str(json).map_err(broken)?;
-    let tensors = SafeTensors::deserialize(bytes).map_err(not_whole)?;
-    let arrays = Arrays { tensors, name };
-    let rest = vectors::<3>(arrays.f32s("rest", &[None, Some(3)])?);
-    let handles = ids(arrays.u32s("handles", &[None])?, VertexId);
-    let strain_edges = pairs(arrays.u32s("strain_edges", &[None, Some(2)])?);
-    let (v, h, f, p) = (rest.len(), handles.len(), strain_edges.len(), metadata.examples.len());
-    let n = p + 1;
-    let uvs = match arrays.has("uvs") {
-        true => Some(Uvs {
-            values: vectors::<2>(arrays.f32s("uvs", &[None, Some(2)])?),
-            corners: match arrays.has("uv_indices") {
-                true => Some(arrays.u32s("uv_indices", &[None])?),
-                false => None,
-            },
-        }),
-        false if arrays.has("uv_indices") => {
-            return Err(fail("has an array `uv_indices`, but no `uvs`; solve the rig again".into()));
-        }
-        false => None,
-    };
-    let materials = match arrays.has("face_materials") || !metadata.materials.is_empty() {
-        true => {
-            let of_face = arrays.u32s("face_materials", &[None])?;
-            Some(Materials { names: metadata.materials, of_face })
-        }
-        false => None,
-    };
-    let learned = match metadata.learned {
-        None if metadata.method != "chapter" => {
-            return Err(fail(
-                "its metadata cannot be read (missing field `learned`); solve the rig again".into(),
-            ));
-        }
-        None => None,
-        Some(LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains }) => {
-            Some(Learned {
-                share,
-                ridge,
-                fold_ridge,
-                marker_noise,
-                reach: reach.unwrap_or(f64::INFINITY),
-                fold_strains,
-                anchors: arrays.ids("anchors", v, HandleId)?,
-                anchor_weights: arrays.table("anchor_weights", v, None)?,
-                feature_gains: arrays.table("feature_gains", v, None)?,
-                example_weights: match share > 0.0 && p > 0 {
-                    true => arrays.vectors("example_weights", v, p)?,
-                    false => Table::without_columns(v),
-                },
-                variances: arrays.f32s("variances", &[Some(v)])?,
-            })
-        }
-    };
-    let surface = Surface {
-        name: metadata.name,
-        metres_per_unit: metadata.metres_per_unit,
-        up_axis: metadata.up_axis,
-        faces: Faces {
-            counts: arrays.u32s("face_counts", &[None])?,
-            indices: arrays.u32s("face_indices", &[None])?,
-        },
-        uvs,
-        materials,
-        triangles: arrays.u32s("triangles", &[None, Some(3)])?.as_chunks().0.to_vec(),
-        tangent_neighbors: ids(arrays.u32s("frame_neighbors", &[Some(v)])?, VertexId),
-        rest,
-    };
-    // A vertex that is not there is found when the rig is made.
-    let at = |v: &VertexId| surface.rest.get(v.index()).copied().unwrap_or_default();
-    let parts = RigParts {
-        handles: HandleSet {
-            labels: metadata.labels,
-            rest: handles.iter().map(at).collect(),
-            vertices: handles,
-            strain_edges,
-            rotations: metadata.rotations,
-        },
-        surface,
-        bending_length: metadata.bending_length,
-        basis: arrays.table("basis", v, Some(h))?,
-        influences: Influences {
-            edges: arrays.ids("influence_edges", v, StrainEdgeId)?,
-            weights: arrays.table("influence_weights", v, None)?,
-            beta: metadata.beta.unwrap_or(f64::INFINITY),
-        },
-        fine_scale: FineScale {
-            pose_features: arrays.table("pose_features", n, Some(f))?,
-            rbf_weights: arrays.vectors("rbf_weights", v, n)?,
-        },
-        examples: Examples { names: metadata.examples, handles: arrays.vectors("example_handles", p, h)? },
-        learned,
-    };
+    let metadata = Metadata::of_file(bytes, name)?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|e| not_whole(name, &e))?;
+    let parts = Arrays { tensors, name }.rig(metadata)?;
     Rig::new(parts).map_err(|error| {
         error.reworded(|what| format!("{name}: {what}; the file is damaged: solve the rig again"))
     })
+}
+
+/// The error of a file that is cut short, or no safetensors file at all.
+fn not_whole(name: &str, e: &SafeTensorError) -> Error {
+    let kind = match e {
+        SafeTensorError::HeaderTooSmall
+        | SafeTensorError::InvalidHeaderLength
+        | SafeTensorError::MetadataIncompleteBuffer => InputErrorKind::CutShort,
+        _ => InputErrorKind::Malformed { line: None },
+    };
+    Error::rig_damaged(format!(
+        "{name}: is no whole safetensors file ({e}); it may be cut short: solve or copy it again"
+    ))
+    .of_kind(kind)
+}
+
+impl Metadata {
+    /// The metadata that a rig's file has.
+    fn of_rig(rig: &Rig) -> Self {
+        let (surface, handles) = (rig.surface(), rig.handles());
+        let beta = rig.influences().beta;
+        Self {
+            version: match rig.learned() {
+                _ if handles.rotations => VERSION,
+                Some(_) => LEARNED_VERSION,
+                None => CHAPTER_VERSION,
+            },
+            name: surface.name.clone(),
+            metres_per_unit: surface.metres_per_unit,
+            up_axis: surface.up_axis,
+            method: if rig.learned().is_some() { "learned" } else { "chapter" }.into(),
+            bending_length: rig.bending_length(),
+            rotations: handles.rotations,
+            beta: beta.is_finite().then_some(beta),
+            labels: handles.labels.clone(),
+            examples: rig.examples().names.clone(),
+            learned: rig.learned().map(|learned| LearnedMetadata {
+                share: learned.share,
+                ridge: learned.ridge,
+                fold_ridge: learned.fold_ridge,
+                marker_noise: learned.marker_noise,
+                reach: Some(learned.reach).filter(|reach| reach.is_finite()),
+                fold_strains: learned.fold_strains,
+            }),
+            materials: surface.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
+        }
+    }
+
+    /// The metadata of a file of a version that can be read.
+    fn of_file(bytes: &[u8], name: &str) -> Result<Self> {
+        let fail = |what: String| Error::rig_damaged(format!("{name}: {what}"));
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| not_whole(name, &e))?;
+        let json = header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY)).ok_or_else(|| {
+            fail(format!("is a safetensors file, but no rig: it has no `{METADATA_KEY}` in its metadata"))
+                .of_kind(InputErrorKind::UnsupportedFormat)
+        })?;
+        let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
+        let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
+        if ![CHAPTER_VERSION, LEARNED_VERSION, VERSION].contains(&version) {
+            return Err(fail(format!(
+                "is a rig file of version {version}, expected {CHAPTER_VERSION}, {LEARNED_VERSION} or {VERSION}; solve the face again \
+                 with this program"
+            ))
+            .of_kind(InputErrorKind::UnsupportedVersion));
+        }
+        serde_json::from_str(json).map_err(broken)
+    }
 }
 
 fn vectors<const N: usize>(numbers: Vec<f32>) -> Vec<[f32; N]> {
@@ -376,20 +309,122 @@ struct Arrays<'a> {
 }
 
 impl Arrays<'_> {
+    /// All parts of the rig, still unchecked beyond their types and shapes.
+    fn rig(&self, metadata: Metadata) -> Result<RigParts> {
+        let rest = vectors::<3>(self.f32s("rest", &[None, Some(3)])?);
+        let handles = ids(self.u32s("handles", &[None])?, VertexId);
+        let strain_edges = pairs(self.u32s("strain_edges", &[None, Some(2)])?);
+        let (v, h, f, p) = (rest.len(), handles.len(), strain_edges.len(), metadata.examples.len());
+        let n = p + 1;
+        let uvs = self.uvs()?;
+        let materials = self.materials(metadata.materials)?;
+        if metadata.learned.is_none() && metadata.method != "chapter" {
+            return Err(self.fail("its metadata cannot be read (missing field `learned`)"));
+        }
+        let learned = metadata.learned.map(|learned| self.learned(learned, v, p)).transpose()?;
+        let surface = Surface {
+            name: metadata.name,
+            metres_per_unit: metadata.metres_per_unit,
+            up_axis: metadata.up_axis,
+            faces: Faces {
+                counts: self.u32s("face_counts", &[None])?,
+                indices: self.u32s("face_indices", &[None])?,
+            },
+            uvs,
+            materials,
+            triangles: self.u32s("triangles", &[None, Some(3)])?.as_chunks().0.to_vec(),
+            tangent_neighbors: ids(self.u32s("frame_neighbors", &[Some(v)])?, VertexId),
+            rest,
+        };
+        // A vertex that is not there is found when the rig is made.
+        let at = |v: &VertexId| surface.rest.get(v.index()).copied().unwrap_or_default();
+        Ok(RigParts {
+            handles: HandleSet {
+                labels: metadata.labels,
+                rest: handles.iter().map(at).collect(),
+                vertices: handles,
+                strain_edges,
+                rotations: metadata.rotations,
+            },
+            surface,
+            bending_length: metadata.bending_length,
+            basis: self.table("basis", v, Some(h))?,
+            influences: Influences {
+                edges: self.ids("influence_edges", v, StrainEdgeId)?,
+                weights: self.table("influence_weights", v, None)?,
+                beta: metadata.beta.unwrap_or(f64::INFINITY),
+            },
+            fine_scale: FineScale {
+                pose_features: self.table("pose_features", n, Some(f))?,
+                rbf_weights: self.vectors("rbf_weights", v, n)?,
+            },
+            examples: Examples { names: metadata.examples, handles: self.vectors("example_handles", p, h)? },
+            learned,
+        })
+    }
+
+    fn uvs(&self) -> Result<Option<Uvs>> {
+        if !self.has("uvs") {
+            return match self.has("uv_indices") {
+                true => Err(self.fail("has an array `uv_indices`, but no `uvs`")),
+                false => Ok(None),
+            };
+        }
+        Ok(Some(Uvs {
+            values: vectors::<2>(self.f32s("uvs", &[None, Some(2)])?),
+            corners: match self.has("uv_indices") {
+                true => Some(self.u32s("uv_indices", &[None])?),
+                false => None,
+            },
+        }))
+    }
+
+    fn materials(&self, names: Vec<String>) -> Result<Option<Materials>> {
+        if !self.has("face_materials") && names.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(Materials { of_face: self.u32s("face_materials", &[None])?, names }))
+    }
+
+    /// What is learned of `examples` for V vertices.
+    fn learned(&self, metadata: LearnedMetadata, vertices: usize, examples: usize) -> Result<Learned> {
+        let LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains } = metadata;
+        Ok(Learned {
+            share,
+            ridge,
+            fold_ridge,
+            marker_noise,
+            reach: reach.unwrap_or(f64::INFINITY),
+            fold_strains,
+            anchors: self.ids("anchors", vertices, HandleId)?,
+            anchor_weights: self.table("anchor_weights", vertices, None)?,
+            feature_gains: self.table("feature_gains", vertices, None)?,
+            example_weights: match share > 0.0 && examples > 0 {
+                true => self.vectors("example_weights", vertices, examples)?,
+                false => Table::without_columns(vertices),
+            },
+            variances: self.f32s("variances", &[Some(vertices)])?,
+        })
+    }
+
+    /// The error of a damaged file.
+    fn fail(&self, what: impl std::fmt::Display) -> Error {
+        Error::rig_damaged(format!("{}: {what}; solve the rig again", self.name))
+    }
+
     fn has(&self, array: &str) -> bool {
         self.tensors.tensor(array).is_ok()
     }
 
     /// `shape` has `None` where any extent will do.
     fn view(&self, array: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<TensorView<'_>> {
-        let fail = |what: String| Error::rig_damaged(format!("{}: {what}; solve the rig again", self.name));
-        let view = self.tensors.tensor(array).map_err(|_| fail(format!("has no array `{array}`")))?;
+        let view = self.tensors.tensor(array).map_err(|_| self.fail(format!("has no array `{array}`")))?;
         let fits = view.shape().len() == shape.len()
             && view.shape().iter().zip(shape).all(|(found, expected)| expected.is_none_or(|e| e == *found));
         if view.dtype() != dtype || !fits {
             let extents: Vec<String> =
                 shape.iter().map(|e| e.map_or("any".into(), |e| e.to_string())).collect();
-            return Err(fail(format!(
+            return Err(self.fail(format!(
                 "array `{array}` is {:?} {:?}, expected {dtype:?} [{}]",
                 view.dtype(),
                 view.shape(),

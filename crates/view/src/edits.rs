@@ -37,7 +37,8 @@ impl FrameEdits {
         &self,
         _: &rhytid_core::Rig,
         _: &rhytid_kernels::normals::VertexTriangles,
-        _: (f64, &[[f32; 3]]),
+        _: f64,
+        _: &[[f32; 3]],
         _: &mut [[f32; 3]],
         _: &mut [[f32; 3]],
     ) {

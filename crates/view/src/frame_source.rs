@@ -146,8 +146,8 @@ impl FrameSource {
             let (large, _) = self.large_scale.as_chunks_mut::<3>();
             edits.edits.blend(&self.rig, &self.triangles, [large_scale, &[]], large, &mut []);
         }
-        let pose = (edits.time, handles.as_chunks().0);
-        edits.edits.correct(&self.rig, &self.triangles, pose, positions, normals);
+        let (handles, _) = handles.as_chunks::<3>();
+        edits.edits.correct(&self.rig, &self.triangles, edits.time, handles, positions, normals);
         Ok(())
     }
 

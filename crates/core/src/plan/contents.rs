@@ -19,7 +19,7 @@ impl Plan {
             _ => 0..self.sizes.vertices,
         };
         let Sizes { handles, centers, .. } = self.sizes;
-        let (basis, rbf_weights) = (rig.basis(), &rig.fine_scale().rbf_weights);
+        let rbf_weights = &rig.fine_scale().rbf_weights;
         match planned.buffer {
             Buffer::Rest => Cow::Borrowed(bytemuck::cast_slice(&rig.surface().rest)),
             Buffer::HandleRest => owned(&self.handle_rest),
@@ -29,12 +29,7 @@ impl Plan {
                 Cow::Borrowed(bytemuck::cast_slice(rig.fine_scale().pose_features.as_slice()))
             }
             Buffer::TangentNeighbors => Cow::Borrowed(bytemuck::cast_slice(&rig.surface().tangent_neighbors)),
-            Buffer::Basis if self.fp16_basis => {
-                let fp16: Vec<u16> =
-                    basis.of_rows(part).iter().map(|&b| f16::from_f32(b).to_bits()).collect();
-                owned(&tiled(&fp16, handles))
-            }
-            Buffer::Basis => owned(&tiled(basis.of_rows(part), handles)),
+            Buffer::Basis => self.stored(rig.basis().of_rows(part), handles),
             Buffer::InfluenceOffsets => owned(&of_tiles(&self.influence_offsets, &part, 2)),
             Buffer::Influences => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).0).collect::<Vec<_>>())
@@ -42,14 +37,14 @@ impl Plan {
             Buffer::InfluenceWeights => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1).collect::<Vec<_>>())
             }
-            Buffer::RbfWeights | Buffer::Pivots if self.zero_at_rest => match planned.buffer {
-                Buffer::RbfWeights => owned(&tiled(rbf_weights.of_rows(part).as_flattened(), centers * 3)),
-                _ => owned(&vec![0u32; part.len().next_multiple_of(TILE)]),
-            },
+            Buffer::RbfWeights if self.zero_at_rest => {
+                owned(&tiled(rbf_weights.of_rows(part).as_flattened(), centers * 3))
+            }
             Buffer::RbfWeights => {
                 let (weights, _) = detail::pivoted(rbf_weights.of_rows(part), centers);
                 owned(&tiled(weights.as_flattened(), centers * 3))
             }
+            Buffer::Pivots if self.zero_at_rest => owned(&vec![0u32; part.len().next_multiple_of(TILE)]),
             Buffer::Pivots => owned(&tiled(&detail::pivoted(rbf_weights.of_rows(part), centers).1, 1)),
             Buffer::FeatureLengths => {
                 owned(&rig.handles().feature_lengths().iter().map(|&l| l as f32).collect::<Vec<_>>())
@@ -57,26 +52,10 @@ impl Plan {
             Buffer::ExampleVectors => owned(rig.example_vectors().as_slice()),
             Buffer::FeatureBounds => owned(rig.feature_bounds().as_slice()),
             Buffer::ExampleWeights => {
-                let (all, examples) = (rig.half_example_weights(), centers - 1);
-                let numbers = all.of_rows(part).as_flattened();
-                if self.fp16_basis {
-                    let fp16: Vec<u16> = numbers.iter().map(|&c| f16::from_f32(c).to_bits()).collect();
-                    owned(&tiled(&fp16, examples * 3))
-                } else {
-                    owned(&tiled(numbers, examples * 3))
-                }
+                let examples = centers - 1;
+                self.stored(rig.half_example_weights().of_rows(part).as_flattened(), examples * 3)
             }
-            Buffer::FoldWeights => {
-                let mut half = rig.half_example_weights();
-                if self.fp16_basis {
-                    half.as_mut_slice()
-                        .as_flattened_mut()
-                        .iter_mut()
-                        .for_each(|c| *c = f16::from_f32(*c).to_f32());
-                }
-                let (all, vectors) = (rig.fold_weights(&half), self.sizes.fold_weights());
-                owned(&tiled(all.of_rows(part).as_flattened(), vectors * 3))
-            }
+            Buffer::FoldWeights => self.fold_weights(rig, part),
             Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part, 1)),
             Buffer::Fans => {
                 let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
@@ -95,6 +74,26 @@ impl Plan {
             | Buffer::Positions
             | Buffer::VertexNormals => Cow::Borrowed(&[]),
         }
+    }
+
+    /// n numbers for each vertex, tiled, in the precision that the basis is stored in.
+    fn stored(&self, numbers: &[f32], n: usize) -> Cow<'static, [u8]> {
+        if self.fp16_basis {
+            let fp16: Vec<u16> = numbers.iter().map(|&x| f16::from_f32(x).to_bits()).collect();
+            owned(&tiled(&fp16, n))
+        } else {
+            owned(&tiled(numbers, n))
+        }
+    }
+
+    /// The folds' weights of a part, beside example weights as they are stored.
+    fn fold_weights(&self, rig: &Rig, part: Range<usize>) -> Cow<'static, [u8]> {
+        let mut half = rig.half_example_weights();
+        if self.fp16_basis {
+            half.as_mut_slice().as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
+        }
+        let all = rig.fold_weights(&half);
+        owned(&tiled(all.of_rows(part).as_flattened(), self.sizes.fold_weights() * 3))
     }
 
     /// What to write before a batch runs.

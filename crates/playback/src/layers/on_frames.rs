@@ -73,17 +73,19 @@ impl FrameEdits {
         }
     }
 
-    /// Adds what was sculpted to V positions, and updates their normals, as [`Correction::apply`] does.
+    /// Adds what was sculpted to V positions of the frame at `time`, in seconds, and updates their normals, as
+    /// [`Correction::apply`] does. `handles` are the frame's H positions.
     pub fn correct(
         &self,
         rig: &Rig,
         triangles: &VertexTriangles,
-        pose: (f64, &[[f32; 3]]),
+        time: f64,
+        handles: &[[f32; 3]],
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
     ) {
         for correction in &self.corrections {
-            correction.apply(rig, triangles, pose.0, pose.1, positions, normals);
+            correction.apply(rig, triangles, time, handles, positions, normals);
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Findings of the examples: each beside the neutral.
-use super::finding::{Report, Severity};
+use super::finding::{Finding, Report, Severity};
 use super::words::{count, first_few, length};
-use crate::align::misplaced;
+use crate::align::{Misplaced, misplaced};
 use glam::DVec3;
+use rhytid_core::Example;
 use rhytid_core::Face;
 use rhytid_core::VertexId;
 use rhytid_geometry::Topology;
@@ -20,89 +21,27 @@ const TORN: f64 = 4.0;
 /// And by at least this part of the mesh's size: small edges stretch.
 const TORN_BY: f64 = 0.02;
 
+/// What comes within this part of the mesh's size does not move.
+const STILL: f64 = 1e-6;
+
 pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
     let rest: Vec<DVec3> = face.neutral.positions.iter().copied().map(DVec3::from_array).collect();
-    let topology = Topology::new(rest.len(), &triangulate(&face.neutral));
-    let handles = &face.handles.vertices;
-    let mut warn = |code: &'static str, message: String| report.add(Severity::Warning, code, message);
+    let neutral =
+        Neutral { topology: Topology::new(rest.len(), &triangulate(&face.neutral)), rest, diagonal };
     let misplaced = misplaced(face);
     for example in &face.examples {
-        let name = &example.name;
-        let at = |v: usize| DVec3::from_array(example.positions[v]);
-        let moved = |v: usize| at(v).distance(rest[v]);
-        let (furthest, vertex) = (0..rest.len())
-            .map(|v| (moved(v), v))
-            .fold((0.0, 0), |most, next| if next.0 > most.0 { next } else { most });
-        if furthest <= 1e-6 * diagonal {
-            warn(
-                "example-is-neutral",
-                format!("example {name} is the neutral: no vertex moves; leave it out, or check its mesh"),
-            );
+        let beside = BesideNeutral::new(example, face, &neutral);
+        if beside.is_neutral() {
+            report.findings.push(beside.nothing_moves());
             continue;
         }
-        // A scan in another unit is larger altogether.
-        let larger = (extent(example.positions.iter().copied().map(DVec3::from_array)) / diagonal).max(1.0);
-        let is_torn = |v: &usize| is_torn(*v, &topology, |v| larger * rest[v], at, diagonal);
-        let torn: Vec<usize> = (0..rest.len()).filter(is_torn).collect();
-        if !torn.is_empty() {
-            warn(
-                "vertices-in-another-order",
-                format!(
-                    "example {name} tears {} away from all of their neighbours: {}; its vertices are not in the \
-                     neutral's order: export both from the same mesh, without reordering",
-                    count(torn.len(), "vertex", "vertices"),
-                    first_few(&torn)
-                ),
-            );
-        } else if furthest > 0.5 * diagonal {
-            warn(
-                "example-far-away",
-                format!(
-                    "example {name} moves vertex {vertex} by {} mesh units, over half of the mesh's size; check that \
-                     it has the neutral's unit, place and vertex order",
-                    length(furthest)
-                ),
-            );
-        }
-        if let Some(found) = misplaced.iter().find(|found| found.example == *name) {
-            let millimetres = found.moved * face.metres_per_unit * 1e3;
-            if found.degrees >= MISPLACED.0 || millimetres >= 1e3 * MISPLACED.1 {
-                let fate = match face.settings.align {
-                    true => "the solve takes that out (align = false would keep it)",
-                    false => "without align = false the solve would take that out",
-                };
-                warn(
-                    "example-in-another-place",
-                    format!(
-                        "example {name} is turned by {}° and moved by {} mm as a whole against the neutral; {fate}",
-                        length(found.degrees),
-                        length(millimetres)
-                    ),
-                );
-            }
-        } else {
-            let pins = face.settings.pins.vertices.iter().map(|&v| (moved(v.index()), v));
-            let (most, v) =
-                pins.fold((0.0, VertexId(0)), |most, next| if next.0 > most.0 { next } else { most });
-            if most * face.metres_per_unit > PINNED_MOVES {
-                warn(
-                    "pinned-moves",
-                    format!(
-                        "example {name} moves vertex {v}, which is pinned, by {} mesh units; it will stay: check [pins]",
-                        length(most)
-                    ),
-                );
-            }
-        }
-        if handles.iter().all(|&v| moved(v.index()) <= 1e-6 * diagonal) {
-            warn(
-                "example-at-rest",
-                format!(
-                    "example {name} moves no handle, so that the rig cannot tell it from the rest pose: its detail is \
-                     lost or shows at rest too; leave it out, or check its mesh"
-                ),
-            );
-        }
+        report.findings.extend(beside.torn_or_far_away());
+        // Pins that a motion of the whole head moves are no fault of theirs.
+        report.findings.extend(match misplaced.iter().find(|found| found.example == example.name) {
+            Some(found) => beside.in_another_place(found),
+            None => beside.pinned_moves(),
+        });
+        report.findings.extend(beside.no_handle_moves());
     }
     if face.examples.is_empty() {
         report.add(
@@ -110,6 +49,149 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
             "no-examples",
             "there are no examples; the rig will have the large scale only, without wrinkles".into(),
         );
+    }
+}
+
+fn warning(code: &'static str, message: String) -> Finding {
+    Finding { severity: Severity::Warning, code, message }
+}
+
+/// The neutral, as examples are compared with it.
+struct Neutral {
+    rest: Vec<DVec3>,
+    topology: Topology,
+    /// Of its bounding box.
+    diagonal: f64,
+}
+
+/// An example beside the neutral.
+struct BesideNeutral<'a> {
+    example: &'a Example,
+    face: &'a Face,
+    neutral: &'a Neutral,
+    /// How far the vertex moves that moves furthest.
+    furthest: f64,
+    /// Which vertex that is.
+    vertex: usize,
+}
+
+impl<'a> BesideNeutral<'a> {
+    fn new(example: &'a Example, face: &'a Face, neutral: &'a Neutral) -> Self {
+        let mut beside = Self { example, face, neutral, furthest: 0.0, vertex: 0 };
+        for v in 0..neutral.rest.len() {
+            let moved = beside.moved(v);
+            if moved > beside.furthest {
+                (beside.furthest, beside.vertex) = (moved, v);
+            }
+        }
+        beside
+    }
+
+    fn at(&self, v: usize) -> DVec3 {
+        DVec3::from_array(self.example.positions[v])
+    }
+
+    /// How far a vertex moves.
+    fn moved(&self, v: usize) -> f64 {
+        self.at(v).distance(self.neutral.rest[v])
+    }
+
+    fn is_neutral(&self) -> bool {
+        self.furthest <= STILL * self.neutral.diagonal
+    }
+
+    fn nothing_moves(&self) -> Finding {
+        let name = &self.example.name;
+        warning(
+            "example-is-neutral",
+            format!("example {name} is the neutral: no vertex moves; leave it out, or check its mesh"),
+        )
+    }
+
+    fn torn_or_far_away(&self) -> Option<Finding> {
+        let name = &self.example.name;
+        let torn = self.torn();
+        if !torn.is_empty() {
+            Some(warning(
+                "vertices-in-another-order",
+                format!(
+                    "example {name} tears {} away from all of their neighbours: {}; its vertices are not in the \
+                     neutral's order: export both from the same mesh, without reordering",
+                    count(torn.len(), "vertex", "vertices"),
+                    first_few(&torn)
+                ),
+            ))
+        } else if self.furthest > 0.5 * self.neutral.diagonal {
+            Some(warning(
+                "example-far-away",
+                format!(
+                    "example {name} moves vertex {} by {} mesh units, over half of the mesh's size; check that \
+                     it has the neutral's unit, place and vertex order",
+                    self.vertex,
+                    length(self.furthest)
+                ),
+            ))
+        } else {
+            None
+        }
+    }
+
+    /// The vertices of which all edges are much longer than at rest.
+    fn torn(&self) -> Vec<usize> {
+        let Neutral { rest, topology, diagonal } = self.neutral;
+        // A scan in another unit is larger altogether.
+        let positions = self.example.positions.iter().copied().map(DVec3::from_array);
+        let larger = (extent(positions) / diagonal).max(1.0);
+        let is_torn = |v: &usize| is_torn(*v, topology, |v| larger * rest[v], |v| self.at(v), *diagonal);
+        (0..rest.len()).filter(is_torn).collect()
+    }
+
+    fn in_another_place(&self, found: &Misplaced) -> Option<Finding> {
+        let name = &self.example.name;
+        let millimetres = found.moved * self.face.metres_per_unit * 1e3;
+        let fate = match self.face.settings.align {
+            true => "the solve takes that out (align = false would keep it)",
+            false => "without align = false the solve would take that out",
+        };
+        (found.degrees >= MISPLACED.0 || millimetres >= 1e3 * MISPLACED.1).then(|| {
+            warning(
+                "example-in-another-place",
+                format!(
+                    "example {name} is turned by {}° and moved by {} mm as a whole against the neutral; {fate}",
+                    length(found.degrees),
+                    length(millimetres)
+                ),
+            )
+        })
+    }
+
+    fn pinned_moves(&self) -> Option<Finding> {
+        let name = &self.example.name;
+        let pins = self.face.settings.pins.vertices.iter().map(|&v| (self.moved(v.index()), v));
+        let (most, v) = pins.fold((0.0, VertexId(0)), |most, next| if next.0 > most.0 { next } else { most });
+        (most * self.face.metres_per_unit > PINNED_MOVES).then(|| {
+            warning(
+                "pinned-moves",
+                format!(
+                    "example {name} moves vertex {v}, which is pinned, by {} mesh units; it will stay: check [pins]",
+                    length(most)
+                ),
+            )
+        })
+    }
+
+    fn no_handle_moves(&self) -> Option<Finding> {
+        let name = &self.example.name;
+        let still = STILL * self.neutral.diagonal;
+        self.face.handles.vertices.iter().all(|&v| self.moved(v.index()) <= still).then(|| {
+            warning(
+                "example-at-rest",
+                format!(
+                    "example {name} moves no handle, so that the rig cannot tell it from the rest pose: its detail is \
+                     lost or shows at rest too; leave it out, or check its mesh"
+                ),
+            )
+        })
     }
 }
 

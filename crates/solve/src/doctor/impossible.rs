@@ -1,5 +1,5 @@
 //! Findings that make a solve impossible.
-use super::finding::{Report, Severity};
+use super::finding::{Finding, Report, Severity};
 use super::words::{count, first_few, length};
 use glam::DVec3;
 use rhytid_core::HandleId;
@@ -15,76 +15,153 @@ const BLURRED: f64 = 0.01;
 /// Bending lengths, in sizes of the mesh, that the system can be solved for: neither a membrane nor a plate of nothing else.
 const BENDING_LENGTHS: std::ops::RangeInclusive<f64> = 1e-6..=1e4;
 
-pub(super) fn examine(face: &Face, report: &mut Report) {
-    let mut error = |code: &'static str, message: String| report.add(Severity::Error, code, message);
-    let mesh = &face.neutral;
-    let vertices = mesh.positions.len();
-    if mesh.faces.is_empty() || vertices == 0 {
-        return error(
-            "no-faces",
-            "the neutral mesh has no faces; export it as a surface, not as points".into(),
-        );
-    }
-    if let Some(v) = not_finite(&mesh.positions) {
-        return error(
-            "not-finite",
-            format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", mesh.positions[v]),
-        );
-    }
-    if let Some(fault) = mesh.faces.fault(vertices) {
-        return error("faces", format!("the neutral mesh: {fault}"));
-    }
-    // The rig carries the texture coordinates along.
-    if let Some(fault) = mesh.uvs.as_ref().and_then(|uvs| uvs.fault(vertices, &mesh.faces)) {
-        error("uvs", format!("the neutral mesh: {fault}"));
-    }
-    let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
-    if triangulate(mesh).iter().all(|t| is_degenerate(t.map(position))) {
-        error("no-area", "no triangle of the neutral mesh has an area; check its coordinates".into());
-    }
+/// One thing that may make a solve impossible.
+enum Check {
+    /// The checks behind it rely on it: what it finds ends the examination.
+    Needed(fn(&Face) -> Option<Finding>),
+    /// Finds at most one thing.
+    One(fn(&Face) -> Option<Finding>),
+    /// Finds something of each handle, example or setting.
+    Each(fn(&Face) -> Vec<Finding>),
+}
 
-    let handles = &face.handles;
-    if handles.vertices.is_empty() {
-        error("no-handles", "the face has no handles; list at least one label and vertex".into());
+/// All checks, in the order of the report.
+const CHECKS: [Check; 18] = [
+    Check::Needed(no_faces),
+    Check::Needed(neutral_not_finite),
+    Check::Needed(faulty_faces),
+    Check::One(faulty_uvs),
+    Check::One(no_area),
+    Check::One(no_handles),
+    Check::Needed(labels_without_vertices),
+    Check::Each(faulty_handles),
+    Check::Each(faulty_examples),
+    Check::One(pins_out_of_range),
+    Check::One(bending_length_out_of_range),
+    Check::One(far_from_origin),
+    Check::One(no_influences),
+    Check::Each(learned_numbers_out_of_range),
+    Check::One(rotations_of_the_basis),
+    Check::One(unit_out_of_range),
+    Check::Needed(strain_edges_out_of_range),
+    Check::One(strain_edges_without_length),
+];
+
+pub(super) fn examine(face: &Face, report: &mut Report) {
+    for check in CHECKS {
+        match check {
+            Check::Needed(check) => {
+                if let Some(found) = check(face) {
+                    report.findings.push(found);
+                    return;
+                }
+            }
+            Check::One(check) => report.findings.extend(check(face)),
+            Check::Each(check) => report.findings.extend(check(face)),
+        }
     }
-    if handles.labels.len() != handles.vertices.len() {
-        return error(
+}
+
+fn error(code: &'static str, message: String) -> Finding {
+    Finding { severity: Severity::Error, code, message }
+}
+
+fn no_faces(face: &Face) -> Option<Finding> {
+    let mesh = &face.neutral;
+    (mesh.faces.is_empty() || mesh.positions.is_empty()).then(|| {
+        error("no-faces", "the neutral mesh has no faces; export it as a surface, not as points".into())
+    })
+}
+
+fn neutral_not_finite(face: &Face) -> Option<Finding> {
+    let positions = &face.neutral.positions;
+    let v = not_finite(positions)?;
+    Some(error(
+        "not-finite",
+        format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", positions[v]),
+    ))
+}
+
+fn faulty_faces(face: &Face) -> Option<Finding> {
+    let mesh = &face.neutral;
+    let fault = mesh.faces.fault(mesh.positions.len())?;
+    Some(error("faces", format!("the neutral mesh: {fault}")))
+}
+
+/// The rig carries the texture coordinates along.
+fn faulty_uvs(face: &Face) -> Option<Finding> {
+    let mesh = &face.neutral;
+    let fault = mesh.uvs.as_ref()?.fault(mesh.positions.len(), &mesh.faces)?;
+    Some(error("uvs", format!("the neutral mesh: {fault}")))
+}
+
+fn no_area(face: &Face) -> Option<Finding> {
+    let mesh = &face.neutral;
+    let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
+    triangulate(mesh).iter().all(|t| is_degenerate(t.map(position))).then(|| {
+        error("no-area", "no triangle of the neutral mesh has an area; check its coordinates".into())
+    })
+}
+
+fn no_handles(face: &Face) -> Option<Finding> {
+    face.handles
+        .vertices
+        .is_empty()
+        .then(|| error("no-handles", "the face has no handles; list at least one label and vertex".into()))
+}
+
+fn labels_without_vertices(face: &Face) -> Option<Finding> {
+    let (labels, vertices) = (face.handles.labels.len(), face.handles.vertices.len());
+    (labels != vertices).then(|| {
+        error(
             "handles",
-            format!(
-                "the handles have {} labels and {} vertices; each needs one of both",
-                handles.labels.len(),
-                handles.vertices.len()
-            ),
-        );
-    }
+            format!("the handles have {labels} labels and {vertices} vertices; each needs one of both"),
+        )
+    })
+}
+
+/// Handles at no vertex, and labels and vertices that are listed twice.
+fn faulty_handles(face: &Face) -> Vec<Finding> {
+    let vertices = face.neutral.positions.len();
+    let mut found = Vec::new();
     let mut by_label = HashMap::new();
     let mut by_vertex = HashMap::new();
-    for (label, &v) in handles.labels.iter().zip(&handles.vertices) {
+    for (label, &v) in face.handles.labels.iter().zip(&face.handles.vertices) {
         if v.index() >= vertices {
-            error(
+            found.push(error(
                 "handle-out-of-range",
                 format!(
                     "handle {label} is vertex {v}, expected 0 to {}; vertices count from 0",
                     vertices - 1
                 ),
-            );
+            ));
         }
         if by_label.insert(label, v).is_some() {
-            error("duplicate-handle", format!("handle {label} is listed twice; each label is one marker"));
+            found.push(error(
+                "duplicate-handle",
+                format!("handle {label} is listed twice; each label is one marker"),
+            ));
         }
         // A label that is listed twice with its vertex was named just now.
         if let Some(other) = by_vertex.insert(v, label)
             && other != label
         {
-            error(
+            found.push(error(
                 "duplicate-handle",
                 format!("handles {other} and {label} are both vertex {v}; each needs a vertex of its own"),
-            );
+            ));
         }
     }
+    found
+}
+
+/// Examples that are another mesh than the neutral, or not finite.
+fn faulty_examples(face: &Face) -> Vec<Finding> {
+    let vertices = face.neutral.positions.len();
+    let mut found = Vec::new();
     for example in &face.examples {
         if example.positions.len() != vertices {
-            error(
+            found.push(error(
                 "example",
                 format!(
                     "example {} has {} vertices where the neutral mesh has {vertices}; every mesh needs the same \
@@ -92,37 +169,47 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
                     example.name,
                     example.positions.len()
                 ),
-            );
+            ));
         } else if let Some(v) = not_finite(&example.positions) {
-            error(
+            found.push(error(
                 "not-finite",
                 format!(
                     "vertex {v} of example {} is at {:?}, expected finite numbers",
                     example.name, example.positions[v]
                 ),
-            );
+            ));
         }
     }
+    found
+}
 
-    let settings = &face.settings;
-    if let Some(v) = settings.pins.vertices.iter().find(|v| v.index() >= vertices) {
-        error("pins", format!("vertex {v} is pinned, expected 0 to {}; vertices count from 0", vertices - 1));
-    }
-    let positive = |x: f64| x.is_finite() && x > 0.0;
-    let [low, high] = mesh.bounds().unwrap_or_default().map(DVec3::from_array);
+fn pins_out_of_range(face: &Face) -> Option<Finding> {
+    let vertices = face.neutral.positions.len();
+    let v = face.settings.pins.vertices.iter().find(|v| v.index() >= vertices)?;
+    Some(error(
+        "pins",
+        format!("vertex {v} is pinned, expected 0 to {}; vertices count from 0", vertices - 1),
+    ))
+}
+
+fn bending_length_out_of_range(face: &Face) -> Option<Finding> {
+    let [low, high] = bounds(face);
     let size = high.distance(low);
-    let bends = |length: f64| positive(length) && BENDING_LENGTHS.contains(&(length / size));
-    if let Some(found) = settings.bending_length.filter(|l| !bends(*l)) {
-        let [least, most] =
-            [BENDING_LENGTHS.start(), BENDING_LENGTHS.end()].map(|ratio| length(ratio * size));
-        error(
-            "settings",
-            format!("bending_length is {found:?}, expected a length from {least} to {most} in mesh units"),
-        );
-    }
-    // As the rig and its animations have them.
+    let bends = |length: f64| is_positive(length) && BENDING_LENGTHS.contains(&(length / size));
+    let found = face.settings.bending_length.filter(|l| !bends(*l))?;
+    let [least, most] = [BENDING_LENGTHS.start(), BENDING_LENGTHS.end()].map(|ratio| length(ratio * size));
+    Some(error(
+        "settings",
+        format!("bending_length is {found:?}, expected a length from {least} to {most} in mesh units"),
+    ))
+}
+
+/// As the rig and its animations have the vertices, in float32.
+fn far_from_origin(face: &Face) -> Option<Finding> {
+    let [low, high] = bounds(face);
+    let size = high.distance(low);
     let farthest = low.abs().max(high.abs()).max_element();
-    if farthest * FLOAT32 > BLURRED * size {
+    (farthest * FLOAT32 > BLURRED * size).then(|| {
         error(
             "far-from-origin",
             format!(
@@ -131,72 +218,96 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
                 length(farthest),
                 length(size)
             ),
-        );
-    }
-    if settings.max_influences == 0 {
-        error("settings", "max_influences is 0, expected at least 1".into());
-    }
-    if let Method::Learned(learned) = settings.method {
-        let LearnedSettings { share, ridge, fold_ridge, marker_noise, reach, fold_strains: _ } = learned;
-        for (name, number, is_right, expected) in [
-            ("share", share, share.is_none_or(|s| (0.0..=1.0).contains(&s)), "0 to 1"),
-            ("ridge", ridge, ridge.is_none_or(positive), "a number above 0"),
-            ("fold_ridge", Some(fold_ridge), positive(fold_ridge), "a number above 0"),
-            (
-                "marker_noise",
-                Some(marker_noise),
-                marker_noise == 0.0 || positive(marker_noise),
-                "millimetres from 0",
-            ),
-            ("reach", Some(reach), reach >= 1.0, "a number from 1, inf for no bound"),
-        ] {
-            if let Some(number) = number.filter(|_| !is_right) {
-                error("settings", format!("{name} is {number}, expected {expected}"));
-            }
+        )
+    })
+}
+
+fn no_influences(face: &Face) -> Option<Finding> {
+    (face.settings.max_influences == 0)
+        .then(|| error("settings", "max_influences is 0, expected at least 1".into()))
+}
+
+fn learned_numbers_out_of_range(face: &Face) -> Vec<Finding> {
+    let Method::Learned(learned) = face.settings.method else { return Vec::new() };
+    let LearnedSettings { share, ridge, fold_ridge, marker_noise, reach, fold_strains: _ } = learned;
+    let mut found = Vec::new();
+    for (name, number, is_right, expected) in [
+        ("share", share, share.is_none_or(|s| (0.0..=1.0).contains(&s)), "0 to 1"),
+        ("ridge", ridge, ridge.is_none_or(is_positive), "a number above 0"),
+        ("fold_ridge", Some(fold_ridge), is_positive(fold_ridge), "a number above 0"),
+        (
+            "marker_noise",
+            Some(marker_noise),
+            marker_noise == 0.0 || is_positive(marker_noise),
+            "millimetres from 0",
+        ),
+        ("reach", Some(reach), reach >= 1.0, "a number from 1, inf for no bound"),
+    ] {
+        if let Some(number) = number.filter(|_| !is_right) {
+            found.push(error("settings", format!("{name} is {number}, expected {expected}")));
         }
     }
-    if let Method::Learned(LearnedSettings { share, reach, .. }) = settings.method
-        && settings.rotations
-        && (share.is_some_and(|share| share < 1.0) || (share.is_none() && reach.is_infinite()))
-    {
+    found
+}
+
+fn rotations_of_the_basis(face: &Face) -> Option<Finding> {
+    let Method::Learned(LearnedSettings { share, reach, .. }) = face.settings.method else { return None };
+    let is_in_the_basis = share.map_or(reach.is_infinite(), |share| share < 1.0);
+    (face.settings.rotations && is_in_the_basis).then(|| {
         error(
             "settings",
             "rotations go with share = 1 alone: of what is learned, the rest would be in the basis, whose rows say how far a vertex turns \
              with each handle; set share to 1, leave it out with a finite reach, or do without rotations"
                 .into(),
-        );
-    }
-    if !positive(face.metres_per_unit) {
-        error("settings", format!("a unit is {} metres, expected a number above 0", face.metres_per_unit));
-    }
-    if let StrainEdges::Given(edges) = &settings.strain_edges {
-        let h = handles.vertices.len();
-        if let Some(i) = edges.iter().position(|e| e.iter().any(|&end| end.index() >= h)) {
-            let [a, b] = edges[i];
-            return error(
-                "strain-edges",
-                format!(
-                    "strain edge {i} joins the handles {a} and {b}, expected two of the {h}, counted from 0"
-                ),
-            );
-        }
-        let at = |h: HandleId| mesh.positions.get(handles.vertices[h.index()].index());
-        let flat: Vec<String> = edges
-            .iter()
-            .filter(|&&[a, b]| at(a).is_some() && at(a) == at(b))
-            .map(|&[a, b]| format!("{}–{}", handles.labels[a.index()], handles.labels[b.index()]))
-            .collect();
-        if !flat.is_empty() {
-            error(
-                "strain-edges",
-                format!(
-                    "{} no length at rest: {}; leave out what joins a place to itself",
-                    count(flat.len(), "strain edge has", "strain edges have"),
-                    first_few(&flat)
-                ),
-            );
-        }
-    }
+        )
+    })
+}
+
+fn unit_out_of_range(face: &Face) -> Option<Finding> {
+    let metres = face.metres_per_unit;
+    (!is_positive(metres))
+        .then(|| error("settings", format!("a unit is {metres} metres, expected a number above 0")))
+}
+
+fn strain_edges_out_of_range(face: &Face) -> Option<Finding> {
+    let StrainEdges::Given(edges) = &face.settings.strain_edges else { return None };
+    let h = face.handles.vertices.len();
+    let i = edges.iter().position(|e| e.iter().any(|&end| end.index() >= h))?;
+    let [a, b] = edges[i];
+    Some(error(
+        "strain-edges",
+        format!("strain edge {i} joins the handles {a} and {b}, expected two of the {h}, counted from 0"),
+    ))
+}
+
+fn strain_edges_without_length(face: &Face) -> Option<Finding> {
+    let StrainEdges::Given(edges) = &face.settings.strain_edges else { return None };
+    let handles = &face.handles;
+    let at = |h: HandleId| face.neutral.positions.get(handles.vertices[h.index()].index());
+    let flat: Vec<String> = edges
+        .iter()
+        .filter(|&&[a, b]| at(a).is_some() && at(a) == at(b))
+        .map(|&[a, b]| format!("{}–{}", handles.labels[a.index()], handles.labels[b.index()]))
+        .collect();
+    (!flat.is_empty()).then(|| {
+        error(
+            "strain-edges",
+            format!(
+                "{} no length at rest: {}; leave out what joins a place to itself",
+                count(flat.len(), "strain edge has", "strain edges have"),
+                first_few(&flat)
+            ),
+        )
+    })
+}
+
+/// The lowest and the highest corner of the neutral's bounding box.
+fn bounds(face: &Face) -> [DVec3; 2] {
+    face.neutral.bounds().unwrap_or_default().map(DVec3::from_array)
+}
+
+fn is_positive(x: f64) -> bool {
+    x.is_finite() && x > 0.0
 }
 
 fn not_finite(positions: &[[f64; 3]]) -> Option<usize> {

@@ -93,7 +93,6 @@ pub fn learn(
     progress: &dyn Progress,
 ) -> Result<Steps> {
     let examples = &face.examples;
-    let rest_lengths = shell.handles.rest_lengths();
     // Of anchors alone where there is no strain edge: then the unit of their features does not matter.
     let mean = shell.handles.feature_lengths().last().copied().unwrap_or(1.0);
     let of_example =
@@ -105,32 +104,15 @@ pub fn learn(
     let follows = |v: usize| matches!(listens[v], Listens::As(_)) && !shell.pinned[v];
     let Surface { rest, triangles, .. } = &shell.surface;
     bind_nearest(rest, triangles, &shell.parts.driven, follows, &mut shell.basis);
-    progress.step("residual", 0, 1)?;
-    let mut smooth_residual = residual(shell, examples);
-    progress.step("residual", 1, 1)?;
-    let Shell { surface, handles, parts, pinned, laplacian, .. } = &*shell;
-    // The choice below is for the skin: eyes and teeth have large areas and nothing to choose.
-    let mut area = laplacian.mass.clone();
-    area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
-    handles.vertices.iter().for_each(|v| area[v.index()] = 0.0);
-    progress.step("smooth", 0, 1)?;
-    if !examples.is_empty() {
-        let smoothed: Vec<bool> =
-            parts.driven.iter().zip(pinned).map(|(driven, pinned)| *driven && !pinned).collect();
-        let (rest, vertices) = (&surface.rest, &handles.vertices);
-        Smoothing::of(rest, laplacian.clone(), vertices, &smoothed, sigma(mean), progress)?
-            .apply(&mut smooth_residual, progress)?;
-    }
-    // What is left of what no example moves is rounding, and nothing to learn of.
-    for (v, _) in pinned.iter().enumerate().filter(|(_, pinned)| **pinned) {
-        smooth_residual.row_mut(v).fill([0.0; 3]);
-    }
+    let smooth_residual = smooth_residual(shell, examples, mean, progress)?;
 
     let (influences, linear_influences) =
         neighborhoods(shell, &listens, face.settings.max_influences, mean, progress)?;
-    let strains = VectorStrains::new(&displacements, &handles.strain_edges, &rest_lengths, mean);
+    let strains =
+        VectorStrains::new(&displacements, &shell.handles.strain_edges, &shell.handles.rest_lengths(), mean);
     let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
     progress.step("choice", 0, 1)?;
+    let area = skin_area(shell);
     let (chosen, candidates) =
         choice::choose(&strains, &linear_influences, &smooth_residual, &area, &settings, marker_noise)?;
     progress.step("choice", 1, 1)?;
@@ -145,27 +127,27 @@ pub fn learn(
         progress,
     )?;
 
-    let handles = &shell.handles;
-    let example_vectors = strains.by_example();
-    let pose_features = detail::pose_features(handles, examples);
-    let mut detail = Table::without_columns(examples.len());
-    let folds = if settings.fold_strains == FoldStrains::Vectors {
-        progress.step("detail", 0, 1)?;
-        let left = residual(shell, examples);
-        progress.step("detail", 1, 1)?;
-        let edges = handles.strain_edges.len() as u32;
-        let (c, ridge) = (&band.example_weights, settings.fold_ridge);
-        folds::vector_folds(&strains, &linear_influences, edges, &left, c, ridge, progress)?
-    } else {
-        let add_band = |handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]| {
-            let u = handles.displacements(handle_positions);
-            let of_frame = VectorStrains::new(&[u], &handles.strain_edges, &rest_lengths, mean).by_example();
-            add_band(&band, &linear_influences, &products(of_frame.row(0), &example_vectors), positions);
-        };
-        let moves = |v: usize| listens[v] != Listens::Nothing;
-        detail = detail::detail(shell, examples, moves, add_band, progress)?;
-        folds::length_folds(&pose_features, &influences, &detail, settings.fold_ridge, progress)?
+    let pose_features = detail::pose_features(&shell.handles, examples);
+    let smooth = SmoothBand {
+        band: &band,
+        influences: &linear_influences,
+        strains: &strains,
+        example_vectors: strains.by_example(),
+        mean,
     };
+    let (detail, folds) = match settings.fold_strains {
+        FoldStrains::Vectors => {
+            let folds = smooth.vector_folds(shell, examples, settings.fold_ridge, progress)?;
+            (Table::without_columns(examples.len()), folds)
+        }
+        FoldStrains::Lengths => {
+            let detail = smooth.detail(shell, examples, &listens, progress)?;
+            let folds =
+                folds::length_folds(&pose_features, &influences, &detail, settings.fold_ridge, progress)?;
+            (detail, folds)
+        }
+    };
+    let example_vectors = smooth.example_vectors;
     Ok(Steps {
         smooth_residual,
         influences,
@@ -257,21 +239,64 @@ fn neighborhoods(
     Ok((influences, linear))
 }
 
-/// Adds `Σ_p c_vp κ_vp` to V positions, given T of a frame.
-fn add_band(
-    band: &LinearBand,
-    influences: &LinearInfluences,
-    table: &Table<f64>,
-    positions: &mut [[f64; 3]],
-) {
-    positions.par_iter_mut().enumerate().for_each(|(v, x)| {
-        for (p, c) in band.example_weights.row(v).iter().enumerate() {
-            let kappa: f64 = influences.of(v).map(|(e, w)| w * table.row(e as usize)[p]).sum();
-            for axis in 0..3 {
-                x[axis] += c[axis] * kappa;
+/// The smooth band as it was learned, beside which the folds are learned.
+struct SmoothBand<'a> {
+    band: &'a LinearBand,
+    influences: &'a LinearInfluences,
+    strains: &'a VectorStrains,
+    /// D of the examples, P×(F + H).
+    example_vectors: Table<[f64; 3]>,
+    /// The mean rest length, in mesh units.
+    mean: f64,
+}
+
+impl SmoothBand<'_> {
+    /// The folds of vector strains, from what the shell and the band leave in the space of the mesh.
+    fn vector_folds(
+        &self,
+        shell: &Shell,
+        examples: &[Example],
+        fold_ridge: f64,
+        progress: &dyn Progress,
+    ) -> Result<Folds> {
+        progress.step("detail", 0, 1)?;
+        let left = residual(shell, examples);
+        progress.step("detail", 1, 1)?;
+        let edges = shell.handles.strain_edges.len() as u32;
+        let c = &self.band.example_weights;
+        folds::vector_folds(self.strains, self.influences, edges, &left, c, fold_ridge, progress)
+    }
+
+    /// d, P×V: what the shell and the band leave, in the tangent frames of their surface.
+    fn detail(
+        &self,
+        shell: &Shell,
+        examples: &[Example],
+        listens: &[Listens],
+        progress: &dyn Progress,
+    ) -> Result<Table<[f64; 3]>> {
+        let (handles, rest_lengths) = (&shell.handles, shell.handles.rest_lengths());
+        let add_band = |handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]| {
+            let u = handles.displacements(handle_positions);
+            let of_frame =
+                VectorStrains::new(&[u], &handles.strain_edges, &rest_lengths, self.mean).by_example();
+            self.add(&products(of_frame.row(0), &self.example_vectors), positions);
+        };
+        let moves = |v: usize| listens[v] != Listens::Nothing;
+        detail::detail(shell, examples, moves, add_band, progress)
+    }
+
+    /// Adds `Σ_p c_vp κ_vp` to V positions, given T of a frame.
+    fn add(&self, table: &Table<f64>, positions: &mut [[f64; 3]]) {
+        positions.par_iter_mut().enumerate().for_each(|(v, x)| {
+            for (p, c) in self.band.example_weights.row(v).iter().enumerate() {
+                let kappa: f64 = self.influences.of(v).map(|(e, w)| w * table.row(e as usize)[p]).sum();
+                for axis in 0..3 {
+                    x[axis] += c[axis] * kappa;
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 /// `T_ep = D_e · D_pe`, (F + H)×P: of one frame's vector strains with those of P examples.
@@ -280,6 +305,42 @@ fn products(of_frame: &[[f64; 3]], of_examples: &Table<[f64; 3]>) -> Table<f64> 
     let of_feature = |(e, d)| of_examples.rows().map(move |of_example| dot(d, &of_example[e]));
     let products = of_frame.iter().enumerate().flat_map(of_feature).collect();
     Table::new(of_frame.len(), of_examples.height(), products)
+}
+
+/// Ŵ, V×P: the smooth part of what the shell leaves of each example.
+fn smooth_residual(
+    shell: &Shell,
+    examples: &[Example],
+    mean: f64,
+    progress: &dyn Progress,
+) -> Result<Table<[f64; 3]>> {
+    let Shell { surface, handles, parts, pinned, laplacian, .. } = shell;
+    progress.step("residual", 0, 1)?;
+    let mut residual = residual(shell, examples);
+    progress.step("residual", 1, 1)?;
+    progress.step("smooth", 0, 1)?;
+    if !examples.is_empty() {
+        let smoothed: Vec<bool> =
+            parts.driven.iter().zip(pinned).map(|(driven, pinned)| *driven && !pinned).collect();
+        let (rest, vertices) = (&surface.rest, &handles.vertices);
+        Smoothing::of(rest, laplacian.clone(), vertices, &smoothed, sigma(mean), progress)?
+            .apply(&mut residual, progress)?;
+    }
+    // What is left of what no example moves is rounding, and nothing to learn of.
+    for (v, _) in pinned.iter().enumerate().filter(|(_, pinned)| **pinned) {
+        residual.row_mut(v).fill([0.0; 3]);
+    }
+    Ok(residual)
+}
+
+/// The areas by which s and λ are chosen, V: 0 at handles and off the skin. Eyes and teeth have large areas and
+/// nothing to choose.
+fn skin_area(shell: &Shell) -> Vec<f64> {
+    let Shell { handles, parts, laplacian, .. } = shell;
+    let mut area = laplacian.mass.clone();
+    area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
+    handles.vertices.iter().for_each(|v| area[v.index()] = 0.0);
+    area
 }
 
 /// W, V×P: what the shell leaves of each example, in the space of the mesh.
