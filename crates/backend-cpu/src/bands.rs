@@ -3,7 +3,7 @@
 use crate::lanes::{Lanes, load3, splat3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
-    FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
+    CellTable, FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
 };
 use half::f16;
 use half::slice::HalfFloatSliceExt;
@@ -40,6 +40,15 @@ pub(crate) struct Bands {
 enum ExampleWeights {
     F32(Vec<Line3>),
     F16(Vec<[[f16; TILE]; 3]>),
+}
+
+/// What the squared distances are sums of, in one frame or in a group of frames.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Terms<'a, C> {
+    /// α.
+    pub influences: &'a TileWeights,
+    /// The squared differences of the vector strains.
+    pub table: &'a CellTable<C>,
 }
 
 impl Bands {
@@ -82,8 +91,9 @@ impl Bands {
     }
 
     /// The squared differences of one frame's vector strains, `[N/8][F + H][8]`; past N, 0. `u` has H displacements.
-    pub(crate) fn frame_table(&self, u: &[[f32; 3]]) -> Vec<FrameCells> {
-        let mut table = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * self.rows()];
+    pub(crate) fn frame_table(&self, u: &[[f32; 3]]) -> CellTable<FrameCells> {
+        let rows = self.rows();
+        let mut cells = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * rows];
         let [handles, strain_edges, centers] =
             [self.handles, self.strain_edges.len(), self.centers].map(|n| n as u32);
         let params = vector_differences::Params { frames: 1, handles, strain_edges, centers };
@@ -93,25 +103,25 @@ impl Bands {
             example_vectors: &self.example_vectors,
             feature_bounds: &self.feature_bounds,
         };
-        vector_differences::vector_differences(params, u, &buffers, table.as_flattened_mut());
-        table
+        vector_differences::vector_differences(params, u, &buffers, cells.as_flattened_mut());
+        CellTable { rows, cells }
     }
 
     /// The same of frames × H displacements of at most [`GROUP`] frames, `[N/4][F + H][4][16]`; past N, 0.
-    pub(crate) fn group_table(&self, u: &[[f32; 3]]) -> Vec<GroupCells> {
+    pub(crate) fn group_table(&self, u: &[[f32; 3]]) -> CellTable<GroupCells> {
         let rows = self.rows();
-        let mut table = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * rows];
+        let mut all = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * rows];
         for (lane, u) in u.chunks_exact(self.handles).enumerate() {
-            for (i, cells) in self.frame_table(u).iter().enumerate() {
+            for (i, cells) in self.frame_table(u).cells.iter().enumerate() {
                 for (j, difference) in cells.iter().enumerate() {
                     let center = i / rows * FRAME_COLUMNS + j;
-                    if let Some(cells) = table.get_mut(center / GROUP_COLUMNS * rows + i % rows) {
+                    if let Some(cells) = all.get_mut(center / GROUP_COLUMNS * rows + i % rows) {
                         cells[center % GROUP_COLUMNS].0[lane] = *difference;
                     }
                 }
             }
         }
-        table
+        CellTable { rows, cells: all }
     }
 
     /// Scratch for a few vertices.
@@ -125,8 +135,8 @@ impl Bands {
     /// c / 2 of a tile, widened into `scratch` where it is fp16, and a, b and w.
     #[inline(always)]
     fn weights<'a>(&'a self, tile: usize, scratch: &'a mut [Line3]) -> [&'a [Line3]; 2] {
-        let examples = self.centers - 1;
-        let range = tile * examples..(tile + 1) * examples;
+        let of_tile = |vectors: usize| tile * vectors..(tile + 1) * vectors;
+        let range = of_tile(self.centers - 1);
         let example_weights = match &self.example_weights {
             ExampleWeights::F32(weights) => &weights[range],
             ExampleWeights::F16(weights) => {
@@ -135,18 +145,18 @@ impl Bands {
                 scratch
             }
         };
-        let vectors = fold_weights(self.centers, self.folds);
-        [example_weights, &self.fold_weights[tile * vectors..][..vectors]]
+        [example_weights, &self.fold_weights[of_tile(fold_weights(self.centers, self.folds))]]
     }
 
     /// From what the basis gives the vertices of a tile in one frame, those of them that there are, to `stage`: the large scale, or
-    /// where the folds are of vector strains the detail or the positions. `influences` are α.
+    /// where the folds are of vector strains the detail or the positions.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
         simd: S,
-        (tile, stage): (usize, Stage),
-        (influences, table): (&TileWeights, &[FrameCells]),
+        tile: usize,
+        stage: Stage,
+        Terms { influences, table }: Terms<'_, FrameCells>,
         scratch: &mut Scratch,
         out: &mut [[f32; 3]],
     ) {
@@ -154,9 +164,8 @@ impl Bands {
         let weights = self.weights(tile, example_weights);
         let (mut offsets, mut details) = ([Line::ZERO; 3], [Line::ZERO; 3]);
         for register in 0..TILE / S::F32_LANES {
-            let (at, table) = ((tile, register), (table, self.rows()));
-            influences.frame(simd, at, table, None, squares);
-            self.anchors.frame(simd, at, table, Some(EDGES_SHARE as f32), squares);
+            influences.frame(simd, tile, register, table, None, squares);
+            self.anchors.frame(simd, tile, register, table, Some(EDGES_SHARE as f32), squares);
             let vectors = weights.map(|weights| move |j: usize| load3(simd, &weights[j], register));
             let [offset, detail] = self.sums(simd, register, squares, vectors);
             store3(offset, &mut offsets, register);
@@ -173,8 +182,9 @@ impl Bands {
     pub(crate) fn group<S: Simd>(
         &self,
         simd: S,
-        (first, stage): (usize, Stage),
-        (influences, table): (&TileWeights, &[GroupCells]),
+        first: usize,
+        stage: Stage,
+        Terms { influences, table }: Terms<'_, GroupCells>,
         scratch: &mut Scratch,
         out: &mut [Line3],
     ) {
@@ -184,9 +194,8 @@ impl Bands {
             for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
                 let v = first + tile * TILE + i * GROUP_VERTICES;
                 for register in 0..GROUP / S::F32_LANES {
-                    let (at, table) = ((v, register), (table, self.rows()));
-                    influences.group(simd, at, table, None, squares);
-                    self.anchors.group(simd, at, table, Some(EDGES_SHARE as f32), squares);
+                    influences.group(simd, v, register, table, None, squares);
+                    self.anchors.group(simd, v, register, table, Some(EDGES_SHARE as f32), squares);
                     for (lane, (x, squares)) in out.iter_mut().zip(&*squares).enumerate() {
                         let lane = v % TILE + lane;
                         let vectors = weights.map(|weights| {

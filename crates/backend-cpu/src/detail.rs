@@ -5,7 +5,7 @@
 use crate::lanes::{Lanes, load3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
-    FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
+    CellTable, FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
 };
 use pulp::Simd;
 use rhytid_core::{Rig, Table};
@@ -56,32 +56,38 @@ impl Detail {
     }
 
     /// The squared differences of one frame's features, `[N/8][F][8]`; past N, 0.
-    pub(crate) fn frame_table(&self, features: &[f32]) -> Vec<FrameCells> {
-        let mut table = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * self.edges];
+    pub(crate) fn frame_table(&self, features: &[f32]) -> CellTable<FrameCells> {
+        let mut cells = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * self.edges];
         let [strain_edges, centers] = [self.edges, self.centers].map(|n| n as u32);
         let params = differences::Params { frames: 1, strain_edges, centers };
-        differences::differences(params, features, self.pose_features.as_slice(), table.as_flattened_mut());
-        table
+        differences::differences(params, features, self.pose_features.as_slice(), cells.as_flattened_mut());
+        CellTable { rows: self.edges, cells }
     }
 
     /// The squared differences of frames × F features of at most [`GROUP`] frames, `[N/4][F][4][16]`; past N, 0.
-    pub(crate) fn group_table(&self, features: &[f32]) -> Vec<GroupCells> {
-        let mut table = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * self.edges];
+    pub(crate) fn group_table(&self, features: &[f32]) -> CellTable<GroupCells> {
+        let mut cells = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * self.edges];
         for (lane, features) in features.chunks_exact(self.edges.max(1)).enumerate() {
             for (j, center) in self.pose_features.rows().enumerate() {
                 for (e, (f, center)) in features.iter().zip(center).enumerate() {
                     let difference = f - center;
                     let at = j / GROUP_COLUMNS * self.edges + e;
-                    table[at][j % GROUP_COLUMNS].0[lane] = difference * difference;
+                    cells[at][j % GROUP_COLUMNS].0[lane] = difference * difference;
                 }
             }
         }
-        table
+        CellTable { rows: self.edges, cells }
     }
 
     /// N.
     pub(crate) fn centers(&self) -> usize {
         self.centers
+    }
+
+    /// w of a tile.
+    #[inline(always)]
+    fn weights(&self, tile: usize) -> &[Line3] {
+        &self.rbf_weights[tile * self.centers..(tile + 1) * self.centers]
     }
 
     /// d of a tile's vertices, in one frame. `influences` are α, `distances` is scratch for those from N centres.
@@ -90,13 +96,14 @@ impl Detail {
         &self,
         simd: S,
         tile: usize,
-        (influences, table): (&TileWeights, &[FrameCells]),
+        influences: &TileWeights,
+        table: &CellTable<FrameCells>,
         distances: &mut [Line],
     ) -> Line3 {
-        let rbf_weights = &self.rbf_weights[tile * self.centers..][..self.centers];
+        let weights = self.weights(tile);
         let mut d = [Line::ZERO; 3];
         for register in 0..TILE / S::F32_LANES {
-            influences.frame(simd, (tile, register), (table, self.edges), None, distances);
+            influences.frame(simd, tile, register, table, None, distances);
             for r in distances.iter_mut() {
                 Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
             }
@@ -108,7 +115,7 @@ impl Detail {
             }
             let of_pivot = if self.zero_at_rest { Lanes::splat(simd, 1.0) } else { at_pivot };
             let mut sum = [Lanes::splat(simd, 0.0); 3];
-            for (j, (r, w)) in distances.iter().zip(rbf_weights).enumerate() {
+            for (j, (r, w)) in distances.iter().zip(weights).enumerate() {
                 let away = Lanes::load(simd, &r.0, register) - at_pivot;
                 let factor = Lanes(simd, simd.select_f32s(is_pivot(j), of_pivot.1, away.1));
                 let w = load3(simd, w, register);
@@ -132,14 +139,15 @@ impl Detail {
         &self,
         simd: S,
         first: usize,
-        (influences, table): (&TileWeights, &[GroupCells]),
+        influences: &TileWeights,
+        table: &CellTable<GroupCells>,
         distances: &mut [Vec<Line>; GROUP_VERTICES],
         out: &mut [Line3],
     ) {
         for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
             let v = first + i * GROUP_VERTICES;
             for register in 0..GROUP / S::F32_LANES {
-                influences.group(simd, (v, register), (table, self.edges), None, distances);
+                influences.group(simd, v, register, table, None, distances);
                 for r in distances.iter_mut().flatten() {
                     Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
                 }
@@ -154,7 +162,7 @@ impl Detail {
     #[inline(always)]
     fn group_sum<S: Simd>(&self, simd: S, v: usize, register: usize, distances: &[Line]) -> [Lanes<S>; 3] {
         let (tile, lane) = (v / TILE, v % TILE);
-        let weights = &self.rbf_weights[tile * self.centers..][..self.centers];
+        let weights = self.weights(tile);
         let pivot = self.pivots[tile][lane] as usize;
         let at_pivot = Lanes::load(simd, &distances[pivot].0, register);
         let of_pivot = if self.zero_at_rest { Lanes::splat(simd, 1.0) } else { at_pivot };

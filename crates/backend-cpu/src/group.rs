@@ -1,12 +1,12 @@
 //! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
 //! read once for all of them.
-use crate::bands::{self, Bands};
+use crate::bands::{self, Bands, Terms};
 use crate::detail::Detail;
 use crate::group_mesh::GroupMesh;
 use crate::lanes::{load3, splat3, store3};
 use crate::lines::{GROUP, Line, Line3, PANEL, PanelRows};
 use crate::prefetch::Prefetch;
-use crate::tile_weights::{GroupCells, TileWeights};
+use crate::tile_weights::{CellTable, GroupCells};
 use crate::times::Times;
 use crate::uploaded::{Inputs, UploadedRig};
 use glam::{Mat4, Vec4};
@@ -119,7 +119,7 @@ impl Group {
             || Scratch { normals: [ZERO; PANEL], details: [ZERO; PANEL], distances: detail.group_scratch() };
         times.shared(|times| {
             fine.par_chunks_mut(PANEL).enumerate().for_each_init(scratch, |scratch, (i, out)| {
-                let (table, first) = (&table[..], i * PANEL);
+                let (table, first) = (&table, i * PANEL);
                 rig.vectors.run(Fine { rig, detail, mesh, smooth, table, scratch, first, stage, out, times });
             });
         });
@@ -150,10 +150,10 @@ fn large_scale(
     let scratch = || (OfHandles::default(), bands.as_ref().map(|(bands, _)| bands.scratch()));
     let panels = out.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL)).enumerate();
     panels.for_each_init(scratch, |(of_basis, of_bands), (panel, (out, rest))| {
-        of_handles(rig, panel, (&by_handles, handles), rest, out, of_basis);
+        of_handles(rig, panel, &by_handles, handles, rest, out, of_basis);
         if let (Some((bands, table)), Some(scratch)) = (&bands, of_bands) {
-            let (influences, first) = (&rig.influences, panel * PANEL);
-            rig.vectors.run(AddBands { bands, influences, table, scratch, first, stage, out });
+            let terms = Terms { influences: &rig.influences, table };
+            rig.vectors.run(AddBands { bands, terms, scratch, first: panel * PANEL, stage, out });
         }
     });
     times.add(Stage::LargeScale, start);
@@ -167,11 +167,12 @@ struct OfHandles {
     columns: [Vec<Line3>; 3],
 }
 
-/// The large scale of a panel, but for the bands.
+/// The large scale of a panel, but for the bands. `handles` is H, of which `motions` are a multiple.
 fn of_handles(
     rig: &UploadedRig,
     panel: usize,
-    (motions, handles): (&[Line3], usize),
+    motions: &[Line3],
+    handles: usize,
     rest: &[[f32; 3]],
     out: &mut [Line3],
     scratch: &mut OfHandles,
@@ -267,8 +268,7 @@ fn interleave(vectors: &[Line3], mut frames: Vec<&mut [[f32; 3]]>) {
 /// A panel's bands.
 struct AddBands<'a> {
     bands: &'a Bands,
-    influences: &'a TileWeights,
-    table: &'a [GroupCells],
+    terms: Terms<'a, GroupCells>,
     scratch: &'a mut bands::Scratch,
     first: usize,
     stage: Stage,
@@ -280,8 +280,8 @@ impl WithSimd for AddBands<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let of_group = (self.influences, self.table);
-        self.bands.group(simd, (self.first, self.stage), of_group, self.scratch, self.out);
+        let Self { bands, terms, scratch, first, stage, out } = self;
+        bands.group(simd, first, stage, terms, scratch, out);
     }
 }
 
@@ -291,7 +291,7 @@ struct Fine<'a> {
     detail: &'a Detail,
     mesh: &'a GroupMesh,
     smooth: &'a [Line3],
-    table: &'a [GroupCells],
+    table: &'a CellTable<GroupCells>,
     scratch: &'a mut Scratch,
     first: usize,
     stage: Stage,
@@ -310,7 +310,7 @@ impl WithSimd for Fine<'_> {
         let start = Instant::now();
         self.mesh.normals(simd, smooth, first, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
-        self.detail.group(simd, first, (&rig.influences, self.table), distances, details);
+        self.detail.group(simd, first, &rig.influences, self.table, distances, details);
         let start = self.times.add(Stage::Detail, start);
         if self.stage == Stage::Detail {
             self.out.copy_from_slice(details);

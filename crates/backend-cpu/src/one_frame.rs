@@ -1,10 +1,10 @@
 //! One frame: registers hold neighbouring vertices.
-use crate::bands::{self, Bands};
+use crate::bands::{self, Bands, Terms};
 use crate::detail::Detail;
 use crate::lanes::{load3, store3};
 use crate::lines::{Line, Line3, PanelRows};
 use crate::mesh::{BlockMesh, MeshScratch};
-use crate::tile_weights::{FrameCells, TileWeights};
+use crate::tile_weights::{CellTable, FrameCells, TileWeights};
 use crate::times::Times;
 use crate::uploaded::{Inputs, UploadedRig};
 use glam::{Mat4, Vec4};
@@ -100,8 +100,8 @@ impl OneFrame {
             blocks.for_each(|(mesh, out)| {
                 let scratch = &mut self.scratch.get_or_default().borrow_mut();
                 scratch.distances.resize(detail.centers(), Line::ZERO);
-                let (smooth, detail) = (&self.smooth[..], (detail, &rig.influences, &table[..]));
-                rig.vectors.run(Fine { mesh, smooth, detail, scratch, stage, out, times });
+                let (influences, table, smooth) = (&rig.influences, &table, &self.smooth[..]);
+                rig.vectors.run(Fine { detail, influences, table, mesh, smooth, scratch, stage, out, times });
             });
         });
     }
@@ -126,8 +126,8 @@ fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[
             let first = i * rig.block + j * CHUNK;
             of_handles(rig, first, inputs, out, of_basis);
             if let (Some((bands, table)), Some(scratch)) = (&bands, &mut *of_bands) {
-                let influences = &rig.influences;
-                rig.vectors.run(AddBands { bands, influences, table, scratch, first, stage, out });
+                let terms = Terms { influences: &rig.influences, table };
+                rig.vectors.run(AddBands { bands, terms, scratch, first, stage, out });
             }
         }
     });
@@ -178,8 +178,7 @@ fn of_handles(
 /// A chunk's bands.
 struct AddBands<'a> {
     bands: &'a Bands,
-    influences: &'a TileWeights,
-    table: &'a [FrameCells],
+    terms: Terms<'a, FrameCells>,
     scratch: &'a mut bands::Scratch,
     first: usize,
     stage: Stage,
@@ -192,18 +191,21 @@ impl WithSimd for AddBands<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for (i, out) in self.out.chunks_mut(TILE).enumerate() {
-            let (at, of_frame) = ((self.first / TILE + i, self.stage), (self.influences, self.table));
-            self.bands.frame(simd, at, of_frame, self.scratch, out);
+            let tile = self.first / TILE + i;
+            self.bands.frame(simd, tile, self.stage, self.terms, self.scratch, out);
         }
     }
 }
 
 /// A block from the large scale on: the detail or the positions.
 struct Fine<'a> {
+    detail: &'a Detail,
+    /// α.
+    influences: &'a TileWeights,
+    /// The frame's squared differences.
+    table: &'a CellTable<FrameCells>,
     mesh: &'a BlockMesh,
     smooth: &'a [[f32; 3]],
-    /// With α, and the table of the frame.
-    detail: (&'a Detail, &'a TileWeights, &'a [FrameCells]),
     scratch: &'a mut Scratch,
     stage: Stage,
     out: &'a mut [[f32; 3]],
@@ -220,9 +222,9 @@ impl WithSimd for Fine<'_> {
         self.mesh.normals(simd, self.smooth, mesh, normals);
         let start = self.times.add(Stage::LargeScaleNormals, start);
         details.clear();
-        let (own, (detail, influences, table)) = (self.mesh.own(), self.detail);
+        let own = self.mesh.own();
         for tile in own.start / TILE..own.end.div_ceil(TILE) {
-            details.push(detail.frame(simd, tile, (influences, table), distances));
+            details.push(self.detail.frame(simd, tile, self.influences, self.table, distances));
         }
         let start = self.times.add(Stage::Detail, start);
         for (i, out) in self.out.chunks_mut(TILE).enumerate() {

@@ -9,6 +9,7 @@ use rhytid_kernels::Number;
 use rhytid_kernels::detail::tile_influences;
 use rhytid_kernels::differences::CENTERS_AT_ONCE;
 use rhytid_kernels::table::TILE;
+use std::slice::ChunksExact;
 
 /// Columns of the table that are summed at once in one frame.
 pub(crate) const FRAME_COLUMNS: usize = CENTERS_AT_ONCE;
@@ -22,6 +23,23 @@ pub(crate) type FrameCells = [f32; FRAME_COLUMNS];
 
 /// The same in a group of frames.
 pub(crate) type GroupCells = [Line; GROUP_COLUMNS];
+
+/// The table: `[columns/8][rows][8]` of a frame, `[columns/4][rows][4][16]` of a group of frames.
+#[derive(Debug)]
+pub(crate) struct CellTable<C> {
+    /// The matrix's indices are those of rows.
+    pub rows: usize,
+    /// The first few columns of every row, then the next few.
+    pub cells: Vec<C>,
+}
+
+impl<C> CellTable<C> {
+    /// All rows of the first few columns, then of the next few.
+    #[inline(always)]
+    fn columns(&self) -> ChunksExact<'_, C> {
+        self.cells.chunks_exact(self.rows.max(1))
+    }
+}
 
 /// The matrix.
 #[derive(Debug, Default)]
@@ -56,28 +74,27 @@ impl TileWeights {
         (&self.indices[range.clone()], &self.weights[range])
     }
 
-    /// Sums of a tile in one frame, a register of a line for each column: from `start` times what is in `sums` on, or from 0. The
-    /// table is `[columns/8][rows][8]`.
+    /// Sums of a tile in one frame, a register of a line for each column: from `start` times what is in `sums` on, or from 0.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
         simd: S,
-        (tile, register): (usize, usize),
-        (table, rows): (&[FrameCells], usize),
+        tile: usize,
+        register: usize,
+        table: &CellTable<FrameCells>,
         start: Option<f32>,
         sums: &mut [Line],
     ) {
-        for (sums, table) in sums.chunks_mut(FRAME_COLUMNS).zip(table.chunks_exact(rows.max(1))) {
-            let at = (tile, register);
+        for (sums, table) in sums.chunks_mut(FRAME_COLUMNS).zip(table.columns()) {
             match sums.len() {
-                1 => self.frame_columns::<S, 1>(simd, at, table, start, sums),
-                2 => self.frame_columns::<S, 2>(simd, at, table, start, sums),
-                3 => self.frame_columns::<S, 3>(simd, at, table, start, sums),
-                4 => self.frame_columns::<S, 4>(simd, at, table, start, sums),
-                5 => self.frame_columns::<S, 5>(simd, at, table, start, sums),
-                6 => self.frame_columns::<S, 6>(simd, at, table, start, sums),
-                7 => self.frame_columns::<S, 7>(simd, at, table, start, sums),
-                _ => self.frame_columns::<S, FRAME_COLUMNS>(simd, at, table, start, sums),
+                1 => self.frame_columns::<S, 1>(simd, tile, register, table, start, sums),
+                2 => self.frame_columns::<S, 2>(simd, tile, register, table, start, sums),
+                3 => self.frame_columns::<S, 3>(simd, tile, register, table, start, sums),
+                4 => self.frame_columns::<S, 4>(simd, tile, register, table, start, sums),
+                5 => self.frame_columns::<S, 5>(simd, tile, register, table, start, sums),
+                6 => self.frame_columns::<S, 6>(simd, tile, register, table, start, sums),
+                7 => self.frame_columns::<S, 7>(simd, tile, register, table, start, sums),
+                _ => self.frame_columns::<S, FRAME_COLUMNS>(simd, tile, register, table, start, sums),
             }
         }
     }
@@ -87,7 +104,8 @@ impl TileWeights {
     fn frame_columns<S: Simd, const N: usize>(
         &self,
         simd: S,
-        (tile, register): (usize, usize),
+        tile: usize,
+        register: usize,
         table: &[FrameCells],
         start: Option<f32>,
         sums: &mut [Line],
@@ -111,43 +129,45 @@ impl TileWeights {
         }
     }
 
-    /// The same of [`GROUP_VERTICES`] vertices from `v` on, in some frames of a group. The table is `[columns/4][rows][4][16]`.
+    /// The same of [`GROUP_VERTICES`] vertices from `v` on, in some frames of a group.
     #[inline(always)]
     pub(crate) fn group<S: Simd>(
         &self,
         simd: S,
-        (v, register): (usize, usize),
-        (table, rows): (&[GroupCells], usize),
+        v: usize,
+        register: usize,
+        table: &CellTable<GroupCells>,
         start: Option<f32>,
         sums: &mut [Vec<Line>; GROUP_VERTICES],
     ) {
-        for (chunk, table) in table.chunks_exact(rows.max(1)).enumerate() {
-            let (at, first) = ((v, register), chunk * GROUP_COLUMNS);
-            match sums[0].len() - first {
-                1 => self.group_columns::<S, 1>(simd, at, table, start, (first, sums)),
-                2 => self.group_columns::<S, 2>(simd, at, table, start, (first, sums)),
-                3 => self.group_columns::<S, 3>(simd, at, table, start, (first, sums)),
-                _ => self.group_columns::<S, GROUP_COLUMNS>(simd, at, table, start, (first, sums)),
+        for (chunk, table) in table.columns().enumerate() {
+            let sums = sums.each_mut().map(|sums| &mut sums[chunk * GROUP_COLUMNS..]);
+            match sums[0].len() {
+                1 => self.group_columns::<S, 1>(simd, v, register, table, start, sums),
+                2 => self.group_columns::<S, 2>(simd, v, register, table, start, sums),
+                3 => self.group_columns::<S, 3>(simd, v, register, table, start, sums),
+                _ => self.group_columns::<S, GROUP_COLUMNS>(simd, v, register, table, start, sums),
             }
         }
     }
 
-    /// The first `N` columns of the table, which are those from `first` on.
+    /// The first `N` columns of the table.
     #[inline(always)]
     fn group_columns<S: Simd, const N: usize>(
         &self,
         simd: S,
-        (v, register): (usize, usize),
+        v: usize,
+        register: usize,
         table: &[GroupCells],
         start: Option<f32>,
-        (first, sums): (usize, &mut [Vec<Line>; GROUP_VERTICES]),
+        sums: [&mut [Line]; GROUP_VERTICES],
     ) {
         let (indices, weights) = self.at(v / TILE);
         let mut all = [[Lanes::splat(simd, 0.0); N]; GROUP_VERTICES];
         if let Some(start) = start {
             for lane in 0..GROUP_VERTICES {
                 for j in 0..N {
-                    let sum = Lanes::load(simd, &sums[lane][first + j].0, register);
+                    let sum = Lanes::load(simd, &sums[lane][j].0, register);
                     all[lane][j] = Lanes::splat(simd, start) * sum;
                 }
             }
@@ -163,8 +183,8 @@ impl TileWeights {
                 }
             }
         }
-        for (out, all) in sums.iter_mut().zip(all) {
-            for (out, sum) in out[first..].iter_mut().zip(all) {
+        for (out, all) in sums.into_iter().zip(all) {
+            for (out, sum) in out.iter_mut().zip(all) {
                 sum.store(&mut out.0, register);
             }
         }
