@@ -44,7 +44,7 @@ pub struct Recipe {
     /// By how much it is multiplied by region besides.
     #[serde(default, with = "text", skip_serializing_if = "Gains::is_empty")]
     pub detail_of: Gains,
-    /// The text of the edits that were applied to the take ([`rhytid_projects::edits`]).
+    /// The text of the edits that were applied to the take (`rhytid_projects::edits`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<String>,
     /// What tells them from others, also those whose text is the same and that name other files.

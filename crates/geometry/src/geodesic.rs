@@ -126,7 +126,7 @@ pub fn ways(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &[[HandleId; 2
 /// 120 handles, 4 to 5 around a mouth or an eye without a marker at its corner, 5 to 23 around a head.
 const FAR: f64 = 5.0;
 
-/// Takes the pairs out of `edges` whose handles are [`FAR`] times as far along the skin as most are.
+/// Takes the pairs out of `edges` whose handles are five times as far along the skin as most are.
 pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &mut Vec<[HandleId; 2]>) {
     let ways = ways(graph, cells, edges);
     let mut sorted = ways.clone();

@@ -145,7 +145,7 @@ impl System {
         right
     }
 
-    /// Where each vertex of the mesh stands in `order`; [`NONE`] where it does not.
+    /// Where each vertex of the mesh stands in `order`; `u32::MAX` where it does not.
     pub fn places(&self, order: &[u32]) -> Vec<u32> {
         let mut place = vec![NONE; self.mass.len()];
         for (i, &v) in order.iter().enumerate() {

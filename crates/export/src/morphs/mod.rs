@@ -9,11 +9,11 @@
 //! where integers stand for their normalised values (`i8 / 127`, `i16 / 32767`).
 //!
 //! Principal components make the mean error small, while the bound is on the worst vertex, which a few percent of
-//! the vertices decide. So the components are only the start: [`fit`] looks for a matrix of low rank within the
+//! the vertices decide. So the components are only the start: `fit` looks for a matrix of low rank within the
 //! bound of every vertex of every frame, by projecting onto both sets in turn (ADMM), with most of the work on the
-//! vertices near the bound ([`active`]). [`search`] finds the least
-//! rank for which that succeeds, [`basis`] turns the result so that rounding does least harm, [`rounding`] makes
-//! the numbers of the file, and [`measure`] says how far these are from what came in.
+//! vertices near the bound (`active`). `search` finds the least
+//! rank for which that succeeds, `basis` turns the result so that rounding does least harm, `rounding` makes
+//! the numbers of the file, and `measure` says how far these are from what came in.
 
 mod active;
 mod basis;
