@@ -14,7 +14,7 @@ fuzz_target!(|text: &str| match parse(text, "fuzz") {
         assert!(edits.gains.iter().chain(&edits.details).all(|gain| is_sound(&gain.by)));
         assert!(edits.offsets.iter().all(|offset| is_sound(&offset.amount)));
         assert!(edits.added.iter().all(|added| is_sound(&added.amount) && added.frame.is_finite()));
-        assert!(edits.holds.iter().all(|hold| hold.frames.0 < hold.frames.1));
+        assert!(edits.holds.iter().all(|hold| hold.frames.start < hold.frames.end));
         assert!(edits.corrections.iter().all(|c| is_sound(&c.amount) && c.reach.is_none_or(|r| r > 0.0)));
     }
     Err(Error::Input(sentence)) => assert!(sentence.sentence().starts_with("fuzz"), "{sentence}"),

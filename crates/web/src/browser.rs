@@ -98,7 +98,7 @@ pub async fn conform(
     })
     .await;
     let poses = poses(&rig);
-    let frames = poses.len() / (3 * rig.handles.len());
+    let frames = poses.len() / (3 * rig.handles().len());
     let mut animator = Animator::new(&device.wgpu, &rig, UploadOptions::frames(frames))?;
     animator.evaluate(&poses)?;
     let mut positions = Vec::new();
