@@ -11,17 +11,17 @@
 //!
 //! # let face = rhytid_demo::face(2_000);
 //! # let rig = rhytid_solve::solve(&face, &rhytid_core::NoProgress)?.rounded()?;
-//! # let rest: Vec<f32> = rig.handles.iter().flat_map(|&v| rig.rest[v as usize]).collect();
+//! # let rest = rig.handles().rest.as_flattened();
 //! // `rig` is a face's, and `rest` where its handles are at rest.
 //! if let Some(info) = Wgpu::devices()?.into_iter().next() {
 //!     let wgpu = Wgpu::open(&info)?;
 //!     let mut animator = Animator::new(&wgpu, &rig, UploadOptions::frames(1))?;
-//!     animator.evaluate(&rest)?;
+//!     animator.evaluate(rest)?;
 //!
 //!     let (device, queue) = (wgpu.device(), wgpu.queue());
-//!     let mut renderer = Renderer::new(device, queue, &rig.faces, &rig.triangles, Offscreen::TARGET)?;
+//!     let mut renderer = Renderer::new(device, queue, &rig.surface().faces, &rig.surface().triangles, Offscreen::TARGET)?;
 //!     let page = Offscreen::new(device, queue, [320, 400])?;
-//!     let camera = Camera::framing(&rig.rest, rig.up_axis, View::default(), page.aspect());
+//!     let camera = Camera::framing(&rig.surface().rest, rig.surface().up_axis, View::default(), page.aspect());
 //!     renderer.show(&camera, page.aspect(), Look::Smooth);
 //!     let result = |stage| animator.session().results(stage).next().expect("one frame").1.slice(..);
 //!     let (positions, normals) = (result(Stage::Positions), result(Stage::Normals));
