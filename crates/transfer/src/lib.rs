@@ -16,7 +16,7 @@
 //! // `rig` from rhytid_core::rig_file::read, `second` from rhytid_formats::project::read: a face without a scan but the neutral.
 //! let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress)?.devices;
 //! let made = transfer(&rig, &second, &Settings::default(), &devices, &NoProgress)?;
-//! assert_eq!(made.face.examples.len(), rig.example_names.len());
+//! assert_eq!(made.face.examples.len(), rig.examples().len());
 //! assert!(made.account.covered > 0.9 && made.account.turned_over == 0);
 //! let rig = rhytid_solve::solve(&made.face, &NoProgress)?;
 //! # Ok::<(), rhytid_core::Error>(())
