@@ -130,10 +130,8 @@ fn play(programs: &Path) -> Result {
         return Err(format!("examples/outside: animate wrote {bytes} bytes, and said “{made}”"));
     }
     // The packed program compares what the newcomer's wrote with frames of its own.
-    let mut verify = command(
-        programs.join("rhytid"),
-        &["--quiet", "verify", "face.usd", "face.safetensors", "performance.csv"],
-    );
+    let files = ["--rig", "face.safetensors", "--take", "performance.csv", "face.usd"];
+    let mut verify = command(programs.join("rhytid"), &[&["--quiet", "verify"], &files[..]].concat());
     verify.current_dir(&demo);
     run(verify)?;
     let played = said("game")?;
