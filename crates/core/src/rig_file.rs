@@ -97,6 +97,14 @@ pub fn hash(path: &Path) -> Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
+/// The same of a rig in memory: [`hash`] of the file that [`write`] makes of it.
+///
+/// # Errors
+/// As [`encode`].
+pub fn hash_of(rig: &Rig) -> Result<String> {
+    Ok(blake3::hash(&encode(rig)?).to_hex().to_string())
+}
+
 /// Writes a rig file; it appears under its name only when it is whole.
 ///
 /// # Errors

@@ -1,5 +1,5 @@
 //! A take played into a file.
-use rhytid_core::{NoProgress, Progress, Result, Rig, Take};
+use rhytid_core::{NoProgress, Progress, Result, Rig, Take, rig_file};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_export::{Options, Recipe, Written};
 use rhytid_playback::{Layers, Performance};
@@ -8,7 +8,7 @@ use std::path::Path;
 /// How a take is animated.
 #[derive(Clone)]
 pub struct AnimateOptions<'a> {
-    /// What decides the frames: which of them, at which rate, with which channels.
+    /// What decides the frames: which of them, at which rate, with which channels. Where it names no rig, the file names this one.
     pub recipe: Recipe,
     /// Edits of the take, read for the rig.
     pub edits: Option<Layers>,
@@ -48,7 +48,11 @@ pub fn animate(
     options: &AnimateOptions<'_>,
 ) -> Result<Written> {
     let progress = options.progress;
-    let performance = Performance::new(options.recipe.clone(), rig, take, options.edits.clone())?;
+    let mut recipe = options.recipe.clone();
+    if recipe.rig.is_empty() {
+        recipe.rig = rig_file::hash_of(&rig)?;
+    }
+    let performance = Performance::new(recipe, rig, take, options.edits.clone())?;
     let devices = choose_devices(options.device, options.guard, progress)?.devices;
     let mut playback = performance.playback(&devices, progress)?;
     playback.export(&performance, path.as_ref(), &options.file, progress)
