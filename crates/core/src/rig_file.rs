@@ -97,7 +97,7 @@ pub fn hash(path: &Path) -> Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-/// The same of a rig in memory: [`hash`] of the file that [`write`] makes of it.
+/// The same of a rig in memory: [`hash()`] of the file that [`write()`] makes of it.
 ///
 /// # Errors
 /// As [`encode`].
