@@ -1,6 +1,6 @@
 //! Comparisons of what was computed with what was expected.
+use crate::expected::Expected;
 use crate::outcome::{Measured, stage_name};
-use crate::reference::Expected;
 use rhytid_core::Stage;
 
 /// Where two arrays differ most.

@@ -1,5 +1,5 @@
 //! How far a frame's vector strains are from those of each centre, as each vertex sees them, and how far rounding may take that.
-use crate::reference::Expected;
+use crate::expected::Expected;
 use crate::tolerance::{self, TINY, gamma};
 use rhytid_core::{Learned, Rig, Table};
 use rhytid_kernels::bands::EDGES_SHARE;

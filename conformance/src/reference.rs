@@ -3,20 +3,12 @@
 //! The inputs are the device's own, so that an error upstream is not blamed on a kernel downstream. The numbers of
 //! roundings are those of [`mod@tolerance`]; here are the sums they are multiplied with.
 use crate::distances::Distances;
+use crate::expected::Expected;
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
 use rayon::prelude::*;
 use rhytid_core::{BasisStorage, Rig, Stage, StrainEdgeId, Table};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, vec3};
-
-/// A number as it should be.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Expected {
-    /// The value.
-    pub value: f64,
-    /// The largest difference allowed from it.
-    pub bound: f64,
-}
 
 /// A case, and every stage of it as a device gave it.
 #[derive(Debug)]

@@ -1,8 +1,9 @@
 //! One case on one device: evaluated, compared stage by stage, and evaluated again in other ways.
 use crate::compare::compare;
 use crate::driven::{AsyncDevice, AsyncSession};
+use crate::expected::Expected;
 use crate::outcome::{Measured, Outcome, Verdict, device_label, stage_name};
-use crate::reference::{Expected, Found, reference};
+use crate::reference::{Found, reference};
 use crate::{Built, Case, expectations};
 use half::f16;
 use rhytid_core::{BasisStorage, Device, DeviceErrorKind, Error, HandleFrames, Result, Rig, Stage};

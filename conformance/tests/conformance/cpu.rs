@@ -1,6 +1,7 @@
 //! The CPU backend has the bits of the kernels' f32 twins, and the reference is the f64 twin.
 use rhytid_backend_cpu::Cpu;
-use rhytid_conformance::reference::{Expected, Found, reference};
+use rhytid_conformance::Expected;
+use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::{Case, Suite, cases, detail_params, evaluate, pivoted_weights, squared_differences};
 use rhytid_core::StrainEdgeId;
 use rhytid_core::VertexId;

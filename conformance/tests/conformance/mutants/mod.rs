@@ -4,7 +4,8 @@ mod faulty;
 
 use crate::toy::{Toy, ToySession};
 use faulty::{Fault, Faulty};
-use rhytid_conformance::reference::{Expected, Found, reference};
+use rhytid_conformance::Expected;
+use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::{
     Case, Outcome, Suite, Verdict, cases, run_canaries, run_canaries_against, run_case, run_case_against,
     stage_name,

@@ -1,0 +1,10 @@
+//! What is expected of one number of a device.
+
+/// A number as it should be.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Expected {
+    /// The value.
+    pub value: f64,
+    /// The largest difference allowed from it.
+    pub bound: f64,
+}
