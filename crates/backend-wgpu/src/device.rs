@@ -2,6 +2,7 @@
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
+use crate::limits::{lacking, limits, max_binding_bytes};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
 use std::sync::Arc;
@@ -159,26 +160,6 @@ fn instance() -> wgpu::Instance {
     })
 }
 
-/// WebGPU's default limits, or less where the adapter has less. In a browser arrays may be as large as the adapter takes: whoever wrote
-/// the browser has tried that.
-fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
-    let has = adapter.limits();
-    let limits = wgpu::Limits::default().or_worse_values_from(&has);
-    if !cfg!(target_arch = "wasm32") {
-        return limits;
-    }
-    wgpu::Limits {
-        max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
-        max_buffer_size: has.max_buffer_size,
-        ..limits
-    }
-}
-
-/// The largest array that a kernel can address, in bytes.
-pub(crate) fn max_binding_bytes(limits: &wgpu::Limits) -> u64 {
-    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
-}
-
 /// OpenGL's devices count from here, so that none of them takes the place of another API's whose driver is broken.
 const OPENGL: usize = 8;
 
@@ -188,8 +169,7 @@ fn adapters() -> Vec<(usize, wgpu::Adapter)> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::all()));
     adapters.retain(|adapter| {
         let flags = adapter.get_downlevel_capabilities().flags;
-        flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
-            && crate::gpu::lacking(&limits(adapter)).is_none()
+        flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) && lacking(&limits(adapter)).is_none()
     });
     adapters.sort_by_key(Wgpu::rank);
     let (gl, newer): (Vec<_>, Vec<_>) =

@@ -1,9 +1,9 @@
 //! An opened device with its compiled kernels, shared by the sessions on it.
-use crate::device::max_binding_bytes;
 use crate::faults::{Faults, Pending, error, error_of, scoped};
+use crate::limits::{lacking, max_binding_bytes};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{DeviceErrorKind, Error, Result};
-use rhytid_kernels::table::{Access, Kernel, WORKGROUP_SIZE, builds};
+use rhytid_kernels::table::{Access, Kernel, builds};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The device, its queue and its pipelines.
@@ -129,27 +129,6 @@ impl Gpu {
             format!("the device was lost while {doing} ({reason}); open it again or use another one");
         error(DeviceErrorKind::Lost, &self.id, message)
     }
-}
-
-/// What `limits` lack for the kernels to run.
-pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
-    let storage_buffers =
-        Kernel::ALL.iter().map(|kernel| kernel.entry().bindings.len()).max().unwrap_or(0) as u32;
-    let bindings = storage_buffers + 1;
-    [
-        ("max_bind_groups", limits.max_bind_groups, 1),
-        ("max_bindings_per_bind_group", limits.max_bindings_per_bind_group, bindings),
-        ("max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage, storage_buffers),
-        ("max_uniform_buffers_per_shader_stage", limits.max_uniform_buffers_per_shader_stage, 1),
-        ("max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup, WORKGROUP_SIZE),
-        ("max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x, WORKGROUP_SIZE),
-        ("max_compute_workgroups_per_dimension", limits.max_compute_workgroups_per_dimension, 1),
-    ]
-    .into_iter()
-    .find(|(_, has, needs)| has < needs)
-    .map(|(limit, has, needs)| {
-        format!("the kernels need {limit} of {needs}, and this device has {has}; request it with WebGPU's default limits")
-    })
 }
 
 fn pipeline(device: &wgpu::Device, kernel: Kernel, frames_at_once: u32) -> wgpu::ComputePipeline {

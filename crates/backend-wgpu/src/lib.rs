@@ -28,6 +28,7 @@
 mod device;
 mod faults;
 mod gpu;
+mod limits;
 mod session;
 #[cfg(test)]
 mod tests;
