@@ -5,10 +5,11 @@ use crate::head::{Head, rigid_markers};
 use crate::labels::{Matched, match_labels};
 use crate::placing::{Place, Stated, offsets};
 use crate::settings::{Settings, Step};
+use crate::target::Target;
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
-    Axes, Event, Found, Kind, Pose, Report, StrainLimit, edits, gaps, gross_strain, head, low_pass, neutral,
-    outliers, poses, proportions, slides, swaps,
+    Axes, Event, Found, Kind, Pose, Report, edits, gaps, gross_strain, head, low_pass, neutral, outliers,
+    poses, proportions, slides, swaps,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,7 +18,6 @@ use rhytid_core::Progress;
 use rhytid_core::RawTake;
 use rhytid_core::Remedy;
 use rhytid_core::Result;
-use rhytid_core::Rig;
 use rhytid_core::RigidMotion;
 use rhytid_core::Take;
 use rhytid_core::Warning;
@@ -25,42 +25,6 @@ use rhytid_core::human;
 use rhytid_geometry::registration::Similarity;
 use std::borrow::Cow;
 use std::cmp::{Ordering, Reverse};
-
-/// The handles of the rig that a take is cleaned for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Target {
-    /// H labels.
-    pub labels: Vec<String>,
-    /// H positions on the rest pose.
-    pub rest: Vec<DVec3>,
-    /// Metres in one mesh unit.
-    pub metres_per_unit: f64,
-    /// How far skin stretches, where that is known.
-    pub strains: Vec<StrainLimit>,
-    /// The examples: their names, and H displacements of the handles in each.
-    pub examples: Vec<(String, Vec<DVec3>)>,
-}
-
-impl Target {
-    /// The handles of a rig.
-    pub fn of(rig: &Rig) -> Self {
-        let rest: Vec<DVec3> =
-            rig.handles().rest.iter().map(|x| DVec3::from_array(x.map(f64::from))).collect();
-        let strains = gross_strain::limits(rig);
-        let (labels, metres_per_unit) = (rig.handles().labels.clone(), rig.surface().metres_per_unit);
-        let shown = rig.examples().handles.rows();
-        let moved = |shown: &[[f32; 3]]| {
-            shown.iter().zip(&rest).map(|(p, rest)| DVec3::from_array(p.map(f64::from)) - *rest).collect()
-        };
-        let examples = rig.examples().names.iter().cloned().zip(shown.map(moved)).collect();
-        Self { labels, rest, metres_per_unit, strains, examples }
-    }
-
-    /// Millimetres in one mesh unit.
-    fn millimetres(&self) -> f64 {
-        1e3 * self.metres_per_unit
-    }
-}
 
 /// A clean take, and what was done.
 #[derive(Debug, Clone, PartialEq)]

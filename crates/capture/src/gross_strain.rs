@@ -1,34 +1,10 @@
 //! Strains that no skin has: of labels that slid, were swapped or name another place than the rig's.
-use crate::clean::Target;
 use crate::events::{event, runs};
+use crate::target::{StrainLimit, Target};
 use crate::{Event, Kind};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{HandleId, Rig, Take};
-
-/// A strain may be larger than in any example by this; a face without examples says less.
-const BEYOND: [f64; 2] = [1.0, 2.0];
-
-/// How far the skin between two handles can be believed to stretch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StrainLimit {
-    /// The two handles.
-    pub handles: [usize; 2],
-    /// Their greatest strain, 1 for twice the length at rest.
-    pub most: f64,
-}
-
-/// The limits of a rig's strain edges: beyond those of its examples by 100 %, by 200 % without examples.
-pub(crate) fn limits(rig: &Rig) -> Vec<StrainLimit> {
-    let shown =
-        |e: usize| rig.fine_scale().pose_features.rows().fold(0.0_f32, |most, center| most.max(center[e]));
-    let beyond = if rig.examples().names.is_empty() { BEYOND[1] } else { BEYOND[0] };
-    let limit = |(e, pair): (usize, &[HandleId; 2])| StrainLimit {
-        handles: pair.map(HandleId::index),
-        most: f64::from(shown(e)) + beyond,
-    };
-    rig.handles().strain_edges.iter().enumerate().map(limit).collect()
-}
+use rhytid_core::{Rig, Take};
 
 /// The worst strain of a take that is beyond what skin does.
 #[derive(Debug, Clone, PartialEq)]
