@@ -1,5 +1,6 @@
 //! Frames to be drawn, evaluated one after the other: where they are drawn, or on another device, which hands them over.
 
+use super::shape::Shape;
 use super::truth::Truth;
 use crate::progress::Ui;
 use crate::{args, drawing, inputs};
@@ -14,13 +15,6 @@ use std::time::{Duration, Instant};
 
 /// Frames of which other stages are kept until the result is there.
 const BATCH: usize = 16;
-
-/// A frame on the host, V × 3 each.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Shape<'a> {
-    pub positions: &'a [f32],
-    pub normals: &'a [f32],
-}
 
 /// What there is of a frame.
 #[derive(Default)]

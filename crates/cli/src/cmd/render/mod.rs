@@ -3,6 +3,7 @@
 mod frames;
 mod images;
 mod pictures;
+mod shape;
 mod skin;
 mod truth;
 

@@ -1,7 +1,8 @@
 //! A frame as a picture, once for each thing to show.
 
-use super::frames::{Before, Evaluated, Shape};
+use super::frames::{Before, Evaluated};
 use super::images;
+use super::shape::Shape;
 use super::skin::SkinLook;
 use crate::args::{self, Show};
 use rhytid::devices::wgpu::Wgpu;

@@ -1,6 +1,6 @@
 //! The truth that pictures are compared with.
 
-use super::frames::Shape;
+use super::shape::Shape;
 use crate::args;
 use rayon::prelude::*;
 use rhytid::core::Mesh;
