@@ -3,7 +3,7 @@
 //! Skin does not fold like a sine: it bulges roundly between narrow, sharp valleys, and the valleys wander,
 //! break off and differ from side to side.
 use crate::curve::{bell, noise, pair, plateau, ramp};
-use crate::expressions::Skin;
+use crate::skin::Skin;
 
 /// A row of folds: valleys where `phase` is a whole number, round bulges between; about 1 from floor to crest.
 fn row(phase: f64) -> f64 {

@@ -23,15 +23,17 @@ mod performance;
 mod shape;
 mod sized;
 mod sized_learned;
+mod skin;
 
 pub use performance::performance;
 pub use sized::{Size, sized_rig};
 
-use expressions::{EXPRESSIONS, Skin};
+use expressions::EXPRESSIONS;
 use grid::Grid;
 use rayon::prelude::*;
 use rhytid_core::{Example, Face, Mesh, Settings, UpAxis};
 use shape::Shape;
+use skin::Skin;
 
 /// Makes the demo face with about `vertices` vertices (at most 2 % off; 2,000 to 4,000,000, the nearer is taken):
 /// the neutral mesh in centimetres, Y up, facing +Z, with texture coordinates; 89 handles, the same on both sides;
