@@ -1,18 +1,13 @@
-//! The end of the program: exit codes, and errors as one sentence on stderr.
+//! The end of the program: its exit code, and errors as one sentence on stderr.
 
 use crate::progress::Ui;
-use crate::{limits, output, remedy};
-use rhytid::{DeviceErrorKind, Error, Result};
+use crate::{exit_code, limits, output, remedy};
+use rhytid::{Error, Result};
 use std::io::{self, ErrorKind, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// The user's mistake, or something only the user can mend.
-pub(crate) const USER: u8 = 2;
-/// A fault of Rhytid's own, or of a device.
-pub(crate) const OURS: u8 = 1;
 
 /// Whether a panic said that the system allows no thread.
 static NO_THREAD: AtomicBool = AtomicBool::new(false);
@@ -49,18 +44,10 @@ pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCod
         Ok(Ok(code)) => code,
         Ok(Err(error)) => {
             ui.line(&format!("error: {}", sentence(&error)));
-            ExitCode::from(code(&error))
+            ExitCode::from(exit_code::of(&error))
         }
-        Err(_) if NO_THREAD.load(Ordering::Relaxed) => ExitCode::from(USER),
-        Err(_) => ExitCode::from(OURS),
-    }
-}
-
-fn code(error: &Error) -> u8 {
-    match error {
-        Error::Input(_) | Error::Io { .. } | Error::Cancelled => USER,
-        Error::Device { kind: DeviceErrorKind::NotFound, .. } => USER,
-        _ => OURS,
+        Err(_) if NO_THREAD.load(Ordering::Relaxed) => ExitCode::from(exit_code::USER),
+        Err(_) => ExitCode::from(exit_code::OURS),
     }
 }
 
@@ -97,17 +84,6 @@ fn io_sentence(path: &Path, source: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn codes_tell_apart_whose_fault_it_is() {
-        let device = |kind| Error::Device { kind, device: "cpu:0".into(), message: "gone".into() };
-        assert_eq!(code(&Error::input("wrong")), 2);
-        assert_eq!(code(&Error::Cancelled), 2);
-        assert_eq!(code(&Error::io(Path::new("x"))(ErrorKind::NotFound.into())), 2);
-        assert_eq!(code(&device(DeviceErrorKind::NotFound)), 2);
-        assert_eq!(code(&device(DeviceErrorKind::Lost)), 1);
-        assert_eq!(code(&Error::Internal("oops".into())), 1);
-    }
 
     #[test]
     fn a_panic_is_our_fault() {

@@ -1,6 +1,6 @@
 //! Ctrl-C: while something is recorded, it ends the recording; while there is a window, it closes it. Else the first asks the work to stop, and after a second ends it; the second one ends it at once.
 
-use crate::exit;
+use crate::exit_code;
 use crate::progress::Ui;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,8 +11,6 @@ use std::time::Duration;
 
 /// How long work that is asked to stop may go on: some of it, as a factorisation in a library, is not asked.
 const GRACE: Duration = Duration::from_secs(1);
-
-static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// Whether something is recorded.
 static RECORDING: AtomicBool = AtomicBool::new(false);
@@ -30,11 +28,6 @@ pub(crate) fn end_of_recording<T>(record: impl FnOnce() -> T) -> T {
     let recorded = record();
     RECORDING.store(false, Ordering::Relaxed);
     recorded
-}
-
-/// Whether the user asked to stop.
-pub(crate) fn requested() -> bool {
-    REQUESTED.load(Ordering::Relaxed)
 }
 
 /// What the next Ctrl-C does in place of stopping.
@@ -59,7 +52,7 @@ pub(crate) fn install(ui: &Arc<Ui>) {
         if let Some(this) = INSTEAD.lock().unwrap_or_else(PoisonError::into_inner).take() {
             return this();
         }
-        if REQUESTED.swap(true, Ordering::Relaxed) {
+        if ui.ask_to_stop() {
             leave(&ui);
         }
         ui.line("stopping… (Ctrl-C again stops at once)");
@@ -82,9 +75,9 @@ fn leave(ui: &Ui) {
     ui.line("error: stopped before the end");
     // What libraries do at the end, drivers' threads above all, might wait for the work that goes on.
     #[cfg(unix)]
-    signal_hook::low_level::exit(exit::USER.into());
+    signal_hook::low_level::exit(exit_code::USER.into());
     #[cfg(not(unix))]
-    std::process::exit(exit::USER.into())
+    std::process::exit(exit_code::USER.into())
 }
 
 /// Removes the temporary files that this process has open, since leaving at once runs no destructors. Other

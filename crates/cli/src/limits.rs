@@ -1,6 +1,6 @@
 //! What the system allows this process: a stack, files of a size, threads.
 
-use crate::exit;
+use crate::exit_code;
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -24,11 +24,11 @@ pub(crate) fn run(program: fn() -> ExitCode) -> ExitCode {
             while let Ok(Some(job)) = jobs.recv() {
                 job();
             }
-            thread.join().unwrap_or(ExitCode::from(exit::OURS))
+            thread.join().unwrap_or(ExitCode::from(exit_code::OURS))
         }
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {}", no_thread(&error.to_string()));
-            ExitCode::from(exit::USER)
+            ExitCode::from(exit_code::USER)
         }
     }
 }

@@ -5,6 +5,7 @@ mod args;
 mod cmd;
 mod drawing;
 mod exit;
+mod exit_code;
 mod guard;
 mod inputs;
 mod interrupt;

@@ -1,12 +1,13 @@
 //! Progress, told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
-use crate::{interrupt, output, remedy};
+use crate::{output, remedy};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rhytid::Progress;
 use rhytid::core::Warning;
 use rhytid::core::human;
 use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -26,6 +27,8 @@ pub(crate) struct Ui {
     mode: Mode,
     step: Mutex<Option<Step>>,
     finished: Mutex<Vec<(&'static str, Duration)>>,
+    /// Whether the user asked to stop.
+    stops: AtomicBool,
 }
 
 #[derive(Debug)]
@@ -45,7 +48,7 @@ impl Ui {
             false if io::stderr().is_terminal() => Mode::Bars,
             false => Mode::Lines,
         };
-        Self { mode, step: Mutex::default(), finished: Mutex::default() }
+        Self { mode, step: Mutex::default(), finished: Mutex::default(), stops: AtomicBool::default() }
     }
 
     /// Whether summaries and notes are wanted.
@@ -70,6 +73,11 @@ impl Ui {
     /// The steps finished so far and how long each took; none where the user wants no summary.
     pub(crate) fn finished(&self) -> Vec<(&'static str, Duration)> {
         self.finished.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Asks the work to stop. Says whether that had been asked before.
+    pub(crate) fn ask_to_stop(&self) -> bool {
+        self.stops.swap(true, Ordering::Relaxed)
     }
 
     /// Takes the bar away, if any.
@@ -144,7 +152,7 @@ impl Progress for Ui {
     }
 
     fn cancelled(&self) -> bool {
-        interrupt::requested()
+        self.stops.load(Ordering::Relaxed)
     }
 
     fn warn(&self, warning: &Warning) {

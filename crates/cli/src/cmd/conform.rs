@@ -3,7 +3,7 @@
 use super::bench;
 use crate::guard::guard;
 use crate::progress::Ui;
-use crate::{args, exit, output};
+use crate::{args, exit_code, output};
 use rhytid::Error;
 use rhytid::InputErrorKind;
 use rhytid::Progress;
@@ -49,7 +49,7 @@ pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     if let Some(folder) = &args.report {
         report.write(folder)?;
     }
-    Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(exit::OURS) })
+    Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(exit_code::OURS) })
 }
 
 /// A case takes so long at most, whatever else a machine does.

@@ -1,7 +1,7 @@
 //! `rhytid doctor`
 
 use crate::progress::Ui;
-use crate::{args, exit, inputs, output};
+use crate::{args, exit_code, inputs, output};
 use rhytid::Result;
 use rhytid::core::human;
 use rhytid::solve::{Finding, Report, Severity};
@@ -40,7 +40,7 @@ pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
     } else if !(ui.is_quiet() && examination.solvable) {
         output::say(&text(&report, &examination))?;
     }
-    Ok(if examination.solvable { ExitCode::SUCCESS } else { ExitCode::from(exit::USER) })
+    Ok(if examination.solvable { ExitCode::SUCCESS } else { ExitCode::from(exit_code::USER) })
 }
 
 fn text(report: &Report, examination: &Examination<'_>) -> String {

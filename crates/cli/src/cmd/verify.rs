@@ -2,7 +2,7 @@
 
 use crate::args::TakeReading;
 use crate::progress::Ui;
-use crate::{args, exit, inputs, output};
+use crate::{args, exit_code, inputs, output};
 use rhytid::core::channel::Quantity;
 use rhytid::core::human;
 use rhytid::core::{ChannelKind, channel, rig_file};
@@ -90,7 +90,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             rig.surface().metres_per_unit,
         ))?;
     }
-    Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(exit::OURS) })
+    Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(exit_code::OURS) })
 }
 
 /// What is printed as JSON.
