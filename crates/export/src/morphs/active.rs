@@ -9,7 +9,7 @@
 //!
 //! with the leading n columns of A. D is zero but for a few entries, and nothing has the size F×F.
 
-use super::fit::{Fit, combine, distances, follow, narrow, outer};
+use super::factors::{Fit, Pull, combine, distances, follow, narrow, outer};
 use super::linear::{eigen, extend, product};
 use faer::Mat;
 use glam::Vec3;
@@ -25,13 +25,6 @@ const PULL_TO: f32 = 0.93;
 const PARTS: usize = 64;
 /// Vertices that are looked at together.
 const GROUP: usize = 32;
-
-/// The multiplier of a vertex in a frame.
-#[derive(Clone, Copy)]
-pub(super) struct Pull {
-    frame: u32,
-    u: Vec3,
-}
 
 /// Vertices near the bound or beyond it.
 pub(super) struct Active {

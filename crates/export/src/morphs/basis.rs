@@ -5,7 +5,7 @@
 //! for each frame, gives the columns (orthonormal under it) for which the largest of these is as small as it can be.
 //! Among those, the principal axes of the targets are stored, which need the fewest levels.
 
-use super::fit::{Fit, follow, outer};
+use super::factors::{Fit, follow, outer};
 use super::linear::{eigen, product};
 use faer::Mat;
 use rhytid_core::Result;

@@ -12,11 +12,9 @@
 //! bound just follow Q meanwhile ([`super::active`] has the others); all are looked at every few iterations, those that
 //! have come near the bound join, and nothing is returned before all vertices of all frames were found within it.
 
-use super::active::{Active, Pull, improve};
-use super::frames::{Attribute, Centred, Frames, Gram, TASK};
-use faer::linalg::matmul::matmul;
-use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use super::active::{Active, improve};
+use super::factors::{Fit, combine, distances, narrow};
+use super::frames::{Centred, TASK};
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -29,34 +27,6 @@ const HOPELESS: f64 = 10.0;
 const NEAR: f32 = 0.75;
 /// Memory for these, in bytes. If more vertices are beyond the bound, there are too few columns.
 const ACTIVE_BYTES: usize = 1 << 30;
-
-/// A factorisation `Y ≈ Q T`.
-#[derive(Clone)]
-pub(super) struct Fit {
-    /// F×n, orthonormal, the first column constant. The others explain the less the further behind they are.
-    pub q: Mat<f64>,
-    /// Column-major n×3V.
-    pub t: Vec<f32>,
-    /// For each vertex, the multipliers that are not zero, in the order of frames.
-    pub pulls: Vec<Vec<Pull>>,
-}
-
-impl Fit {
-    /// The frames' projection on the columns of `q`.
-    ///
-    /// # Errors
-    /// [`rhytid_core::Error::Io`].
-    pub(super) fn on(frames: &mut Frames, gram: &Gram, q: Mat<f64>) -> Result<Self> {
-        let t = project(frames, Attribute::Positions, &gram.center, &q)?;
-        Ok(Self { q, t, pulls: vec![Vec::new(); frames.vertices()] })
-    }
-
-    /// The first n columns. The multipliers stay: what was hard to reach stays so.
-    pub(super) fn first(&self, n: usize) -> Self {
-        let t = self.t.chunks(self.q.ncols()).flat_map(|t| &t[..n]).copied().collect();
-        Self { q: self.q.subcols(0, n).to_owned(), t, pulls: self.pulls.clone() }
-    }
-}
 
 /// Improves a fit until it is within the bound; none if its number of columns does not seem to suffice. `tick` is
 /// called once a round.
@@ -93,39 +63,6 @@ fn hopeless(history: &[usize]) -> bool {
     let (before, now) = (before as f64, now as f64);
     let left = ROUNDS - history.len();
     now * (now / before).min(1.0).powf(left as f64 / 2.0) > HOPELESS
-}
-
-/// Qᵀ times an attribute less `center`, column-major n×3V.
-///
-/// # Errors
-/// [`rhytid_core::Error::Io`].
-pub(super) fn project(
-    frames: &mut Frames,
-    attribute: Attribute,
-    center: &[f32],
-    q: &Mat<f64>,
-) -> Result<Vec<f32>> {
-    let (f, n) = (q.nrows(), q.ncols());
-    let q = narrow(q);
-    let mut t = vec![0.0; n * 3 * frames.vertices()];
-    for first in frames.blocks() {
-        let block = frames.block(attribute, first, center)?;
-        t[3 * first * n..][..3 * block.count * n]
-            .par_chunks_mut(3 * TASK * n)
-            .zip(block.values.par_chunks(3 * TASK * f))
-            .for_each(|(t, y)| {
-                let columns = t.len() / n;
-                let y = MatRef::from_column_major_slice(y, f, columns);
-                let t = MatMut::from_column_major_slice_mut(t, n, columns);
-                matmul(t, Accum::Replace, q.transpose(), y, 1.0, Par::Seq);
-            });
-    }
-    Ok(t)
-}
-
-/// In float32.
-pub(super) fn narrow(m: &Mat<f64>) -> Mat<f32> {
-    Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] as f32)
 }
 
 /// Looks at all vertices.
@@ -192,63 +129,4 @@ pub(super) fn worst(centred: &mut Centred<'_>, fit: &Fit) -> Result<f64> {
         worst = worst.max(largest.reduce(|| 0.0, f32::max));
     }
     Ok(f64::from(worst).sqrt())
-}
-
-/// Q times columns of T: F numbers each.
-pub(super) fn combine(q: &Mat<f32>, t: &[f32]) -> Vec<f32> {
-    let (f, n) = (q.nrows(), q.ncols());
-    let columns = t.len() / n;
-    let mut m = vec![0.0; f * columns];
-    let t = MatRef::from_column_major_slice(t, n, columns);
-    let out = MatMut::from_column_major_slice_mut(&mut m, f, columns);
-    matmul(out, Accum::Replace, q.as_ref(), t, 1.0, Par::Seq);
-    m
-}
-
-/// The squared distances of a vertex (3F numbers, component by component) from where it should be, for each frame.
-pub(super) fn distances(y: &[f32], m: &[f32], squares: &mut [f32]) {
-    let f = squares.len();
-    for (c, (y, m)) in y.chunks_exact(f).zip(m.chunks_exact(f)).enumerate() {
-        for ((square, y), m) in squares.iter_mut().zip(y).zip(m) {
-            let d = y - m;
-            *square = if c == 0 { d * d } else { *square + d * d };
-        }
-    }
-}
-
-/// T Tᵀ; only its lower half is computed.
-pub(super) fn outer(t: &[f32], n: usize) -> Mat<f64> {
-    let mut sum = Mat::zeros(n, n);
-    for part in t.chunks(64 * 3 * TASK * n) {
-        let sums: Vec<Mat<f64>> = part
-            .par_chunks(3 * TASK * n)
-            .map(|t| {
-                let t: Vec<f64> = t.iter().copied().map(f64::from).collect();
-                let t = MatRef::from_column_major_slice(&t, n, t.len() / n);
-                let mut sum = Mat::zeros(n, n);
-                let (lower, full) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-                let to = sum.as_mut();
-                triangular::matmul(to, lower, Accum::Replace, t, full, t.transpose(), full, 1.0, Par::Seq);
-                sum
-            })
-            .collect();
-        for part in &sums {
-            sum += part;
-        }
-    }
-    for j in 0..n {
-        for i in 0..j {
-            sum[(i, j)] = sum[(j, i)];
-        }
-    }
-    sum
-}
-
-/// `T ← turn T`.
-pub(super) fn follow(t: &mut [f32], turn: &Mat<f64>, n: usize) {
-    let turn = narrow(turn);
-    t.par_chunks_mut(3 * TASK * n).for_each(|t| {
-        let turned = combine(&turn, t);
-        t.copy_from_slice(&turned);
-    });
 }

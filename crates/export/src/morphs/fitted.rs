@@ -1,24 +1,14 @@
 //! Other attributes for the weights that the positions have: least squares over the frames, as normals are fitted.
 
 use super::basis::Basis;
-use super::fit::{follow, project};
+use super::factors::{follow, project};
 use super::frames::{Attribute, Frames, TASK};
 use super::linear::product;
-use super::rounding::Span;
+use super::span::Span;
+use super::values::Fitted;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use rhytid_core::Result;
-
-/// V × 3 numbers of the base mesh and of each target, and how far they are from those that came in.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fitted {
-    pub base: Vec<f32>,
-    pub targets: Vec<Vec<f32>>,
-    /// The largest difference of the numbers that count of a vertex in a frame, as a length.
-    pub worst: f64,
-    /// The root of the mean of its square.
-    pub rms: f64,
-}
 
 /// Fits attribute `extra` of all frames to weights of which column k ends at `tops[k]`.
 ///

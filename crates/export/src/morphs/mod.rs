@@ -17,6 +17,7 @@
 
 mod active;
 mod basis;
+mod factors;
 mod fit;
 mod fitted;
 mod frames;
@@ -26,6 +27,7 @@ mod normals;
 mod rounding;
 mod search;
 mod settings;
+mod span;
 #[cfg(test)]
 mod tests;
 mod values;
@@ -86,7 +88,7 @@ impl Frames {
         }
         // Nothing but rounding is left with all columns.
         let q = start.vectors;
-        let basis = basis::turn(fit::Fit::on(&mut self, &gram, q)?)?;
+        let basis = basis::turn(factors::Fit::on(&mut self, &gram, q)?)?;
         let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
         Err(too_fine(&path, settings, 2.0 * finest))
     }

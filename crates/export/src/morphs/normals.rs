@@ -1,10 +1,10 @@
 //! Normals for the weights that the positions have: least squares over the frames.
 
 use super::basis::Basis;
-use super::fit::{follow, project};
+use super::factors::{follow, project};
 use super::frames::{Attribute, Frames};
-use super::rounding::{Span, to_i8};
-use super::values::Values;
+use super::span::Span;
+use super::values::{Values, to_i8};
 use glam::DVec3;
 use rhytid_core::Result;
 

@@ -11,7 +11,8 @@ use super::frames::{Frames, Gram};
 use super::measure::{Stored, measure};
 use super::normals::Normals;
 use super::settings::Settings;
-use super::values::{Morphs, Target, Values, Worst};
+use super::span::{Span, spans};
+use super::values::{Morphs, Target, Values, Worst, to_i8, to_i16};
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
 
@@ -22,14 +23,6 @@ const FINER: f64 = 0.85;
 const STEPS: usize = 24;
 /// What the base mesh's rounding may use of the bound as 16-bit integers; otherwise it is float32.
 const SHARE_OF_BASE: f64 = 0.05;
-
-/// A column of the basis's weights as `zero + range · w` with w from 0 to 1. The range is negative where that leaves
-/// the base mesh, at w = 0, closer to the mean.
-#[derive(Clone, Copy)]
-pub(super) struct Span {
-    pub zero: f64,
-    pub range: f64,
-}
 
 /// How the positions of one target are stored.
 #[derive(Clone, Copy, PartialEq)]
@@ -98,18 +91,6 @@ pub(super) fn round(
     let targets = targets.collect();
     let base_normals = normals.as_ref().map(|normals| normals.base(settings.quantize));
     Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, extras, rms })
-}
-
-fn spans(basis: &Basis) -> Vec<Span> {
-    (1..basis.weights.ncols())
-        .map(|k| {
-            let column = basis.weights.col(k);
-            let low = column.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let (zero, one) = if low.abs() <= high.abs() { (low, high) } else { (high, low) };
-            Span { zero, range: one - zero }
-        })
-        .collect()
 }
 
 /// Frames × K, the weights of column k from 0 to `tops[k]`.
@@ -211,13 +192,4 @@ fn integers(
         Values::F32(base.map(|x| x as f32).collect())
     };
     Positions { scale, translation, base, targets, tops }
-}
-
-fn to_i16(x: f64) -> i16 {
-    (x * 32767.0).round().clamp(-32767.0, 32767.0) as i16
-}
-
-/// The normalised 8-bit integer nearest to x.
-pub(super) fn to_i8(x: f64) -> i8 {
-    (x * 127.0).round().clamp(-127.0, 127.0) as i8
 }

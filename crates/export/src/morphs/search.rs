@@ -1,6 +1,7 @@
 //! The least number of targets for which a fit is found.
 
-use super::fit::{self, Fit};
+use super::factors::Fit;
+use super::fit;
 use super::frames::{Centred, Frames, Gram};
 use super::linear::Eigen;
 use rhytid_core::{Progress, Result};

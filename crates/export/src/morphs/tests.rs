@@ -1,6 +1,7 @@
 //! Made-up animations with a known answer; every error is computed anew from the stored numbers.
 
-use super::fit::{Fit, fit};
+use super::factors::Fit;
+use super::fit::fit;
 use super::frames::Centred;
 use super::{Frames, Morphs, Settings, Values};
 use rhytid_core::{Error, NoProgress, Progress, Result};

@@ -1,7 +1,5 @@
 //! The numbers of the file: what a compression comes to.
 
-use super::fitted::Fitted;
-
 /// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to four
 /// bytes in the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +23,16 @@ impl Values {
     }
 }
 
+/// The normalised 16-bit integer nearest to x.
+pub(super) fn to_i16(x: f64) -> i16 {
+    (x * 32767.0).round().clamp(-32767.0, 32767.0) as i16
+}
+
+/// The normalised 8-bit integer nearest to x.
+pub(super) fn to_i8(x: f64) -> i8 {
+    (x * 127.0).round().clamp(-127.0, 127.0) as i8
+}
+
 /// One morph target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
@@ -43,6 +51,17 @@ pub struct Worst {
     pub frame: usize,
     /// Counted from 0.
     pub vertex: usize,
+}
+
+/// V × 3 numbers of the base mesh and of each target, and how far they are from those that came in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    pub base: Vec<f32>,
+    pub targets: Vec<Vec<f32>>,
+    /// The largest difference of the numbers that count of a vertex in a frame, as a length.
+    pub worst: f64,
+    /// The root of the mean of its square.
+    pub rms: f64,
 }
 
 /// A base mesh, targets and weights; the module above has the equation.
