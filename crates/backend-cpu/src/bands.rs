@@ -10,7 +10,7 @@ use half::slice::HalfFloatSliceExt;
 use pulp::Simd;
 use rhytid_core::{BasisStorage, Rig, Stage};
 use rhytid_kernels::bands::{EDGES_SHARE, fold_weights};
-use rhytid_kernels::table::TILE;
+use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{Number, vec3, vector_differences};
 
 /// What the kernels read of a rig that has bands.

@@ -10,7 +10,7 @@ use crate::tile_weights::{
 use pulp::Simd;
 use rhytid_core::{Rig, Table};
 use rhytid_kernels::detail::pivoted;
-use rhytid_kernels::table::TILE;
+use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{Number, differences};
 
 /// What the kernel reads of a rig.

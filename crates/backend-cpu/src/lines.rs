@@ -1,6 +1,6 @@
 //! Numbers in whole cache lines, so that no register is loaded from two of them.
 use bytemuck::{Pod, Zeroable};
-use rhytid_kernels::table::TILE;
+use rhytid_kernels::tile::TILE;
 
 /// Vertices in a *panel*, four tiles: what of the basis is read together in one frame fills several of the widest registers.
 pub(crate) const PANEL: usize = 4 * TILE;

@@ -6,7 +6,7 @@ use glam::{Mat4, Vec3A, Vec4};
 use pulp::Simd;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_kernels::table::TILE;
+use rhytid_kernels::tile::TILE;
 use rhytid_kernels::vec3;
 use std::ops::Range;
 

@@ -11,7 +11,7 @@ use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Stage;
-use rhytid_kernels::table::TILE;
+use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{fine_scale, large_scale, vec3};
 use std::cell::RefCell;
 use thread_local::ThreadLocal;

@@ -6,9 +6,8 @@ use crate::lanes::Lanes;
 use crate::lines::{Line, Line3};
 use pulp::Simd;
 use rhytid_kernels::Number;
-use rhytid_kernels::detail::tile_influences;
 use rhytid_kernels::differences::CENTERS_AT_ONCE;
-use rhytid_kernels::table::TILE;
+use rhytid_kernels::tile::{TILE, tile_influences};
 use std::slice::ChunksExact;
 
 /// Columns of the table that are summed at once in one frame.

@@ -5,7 +5,8 @@ use crate::status::Status;
 use opencl_sys::*;
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
-use rhytid_kernels::table::{Each, Kernel, TILE, WORKGROUP_SIZE, builds};
+use rhytid_kernels::table::{Each, Kernel, WORKGROUP_SIZE, builds};
+use rhytid_kernels::tile::TILE;
 use std::sync::{Mutex, PoisonError};
 
 /// No option that trades accuracy for speed: relaxed or unsafe arithmetic would let a device reorder sums, drop

@@ -6,7 +6,8 @@ mod extent;
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Rotations, Stage, UploadOptions};
 use extent::{Extent, extent};
 use rhytid_kernels::large_scale::MOTION;
-use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, TILE, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, WORKGROUP_SIZE};
+use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{
     bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
 };

@@ -34,6 +34,7 @@ mod params;
 mod real;
 pub mod strain;
 pub mod table;
+pub mod tile;
 pub mod vec3;
 pub mod vector_differences;
 

@@ -4,12 +4,6 @@ use crate::{bands, detail, differences, fine_scale, large_scale, normals, strain
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
 
-/// Vertices in a *tile*: neighbouring ones, from a multiple of 16 on. A *row* is a number for each of them. An array of n numbers per
-/// vertex that is *tiled* is stored as `[⌈V/16⌉][n][16]`, n rows for each tile, the numbers past V being zero: neighbouring invocations
-/// read neighbouring words, at least 32 bytes of them, and a processor behind a GPU's API, which computes one tile after the other,
-/// reads memory from its start to its end.
-pub const TILE: usize = 16;
-
 /// Frames that one invocation computes in a batch, where [`Entry::batched`] says so: what it reads of the rig is read once
 /// for all of them. Of a batch of one frame it computes one.
 pub const FRAMES_AT_ONCE: u32 = 4;
@@ -24,7 +18,7 @@ pub struct Entry {
     /// Its buffers, in the order of their bindings (Vulkan, WebGPU: set 0) and arguments (OpenCL). The parameter
     /// block comes after them: WebGPU has it at the next binding.
     pub bindings: &'static [Binding],
-    /// What it computes, along x. In OpenCL the kernels of vertices have a macro `VERTICES`, which is `at_once`, or [`TILE`] where
+    /// What it computes, along x. In OpenCL the kernels of vertices have a macro `VERTICES`, which is `at_once`, or [`TILE`](crate::tile::TILE) where
     /// the device is a processor; a workgroup has as many vertices either way.
     pub each: Each,
     /// How many of them an invocation computes.

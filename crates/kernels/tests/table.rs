@@ -1,6 +1,7 @@
 //! What every kernel must keep to, so that it runs on every device. That the sources agree with the table is checked
 //! by `cargo xtask kernels --check`.
-use rhytid_kernels::table::{Access, Buffer, Kernel, TILE, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Access, Buffer, Kernel, WORKGROUP_SIZE};
+use rhytid_kernels::tile::TILE;
 use std::collections::HashSet;
 
 /// What WebGPU promises without asking for more: maxStorageBuffersPerShaderStage.

@@ -1,7 +1,8 @@
 //! Runs a dispatch with the f32 twins. A backend for a GPU has the kernels' sources instead of this file.
 use half::f16;
 use rhytid_core::plan::Dispatch;
-use rhytid_kernels::table::{Access, Kernel, TILE, WORKGROUP_SIZE};
+use rhytid_kernels::table::{Access, Kernel, WORKGROUP_SIZE};
+use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{
     bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
 };

@@ -1,9 +1,10 @@
 //! The contents of the planned buffers: of a rig once, of a batch each time.
-use super::{Buffer, Input, Plan, PlannedBuffer, Role, Sizes, Slice, TILE};
+use super::{Buffer, Input, Plan, PlannedBuffer, Role, Sizes, Slice};
 use crate::{HandleFrames, HandleId, Rig, StrainEdgeId};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
+use rhytid_kernels::tile::{TILE, tile_influences};
 use rhytid_kernels::{detail, normals, vec3};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -178,7 +179,7 @@ fn ends(rows: Vec<usize>) -> Vec<u32> {
 fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
     let of_tile = |per_vertex: usize, indices: &[u32], weights: &[f32]| {
         let here = tile * TILE * per_vertex..((tile + 1) * TILE).min(rig.vertices()) * per_vertex;
-        detail::tile_influences(per_vertex, &indices[here.clone()], &weights[here])
+        tile_influences(per_vertex, &indices[here.clone()], &weights[here])
     };
     let influences = rig.influences();
     let (mut indices, mut weights) = of_tile(

@@ -2,7 +2,6 @@
 use crate::Real;
 use crate::differences::{table_index, table_len};
 use crate::params::parameter_block;
-use crate::table::TILE;
 
 parameter_block!(
     /// Frames in the batch.
@@ -35,22 +34,6 @@ impl Params {
             zero_at_rest: 0,
         }
     }
-}
-
-/// The influences of a tile's vertices, at most 16 with K each: the strain edges that drive any of them, ascending, and of each edge
-/// α for all of them. That is zero where the edge does not drive the vertex, which changes no sum.
-///
-/// Vertices that lie side by side are driven by nearly the same edges, so that there are not many more of these than each has.
-pub fn tile_influences(k: usize, edges: &[u32], weights: &[f32]) -> (Vec<u32>, Vec<[f32; TILE]>) {
-    let all = || edges.iter().zip(weights).enumerate().filter(|(_, (_, alpha))| **alpha != 0.0);
-    let mut list: Vec<u32> = all().map(|(_, (&e, _))| e).collect();
-    list.sort_unstable();
-    list.dedup();
-    let mut of_vertices = vec![[0.0; TILE]; list.len()];
-    for (i, (&e, &alpha)) in all() {
-        of_vertices[list.partition_point(|&other| other < e)][i / k] = alpha;
-    }
-    (list, of_vertices)
 }
 
 /// What the twin reads of a rig: the vertices of the part alone, and each one's influences as the rig has them.
