@@ -1,8 +1,8 @@
 //! The region of a face that edits affect, which is evaluated by itself, so that edits cost as much as they reach.
 
+use crate::context::Context;
 use crate::edit_falloff::EditFalloff;
 use crate::fade::VertexGain;
-use crate::stages::Context;
 use rhytid_core::Result;
 use rhytid_core::Rig;
 use rhytid_core::Stage;

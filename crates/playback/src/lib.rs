@@ -34,6 +34,7 @@ mod bake;
 mod batch;
 mod channels;
 mod comes_back;
+mod context;
 mod correction;
 mod edit_falloff;
 mod edited_take;

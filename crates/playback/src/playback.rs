@@ -2,12 +2,13 @@
 
 use crate::affected_region::AffectedRegion;
 use crate::channels::{ChannelSources, Given};
+use crate::context::{Context, stages};
 use crate::correction::{Correction, Sculpted};
 use crate::edit_falloff::EditFalloff;
 use crate::fade::{Fade, VertexGain};
 use crate::refined::Refined;
 use crate::selection::Selection;
-use crate::stages::{Batch, Context, Evaluate, FrameBuffers, FrameEffects, Stages, stages};
+use crate::stages::{Batch, Evaluate, FrameBuffers, FrameEffects, Stages};
 use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{EditedTake, Layers, batch, layers, pipeline};

@@ -5,59 +5,16 @@
 
 use crate::affected_region::{AffectedRegion, PartialEvaluation, PartialFrame};
 use crate::bake::bake;
+use crate::context::{Context, stages};
 use crate::correction::Correction;
 use crate::edit_falloff::EditFalloff;
 use crate::fade::Fade;
 use crate::local_normals;
 use crate::refined::Refined;
 use crate::untangle::Untangle;
-use rhytid_core::{Result, Rig, RigidMotion, Stage};
+use rhytid_core::{Result, RigidMotion, Stage};
 use rhytid_devices::Evaluator;
-use rhytid_formats::export::OutputStage;
-use rhytid_kernels::normals::VertexTriangles;
 use std::ops::Range;
-
-/// What all stages of a take's frames share.
-pub(crate) struct Context<'c> {
-    pub rig: &'c Rig,
-    pub triangles: &'c VertexTriangles,
-    /// Frames × H positions, without the edits of markers that have a falloff.
-    pub unedited: &'c [[f32; 3]],
-    /// Frames × H positions, with all edits.
-    pub edited: &'c [[f32; 3]],
-    /// Of each frame, in seconds; empty where nothing asks for it.
-    pub times: &'c [f64],
-    /// How far frames go.
-    pub stage: OutputStage,
-    /// Whether frames have normals.
-    pub normals: bool,
-}
-
-impl<'c> Context<'c> {
-    /// The number of frames.
-    pub(crate) fn frames(&self) -> usize {
-        self.edited.len() / self.rig.handles().vertices.len()
-    }
-
-    /// H positions of a frame, of one of the two arrays.
-    pub(crate) fn pose(&self, of: &'c [[f32; 3]], frame: usize) -> &'c [[f32; 3]] {
-        let mut frames = of.chunks_exact(self.rig.handles().len());
-        frames.nth(frame).expect("a frame of the take")
-    }
-
-    /// The device's stage that has a frame's positions.
-    pub(crate) fn shown(&self) -> Stage {
-        stages(self.stage)[0]
-    }
-}
-
-/// The device's stages that have an output stage's positions and normals.
-pub(crate) fn stages(stage: OutputStage) -> [Stage; 2] {
-    match stage {
-        OutputStage::LargeScale | OutputStage::Shell => [Stage::LargeScale, Stage::LargeScaleNormals],
-        OutputStage::Full => [Stage::Positions, Stage::Normals],
-    }
-}
 
 /// What is done to frames beyond evaluating them.
 #[derive(Default)]
