@@ -1,6 +1,6 @@
 //! Frames that come from the host.
 
-use crate::renderer::Vertices;
+use crate::vertices::Vertices;
 use rhytid_core::{Result, human};
 
 /// Room for one frame on a device.

@@ -2,7 +2,7 @@
 
 use crate::picture::{Picture, from_srgb};
 use crate::read_back::mapped;
-use crate::renderer::Target;
+use crate::target::Target;
 use rhytid_core::{Error, Result};
 
 /// A texture to draw into and read back.

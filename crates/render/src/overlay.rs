@@ -1,7 +1,7 @@
 //! Dots and lines over a face: markers, handles, strain edges.
 
 use crate::camera::Camera;
-use crate::renderer::Target;
+use crate::target::Target;
 use rhytid_core::{Result, human};
 
 /// A line with round ends, of the same width at any distance; one without length is a dot.

@@ -3,77 +3,16 @@
 use crate::camera::Camera;
 use crate::heat::Heat;
 use crate::image::Images;
+use crate::look::{Look, SKIN, WIRE};
 use crate::picture::Picture;
+use crate::target::Target;
 use crate::textured::{Surface, Textured};
+use crate::vertices::Vertices;
 use rhytid_core::{Error, Faces, Result, human};
 use std::num::NonZeroU64;
 
 /// Words of the uniforms: two matrices, a colour, a range and a table of colours.
 const UNIFORM_WORDS: usize = 16 + 16 + 4 + 4 + 4 * crate::heat::COLOURS;
-
-/// Linear red, green and blue of a light skin.
-pub(crate) const SKIN: [f32; 3] = [0.85, 0.56, 0.44];
-const WIRE: [f32; 3] = [0.75, 0.80, 0.85];
-
-/// What a face is drawn as.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Look {
-    /// Lit at every pixel.
-    Smooth,
-    /// Lit at every vertex, as the chapter's program does it.
-    Gouraud,
-    /// Lit by triangles.
-    Flat,
-    /// The edges of the mesh's polygons, those in front.
-    Wireframe,
-    /// A colour for the number at each vertex, without light: what the legend says.
-    Heat(Heat),
-    /// The same lit at every pixel, which shows form where a colour is light: a picture for people rather than for measuring.
-    LitHeat(Heat),
-    /// As a ball looks where its surface has the same direction: [`Picture::clay`], or what [`Renderer::set_matcap`] was given.
-    Matcap,
-    /// Lit at every pixel, in the colours of the images that [`Renderer::set_textures`] was given.
-    Textured,
-}
-
-/// What a pass draws into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Target {
-    /// Of the colour attachment; colours are written linear, so an sRGB format shows them right.
-    pub color: wgpu::TextureFormat,
-    /// Of the depth attachment, cleared to 1.
-    pub depth: wgpu::TextureFormat,
-    /// Samples for each pixel of both.
-    pub samples: u32,
-}
-
-impl Target {
-    /// What is farther than what is there is not drawn; whether what is drawn hides what comes later.
-    pub(crate) fn depth_test(self, hides: bool) -> wgpu::DepthStencilState {
-        wgpu::DepthStencilState {
-            format: self.depth,
-            depth_write_enabled: Some(hides),
-            depth_compare: Some(wgpu::CompareFunction::LessEqual),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }
-    }
-
-    pub(crate) fn multisample(self) -> wgpu::MultisampleState {
-        wgpu::MultisampleState { count: self.samples, ..Default::default() }
-    }
-}
-
-/// The vertices of one frame in buffers of the renderer's device, as a session of the wgpu backend has them.
-#[derive(Debug, Clone, Copy)]
-pub struct Vertices<'a> {
-    /// V × 3 floats, in mesh units.
-    pub positions: wgpu::BufferSlice<'a>,
-    /// V × 3 floats, lengths 1.
-    pub normals: wgpu::BufferSlice<'a>,
-    /// V floats, for [`Look::Heat`] and [`Look::LitHeat`].
-    pub numbers: Option<wgpu::BufferSlice<'a>>,
-}
 
 /// Draws one mesh.
 #[derive(Debug)]

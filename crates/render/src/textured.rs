@@ -1,8 +1,10 @@
 //! A mesh in the colours of images.
 
 use crate::image::Images;
+use crate::look::SKIN;
 use crate::picture::{Picture, to_srgb};
-use crate::renderer::{SKIN, Target, Vertices};
+use crate::target::Target;
+use crate::vertices::Vertices;
 use bytemuck::{Pod, Zeroable};
 use rhytid_core::{Error, Faces, Materials, Result, Uvs};
 use std::num::NonZeroU64;

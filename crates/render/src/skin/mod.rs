@@ -16,7 +16,8 @@ pub use profile::{Gaussian, SKIN_PROFILE};
 pub use sky::Sky;
 
 use crate::camera::Camera;
-use crate::renderer::{Target, Vertices};
+use crate::target::Target;
+use crate::vertices::Vertices;
 use compute::Bind;
 use diffusion::{Diffusion, Effort};
 use glam::Vec3;
