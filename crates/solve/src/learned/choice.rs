@@ -1,7 +1,8 @@
 //! How much of the linear band is believed (step 7 of the learned method): what predicts examples best that are left out.
-use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
+use super::linear_band::{LinearSettings, VertexSystem};
 use super::neighborhoods::LinearInfluences;
 use super::reach::Beyond;
+use super::vector_strains::VectorStrains;
 use rayon::prelude::*;
 use rhytid_core::{Error, LearnedSettings, Result, Table};
 

@@ -1,6 +1,7 @@
 //! How far a frame is to be trusted: the variance that the linear band, read as a Gaussian process, has left for it.
 use super::choice;
-use super::linear_band::{LinearSettings, VectorStrains, VertexSystem};
+use super::linear_band::{LinearSettings, VertexSystem};
+use super::vector_strains::VectorStrains;
 use crate::driven::DrivenComponents;
 use pulp::Arch;
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! The folds (step 9 of the learned method): the chapter's kernel made zero at the rest pose, of vector strains or of strain lengths.
-use super::linear_band::VectorStrains;
 use super::neighborhoods::{EdgeInfluences, LinearInfluences};
+use super::vector_strains::VectorStrains;
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result, StrainEdgeId, Table};

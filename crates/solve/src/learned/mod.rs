@@ -10,6 +10,7 @@ mod parts;
 mod reach;
 mod scan_plan;
 mod smoothing;
+mod vector_strains;
 
 use crate::Details;
 use crate::Shell;
@@ -19,7 +20,7 @@ pub use choice::Candidate;
 pub use confidence::{Confidence, FAR};
 use distances::{Distances, Searched};
 use folds::Folds;
-use linear_band::{LinearBand, LinearSettings, VectorStrains};
+use linear_band::{LinearBand, LinearSettings};
 use neighborhoods::{ANCHORS, EdgeInfluences, LinearInfluences, Listens};
 pub use parts::FreePart;
 use pulp::Arch;
@@ -42,6 +43,7 @@ use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;
 use smoothing::sigma;
+use vector_strains::VectorStrains;
 
 /// A vertex whose smooth residual is below this part of the mean rest length has none.
 const NOTHING: f64 = 1e-7;

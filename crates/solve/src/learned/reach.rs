@@ -1,5 +1,5 @@
 //! What of an example is beyond the reach of the others: what a frame like it would not be followed to, were it left out.
-use super::linear_band::VectorStrains;
+use super::vector_strains::VectorStrains;
 use rhytid_core::Table;
 
 /// Of all features.

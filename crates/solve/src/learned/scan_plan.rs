@@ -1,6 +1,6 @@
 //! Which scans to make: the frames of a take whose examples would leave the least uncertain, from markers alone.
 use super::confidence::{self, HandlePoses};
-use super::linear_band::VectorStrains;
+use super::vector_strains::VectorStrains;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
