@@ -62,10 +62,10 @@ pub(super) fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String
             lacking.join(", ")
         )).of_kind(InputErrorKind::MissingMarkers { labels }));
     }
-    let confidence = confidence::columns(rows, &header, &kept, wanted.is_some())?;
+    let confidence = confidence_columns(rows, &header, &kept, wanted.is_some())?;
     if wanted.is_some() {
         let kept: HashSet<&str> = kept.iter().copied().collect();
-        let of_no_marker = confidence::of_no_marker(rows, &header);
+        let of_no_marker = confidence_of_no_marker(rows, &header);
         let labels = header.labels.iter().copied().filter(|label| !kept.contains(label));
         let ignored: Vec<&str> = labels.chain(header.others.iter().copied()).chain(of_no_marker).collect();
         if !ignored.is_empty() {
@@ -84,15 +84,15 @@ pub(super) fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String
 
 /// What the columns of a header are.
 #[derive(Default)]
-pub(super) struct Header<'a> {
+struct Header<'a> {
     time: Option<usize>,
     /// In the order of their first columns.
-    pub(super) labels: Vec<&'a str>,
+    labels: Vec<&'a str>,
     /// x, y and z of each label.
-    pub(super) markers: HashMap<&'a str, [Option<usize>; 3]>,
+    markers: HashMap<&'a str, [Option<usize>; 3]>,
     head: head::Found,
     /// Of each label that has such a column.
-    pub(super) confidence: BTreeMap<&'a str, usize>,
+    confidence: BTreeMap<&'a str, usize>,
     /// Columns of neither the time nor a marker nor the head.
     others: Vec<&'a str>,
 }
@@ -137,6 +137,35 @@ fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Head
         }
     }
     Ok(header)
+}
+
+/// The columns of the confidence of `kept` labels, as far as there are any.
+///
+/// # Errors
+/// [`rhytid_core::Error::Input`] without `wanted`, where a column is of a label without positions.
+fn confidence_columns(
+    rows: &Rows<'_>,
+    header: &Header<'_>,
+    kept: &[&str],
+    wanted: bool,
+) -> Result<Vec<Option<usize>>> {
+    if let Some(stray) = confidence_of_no_marker(rows, header).next().filter(|_| !wanted) {
+        let label = confidence::label(stray).unwrap_or_default();
+        return Err(rows.error(&format!(
+            "the header has {}, and no marker {}{}; give it its columns LABEL_x, LABEL_y and LABEL_z, or leave this \
+             one out",
+            quoted(stray),
+            quoted(label),
+            did_you_mean(label, header.labels.iter().copied())
+        )).of_kind(InputErrorKind::MissingMarkers { labels: vec![label.to_owned()] }));
+    }
+    Ok(kept.iter().map(|label| header.confidence.get(label).copied()).collect())
+}
+
+/// The columns of the confidence of labels that have no other columns.
+fn confidence_of_no_marker<'a>(rows: &'a Rows<'_>, header: &Header<'_>) -> impl Iterator<Item = &'a str> {
+    let stray = header.confidence.iter().filter(|(label, _)| !header.markers.contains_key(*label));
+    stray.map(|(_, &column)| rows.header()[column].as_str())
 }
 
 /// The label and the axis of a column: `brow_left_y` is axis 1 of `brow_left`.

@@ -1,12 +1,9 @@
 //! The optional column of a marker's confidence, `LABEL_confidence`.
 use super::cells::{in_frame, shown};
-use super::columns::Header;
 use crate::tables::rows::Rows;
 use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
 use rhytid_core::Result;
 use rhytid_core::Take;
-use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
 
 const SUFFIX: &str = "_confidence";
@@ -19,35 +16,6 @@ pub(super) fn label(column: &str) -> Option<&str> {
 /// The name of a label's column.
 pub(super) fn column(label: &str) -> String {
     format!("{label}{SUFFIX}")
-}
-
-/// The columns of `kept` labels, as far as there are any.
-///
-/// # Errors
-/// [`Error::Input`] without `wanted`, where a column is of a label without positions.
-pub(super) fn columns(
-    rows: &Rows<'_>,
-    header: &Header<'_>,
-    kept: &[&str],
-    wanted: bool,
-) -> Result<Vec<Option<usize>>> {
-    if let Some(stray) = of_no_marker(rows, header).next().filter(|_| !wanted) {
-        let label = label(stray).unwrap_or_default();
-        return Err(rows.error(&format!(
-            "the header has {}, and no marker {}{}; give it its columns LABEL_x, LABEL_y and LABEL_z, or leave this \
-             one out",
-            quoted(stray),
-            quoted(label),
-            did_you_mean(label, header.labels.iter().copied())
-        )).of_kind(InputErrorKind::MissingMarkers { labels: vec![label.to_owned()] }));
-    }
-    Ok(kept.iter().map(|label| header.confidence.get(label).copied()).collect())
-}
-
-/// The columns of labels that have no other columns.
-pub(super) fn of_no_marker<'a>(rows: &'a Rows<'_>, header: &Header<'_>) -> impl Iterator<Item = &'a str> {
-    let stray = header.confidence.iter().filter(|(label, _)| !header.markers.contains_key(*label));
-    stray.map(|(_, &column)| rows.header()[column].as_str())
 }
 
 /// Adds the current row's M confidences to `out`: 1 where a label has no column.
