@@ -1,16 +1,19 @@
-//! The window's state, and what happens in each of its frames.
+//! The window's state, and what is done to it.
 
-use crate::commands::{self, Command};
+use crate::commands::Command;
 use crate::document::Document;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::live::Live;
 use crate::open::{Opened, Opening, Source};
 use crate::orbit::Orbit;
 use crate::scene::{Scene, Times};
 use crate::settings::{Settings, Show};
-use crate::{keys, panel, timeline, viewport};
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{DeviceInfo, Error, Result};
+#[cfg(not(target_arch = "wasm32"))]
+use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A window narrower than this has its panel over the face, and closed at first.
@@ -36,19 +39,19 @@ pub struct ViewApp {
     /// The devices that a frame can be evaluated on, and which it is; `None` for the one that draws.
     pub(crate) devices: Vec<DeviceInfo>,
     pub(crate) device: Option<DeviceInfo>,
-    opening: Option<Opening>,
+    pub(crate) opening: Option<Opening>,
     /// What the driver says when the device is lost, until it was told.
-    lost: Arc<Mutex<Option<String>>>,
+    pub(crate) lost: Arc<Mutex<Option<String>>>,
     /// When the play head was moved last, on the window's clock, in seconds.
-    clock: Option<f64>,
+    pub(crate) clock: Option<f64>,
     pub(crate) context: egui::Context,
     #[cfg(target_arch = "wasm32")]
-    inbox: crate::inbox::Inbox,
+    pub(crate) inbox: crate::inbox::Inbox,
     #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) live: Option<crate::live::Live>,
+    pub(crate) live: Option<Live>,
     /// Where to listen, whatever rig is open.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) listen_at: Option<std::net::SocketAddr>,
+    pub(crate) listen_at: Option<SocketAddr>,
 }
 
 impl ViewApp {
@@ -225,7 +228,8 @@ impl ViewApp {
         }
     }
 
-    fn take_opened(&mut self) {
+    /// Takes what was read.
+    pub(crate) fn take_opened(&mut self) {
         let Some(result) = self.opening.as_ref().and_then(Opening::result) else { return };
         self.opening = None;
         self.attempt(|app| result?.into_iter().try_for_each(|opened| app.take_one(opened)));
@@ -289,23 +293,6 @@ impl ViewApp {
         Ok(None)
     }
 
-    /// Lets time pass for the play head, and asks to be called again when the next frame is due.
-    fn play(&mut self, context: &egui::Context) {
-        let Some(scene) = &mut self.scene else { return };
-        let transport = &mut scene.document.transport;
-        let now = context.input(|input| input.time);
-        if let Some(before) = self.clock.replace(now) {
-            transport.advance(now - before);
-        }
-        match transport.playing && !scene.document.is_live() {
-            true => {
-                let wait = scene.document.transport.until_next();
-                context.request_repaint_after(std::time::Duration::from_secs_f64(wait.min(1.0)));
-            }
-            false => self.clock = None,
-        }
-    }
-
     pub(crate) fn is_panel_shown(&self, width: f32) -> bool {
         self.panel_shown.unwrap_or(width >= NARROW)
     }
@@ -334,92 +321,54 @@ impl ViewApp {
     }
 }
 
-impl eframe::App for ViewApp {
-    #[cfg(target_arch = "wasm32")]
-    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
-        Some(self)
-    }
-
-    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
-        let context = ui.ctx().clone();
-        if let Some(reason) = self.lost.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            let device = self.wgpu.device().adapter_info().name;
-            let message = format!("the device that draws was lost ({reason}); open the viewer again");
-            self.note = Some(Note { words: format!("{device}: {message}"), is_error: true });
-        }
-        self.take_opened();
-        #[cfg(not(target_arch = "wasm32"))]
-        self.take_live();
-        self.play(&context);
-        self.take_dropped(ui);
-        for command in commands::pressed(ui) {
-            self.run(command, ui);
-        }
-        let width = ui.available_width();
-        if self.note.is_some() || self.opening.is_some() {
-            egui::Panel::bottom("note").show(ui, |ui| self.notes(ui));
-        }
-        egui::Panel::bottom("time line").show(ui, |ui| timeline::show(self, ui));
-        if self.is_panel_shown(width) {
-            let most = (0.85 * width).min(360.0);
-            egui::Panel::right("panel").default_size(most.min(300.0)).max_size(most).show(ui, |ui| {
-                // As wide whatever is in it, so that the face stays where it is.
-                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| panel::show(self, ui));
-            });
-        }
-        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));
-        keys::show(self, &context);
-    }
-}
-
+/// What comes over the network.
+#[cfg(not(target_arch = "wasm32"))]
 impl ViewApp {
-    #[cfg(not(target_arch = "wasm32"))]
-    fn take_dropped(&mut self, ui: &egui::Ui) {
-        let dropped = ui.input(|input| input.raw.dropped_files.clone());
-        self.open(dropped.iter().map(|file| Source::Path(file.path().to_owned())).collect());
+    /// Listens at `address`, in place of where it listens now.
+    pub fn listen(&mut self, address: SocketAddr) {
+        self.live = None;
+        self.listen_at = Some(address);
+        self.listen_again();
     }
 
-    /// A browser reads files while the page goes on.
-    #[cfg(target_arch = "wasm32")]
-    fn take_dropped(&mut self, ui: &egui::Ui) {
-        let dropped = ui.input(|input| input.raw.dropped_files.clone());
-        if !dropped.is_empty() {
-            let inbox = self.inbox.clone();
-            wasm_bindgen_futures::spawn_local(async move {
-                let mut read = Vec::new();
-                for file in dropped {
-                    read.push((file.path().display().to_string(), file.bytes_async().await));
-                }
-                inbox.put(read);
-            });
-        }
-        let read = self.inbox.take();
-        let faults =
-            read.iter().filter_map(|(name, bytes)| Some(format!("{name}: {}", bytes.as_ref().err()?)));
-        if let Some(fault) = faults.reduce(|a, b| a + "; " + &b) {
-            self.tell(Err(Error::input(fault)));
-        }
-        let sources =
-            read.into_iter().filter_map(|(name, bytes)| Some(Source::Bytes(name, bytes.ok()?.into())));
-        self.open(sources.collect());
+    /// Where it listens: of port 0, the one that the system chose. `None` while it does not, or no rig is open.
+    pub fn listens_at(&self) -> Option<SocketAddr> {
+        self.live.as_ref().map(Live::address)
     }
 
-    fn notes(&mut self, ui: &mut egui::Ui) {
-        if let Some(opening) = &self.opening {
-            ui.horizontal(|ui| {
-                ui.spinner();
-                ui.label(format!("reading {}", opening.name));
-            });
-        }
-        let Some(note) = self.note.clone() else { return };
-        ui.horizontal_wrapped(|ui| {
-            if ui.button("Close").clicked() {
-                self.note = None;
+    /// Listens for the handles of the rig that is open.
+    pub(crate) fn listen_again(&mut self) {
+        let Some(address) = self.listen_at else { return };
+        self.live = None;
+        let Some(scene) = &self.scene else { return };
+        match Live::new(address, &scene.document.rig, &self.context) {
+            Ok(live) => {
+                // Port 0 is a free one; the next rig listens there too.
+                self.listen_at = Some(live.address());
+                self.live = Some(live);
             }
-            let words = egui::RichText::new(&note.words);
-            let error = ui.visuals().error_fg_color;
-            ui.label(if note.is_error { words.color(error) } else { words });
-        });
+            Err(error) => {
+                self.listen_at = None;
+                self.tell(Err(error));
+            }
+        }
+    }
+
+    /// The take again.
+    pub(crate) fn stop_listening(&mut self) {
+        (self.live, self.listen_at) = (None, None);
+        if let Some(scene) = &mut self.scene {
+            scene.document.set_live(None);
+        }
+    }
+
+    /// Shows what has come.
+    pub(crate) fn take_live(&mut self) {
+        if let (Some(live), Some(scene)) = (&self.live, &mut self.scene)
+            && let Some(frame) = live.frame()
+        {
+            scene.document.set_live(Some(frame));
+        }
     }
 }
 

@@ -28,6 +28,7 @@ mod app;
 mod canvas;
 mod commands;
 mod document;
+mod each_frame;
 mod edits;
 mod frame_source;
 mod history;

@@ -1,6 +1,5 @@
 //! Handle positions that come over the network.
 
-use crate::app::ViewApp;
 use eframe::egui;
 use rhytid_core::{Result, Rig};
 use rhytid_live::{Counts, Receiver};
@@ -84,6 +83,12 @@ impl Live {
         self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
+    /// The newest frame: H × 3 positions, and the confidence of each handle; `None` before the first.
+    pub(crate) fn frame(&self) -> Option<(Vec<f32>, Vec<f32>)> {
+        let Newest { positions, confidence, .. } = self.newest();
+        positions.map(|positions| (positions, confidence))
+    }
+
     /// What is said of it.
     pub(crate) fn status(&self) -> String {
         let Newest { positions, latency, confidence, counts, fault } = self.newest();
@@ -108,55 +113,6 @@ impl Drop for Live {
         if let Some(thread) = self.thread.take() {
             // It ends within its wait; that it panicked was said already.
             let _ = thread.join();
-        }
-    }
-}
-
-impl ViewApp {
-    /// Listens at `address`, in place of where it listens now.
-    pub fn listen(&mut self, address: SocketAddr) {
-        self.live = None;
-        self.listen_at = Some(address);
-        self.listen_again();
-    }
-
-    /// Where it listens: of port 0, the one that the system chose. `None` while it does not, or no rig is open.
-    pub fn listens_at(&self) -> Option<SocketAddr> {
-        self.live.as_ref().map(Live::address)
-    }
-
-    /// Listens for the handles of the rig that is open.
-    pub(crate) fn listen_again(&mut self) {
-        let Some(address) = self.listen_at else { return };
-        self.live = None;
-        let Some(scene) = &self.scene else { return };
-        match Live::new(address, &scene.document.rig, &self.context) {
-            Ok(live) => {
-                // Port 0 is a free one; the next rig listens there too.
-                self.listen_at = Some(live.address());
-                self.live = Some(live);
-            }
-            Err(error) => {
-                self.listen_at = None;
-                self.tell(Err(error));
-            }
-        }
-    }
-
-    /// The take again.
-    pub(crate) fn stop_listening(&mut self) {
-        (self.live, self.listen_at) = (None, None);
-        if let Some(scene) = &mut self.scene {
-            scene.document.set_live(None);
-        }
-    }
-
-    /// Shows what has come.
-    pub(crate) fn take_live(&mut self) {
-        if let (Some(live), Some(scene)) = (&self.live, &mut self.scene)
-            && let Newest { positions: Some(positions), confidence, .. } = live.newest()
-        {
-            scene.document.set_live(Some((positions, confidence)));
         }
     }
 }

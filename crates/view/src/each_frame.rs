@@ -1,0 +1,113 @@
+//! What happens in each of the window's frames.
+
+use crate::app::{Note, ViewApp};
+use crate::open::Source;
+use crate::{commands, keys, panel, timeline, viewport};
+use eframe::egui;
+use std::sync::PoisonError;
+
+impl eframe::App for ViewApp {
+    #[cfg(target_arch = "wasm32")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(self)
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        if let Some(reason) = self.lost.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            let device = self.wgpu.device().adapter_info().name;
+            let message = format!("the device that draws was lost ({reason}); open the viewer again");
+            self.note = Some(Note { words: format!("{device}: {message}"), is_error: true });
+        }
+        self.take_opened();
+        #[cfg(not(target_arch = "wasm32"))]
+        self.take_live();
+        self.play(&context);
+        self.take_dropped(ui);
+        for command in commands::pressed(ui) {
+            self.run(command, ui);
+        }
+        let width = ui.available_width();
+        if self.note.is_some() || self.opening.is_some() {
+            egui::Panel::bottom("note").show(ui, |ui| self.notes(ui));
+        }
+        egui::Panel::bottom("time line").show(ui, |ui| timeline::show(self, ui));
+        if self.is_panel_shown(width) {
+            let most = (0.85 * width).min(360.0);
+            egui::Panel::right("panel").default_size(most.min(300.0)).max_size(most).show(ui, |ui| {
+                // As wide whatever is in it, so that the face stays where it is.
+                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| panel::show(self, ui));
+            });
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));
+        keys::show(self, &context);
+    }
+}
+
+impl ViewApp {
+    /// Lets time pass for the play head, and asks to be called again when the next frame is due.
+    fn play(&mut self, context: &egui::Context) {
+        let Some(scene) = &mut self.scene else { return };
+        let transport = &mut scene.document.transport;
+        let now = context.input(|input| input.time);
+        if let Some(before) = self.clock.replace(now) {
+            transport.advance(now - before);
+        }
+        match transport.playing && !scene.document.is_live() {
+            true => {
+                let wait = scene.document.transport.until_next();
+                context.request_repaint_after(std::time::Duration::from_secs_f64(wait.min(1.0)));
+            }
+            false => self.clock = None,
+        }
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn take_dropped(&mut self, ui: &egui::Ui) {
+        let dropped = ui.input(|input| input.raw.dropped_files.clone());
+        self.open(dropped.iter().map(|file| Source::Path(file.path().to_owned())).collect());
+    }
+
+    /// A browser reads files while the page goes on.
+    #[cfg(target_arch = "wasm32")]
+    fn take_dropped(&mut self, ui: &egui::Ui) {
+        let dropped = ui.input(|input| input.raw.dropped_files.clone());
+        if !dropped.is_empty() {
+            let inbox = self.inbox.clone();
+            wasm_bindgen_futures::spawn_local(async move {
+                let mut read = Vec::new();
+                for file in dropped {
+                    read.push((file.path().display().to_string(), file.bytes_async().await));
+                }
+                inbox.put(read);
+            });
+        }
+        let read = self.inbox.take();
+        let faults =
+            read.iter().filter_map(|(name, bytes)| Some(format!("{name}: {}", bytes.as_ref().err()?)));
+        if let Some(fault) = faults.reduce(|a, b| a + "; " + &b) {
+            self.tell(Err(rhytid_core::Error::input(fault)));
+        }
+        let sources =
+            read.into_iter().filter_map(|(name, bytes)| Some(Source::Bytes(name, bytes.ok()?.into())));
+        self.open(sources.collect());
+    }
+
+    fn notes(&mut self, ui: &mut egui::Ui) {
+        if let Some(opening) = &self.opening {
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label(format!("reading {}", opening.name));
+            });
+        }
+        let Some(note) = self.note.clone() else { return };
+        ui.horizontal_wrapped(|ui| {
+            if ui.button("Close").clicked() {
+                self.note = None;
+            }
+            let words = egui::RichText::new(&note.words);
+            let error = ui.visuals().error_fg_color;
+            ui.label(if note.is_error { words.color(error) } else { words });
+        });
+    }
+}
