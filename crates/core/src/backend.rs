@@ -1,39 +1,32 @@
 //! The traits by which any device evaluates a rig, and what is said of devices.
+use crate::listed::listed;
 use crate::{Animator, Result, Rig, Table};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::bands;
 use std::time::Duration;
 
-/// One result of the runtime, so that a difference between devices is pinned to one kernel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Stage {
-    /// f: frames × F ratios.
-    Strain,
-    /// x̃: frames × V × 3, mesh units.
-    LargeScale,
-    /// Normals of x̃: frames × V × 3, of length 1, or 0 at a vertex without area. Computed when they are read where nothing else reads
-    /// them, see [`Plan::is_on_demand`](crate::plan::Plan::is_on_demand).
-    LargeScaleNormals,
-    /// d in the tangent frames, or along the mesh's axes ([`Rig::vector_folds`]): frames × V × 3, mesh units.
-    Detail,
-    /// x: frames × V × 3, mesh units.
-    Positions,
-    /// Normals of x, as [`Stage::LargeScaleNormals`].
-    Normals,
+listed! {
+    /// One result of the runtime, so that a difference between devices is pinned to one kernel. They are computed in this order.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    pub enum Stage {
+        /// f: frames × F ratios.
+        Strain,
+        /// x̃: frames × V × 3, mesh units.
+        LargeScale,
+        /// Normals of x̃: frames × V × 3, of length 1, or 0 at a vertex without area. Computed when they are read where nothing else reads
+        /// them, see [`Plan::is_on_demand`](crate::plan::Plan::is_on_demand).
+        LargeScaleNormals,
+        /// d in the tangent frames, or along the mesh's axes ([`Rig::vector_folds`]): frames × V × 3, mesh units.
+        Detail,
+        /// x: frames × V × 3, mesh units.
+        Positions,
+        /// Normals of x, as [`Stage::LargeScaleNormals`].
+        Normals,
+    }
 }
 
 impl Stage {
-    /// Every stage, in the order in which they are computed.
-    pub const ALL: [Stage; 6] = [
-        Stage::Strain,
-        Stage::LargeScale,
-        Stage::LargeScaleNormals,
-        Stage::Detail,
-        Stage::Positions,
-        Stage::Normals,
-    ];
-
     /// Numbers this stage has per frame for `rig`.
     pub fn values_per_frame<T: rhytid_kernels::Real>(self, rig: &Rig<T>) -> usize {
         match self {

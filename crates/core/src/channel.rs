@@ -3,6 +3,7 @@
 //! [`ChannelKind`] is what a person asks for; [`ChannelKind::channels`] are the arrays that come of it. Readers, writers, comparisons and
 //! options go through these values, so that a new channel is described here, computed in one place, and known everywhere.
 
+use crate::listed::listed;
 use std::borrow::Cow;
 use std::fmt;
 
@@ -177,33 +178,21 @@ pub static STRAIN_DIRECTION_2: Channel = per_frame(
 /// What the names of the channels of [`ChannelKind::Wrinkles`] begin with.
 const WRINKLE: &str = "wrinkle_";
 
-/// Lists the kinds once: as an enum, and as all of its values.
-macro_rules! kinds {
-    ($($(#[$doc:meta])* $kind:ident,)+) => {
-        /// What a frame can have beside its positions: one choice of a person, one or more channels.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-        pub enum ChannelKind {
-            $($(#[$doc])* $kind,)+
-        }
-
-        impl ChannelKind {
-            /// All of them, in the order in which files have them.
-            pub const ALL: [Self; [$(stringify!($kind)),+].len()] = [$(Self::$kind),+];
-        }
-    };
-}
-
-kinds! {
-    /// [`NORMALS`].
-    Normals,
-    /// [`VELOCITIES`].
-    Velocities,
-    /// [`SIGMA`].
-    Sigma,
-    /// [`STRAIN`], [`STRAIN_DIRECTION_1`] and [`STRAIN_DIRECTION_2`].
-    Strain,
-    /// How far the folds of each example, or group of examples, are switched on: a channel for each.
-    Wrinkles,
+listed! {
+    /// What a frame can have beside its positions, in the order in which files have it: one choice of a person, one or more channels.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum ChannelKind {
+        /// [`NORMALS`].
+        Normals,
+        /// [`VELOCITIES`].
+        Velocities,
+        /// [`SIGMA`].
+        Sigma,
+        /// [`STRAIN`], [`STRAIN_DIRECTION_1`] and [`STRAIN_DIRECTION_2`].
+        Strain,
+        /// How far the folds of each example, or group of examples, are switched on: a channel for each.
+        Wrinkles,
+    }
 }
 
 impl ChannelKind {

@@ -34,6 +34,7 @@ pub mod human;
 mod ids;
 pub mod input_file;
 mod learned;
+mod listed;
 mod mesh;
 mod missing;
 mod named_file;

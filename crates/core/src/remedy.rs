@@ -1,73 +1,51 @@
 //! What can be done about an error or a warning, as a program that has options of its own needs to know it.
+use crate::listed::listed;
 
-/// What can be done about an [`crate::InputError`] or a [`Warning`]: which setting or which step of the library it is. A program says which of
-/// its own options, commands or buttons that is; the sentences of the library name none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Remedy {
-    /// Let a file name others outside its folder.
-    AllowElsewhere,
-    /// Hold a marker where it was last seen.
-    HoldMissing,
-    /// Say how many frames a second of the take has.
-    GiveRate,
-    /// Write fewer frames.
-    FewerFrames,
-    /// Make few morph targets of the frames, within an error.
-    Compress,
-    /// Allow a larger error to what is compressed.
-    LargerError,
-    /// Store numbers of 16 bits.
-    Quantize,
-    /// Do not store numbers of 16 bits.
-    DoNotQuantize,
-    /// Pack the numbers with meshopt.
-    Meshopt,
-    /// Go beyond what viewers are made for.
-    Force,
-    /// Write frames, and no shapes with curves.
-    NoShapes,
-    /// Do not refine the frames.
-    NoRefinement,
-    /// Have the doctor examine the face.
-    Examine,
-    /// Have the devices run the conformance suite.
-    Conform,
-    /// List the devices that are here.
-    ListDevices,
-    /// Keep what slid in the clean-up.
-    KeepSlides,
-    /// Drop a stretch of a marker by hand.
-    DropStretch,
-    /// Look at the table of which marker is which handle's, and give it back as it should be.
-    MarkerTable,
-    /// Write a frame as a mesh to be sculpted.
-    WriteFrame,
-}
-
-impl Remedy {
-    /// All of them.
-    pub const ALL: [Self; 19] = [
-        Self::AllowElsewhere,
-        Self::HoldMissing,
-        Self::GiveRate,
-        Self::FewerFrames,
-        Self::Compress,
-        Self::LargerError,
-        Self::Quantize,
-        Self::DoNotQuantize,
-        Self::Meshopt,
-        Self::Force,
-        Self::NoShapes,
-        Self::NoRefinement,
-        Self::Examine,
-        Self::Conform,
-        Self::ListDevices,
-        Self::KeepSlides,
-        Self::DropStretch,
-        Self::MarkerTable,
-        Self::WriteFrame,
-    ];
+listed! {
+    /// What can be done about an [`crate::InputError`] or a [`Warning`]: which setting or which step of the library it is. A program says which of
+    /// its own options, commands or buttons that is; the sentences of the library name none.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum Remedy {
+        /// Let a file name others outside its folder.
+        AllowElsewhere,
+        /// Hold a marker where it was last seen.
+        HoldMissing,
+        /// Say how many frames a second of the take has.
+        GiveRate,
+        /// Write fewer frames.
+        FewerFrames,
+        /// Make few morph targets of the frames, within an error.
+        Compress,
+        /// Allow a larger error to what is compressed.
+        LargerError,
+        /// Store numbers of 16 bits.
+        Quantize,
+        /// Do not store numbers of 16 bits.
+        DoNotQuantize,
+        /// Pack the numbers with meshopt.
+        Meshopt,
+        /// Go beyond what viewers are made for.
+        Force,
+        /// Write frames, and no shapes with curves.
+        NoShapes,
+        /// Do not refine the frames.
+        NoRefinement,
+        /// Have the doctor examine the face.
+        Examine,
+        /// Have the devices run the conformance suite.
+        Conform,
+        /// List the devices that are here.
+        ListDevices,
+        /// Keep what slid in the clean-up.
+        KeepSlides,
+        /// Drop a stretch of a marker by hand.
+        DropStretch,
+        /// Look at the table of which marker is which handle's, and give it back as it should be.
+        MarkerTable,
+        /// Write a frame as a mesh to be sculpted.
+        WriteFrame,
+    }
 }
 
 /// What a person should know of a result: a sentence, and what can be done.
