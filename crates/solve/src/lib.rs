@@ -55,12 +55,6 @@ pub use refine::Refine;
 pub use soft_shell::SoftShell;
 pub use system::System;
 
-/// What the tests of the learned method take apart. No promise is made for it.
-#[doc(hidden)]
-pub mod internals {
-    pub use crate::learned::{Steps, learn};
-}
-
 use rhytid_core::Bind;
 use rhytid_core::Error;
 use rhytid_core::Examples;

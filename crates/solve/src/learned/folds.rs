@@ -8,7 +8,7 @@ use rhytid_kernels::detail;
 
 /// The weights of the folds.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Folds {
+pub(crate) struct Folds {
     /// w, V×N in mesh units: `Σ w_p` for the rest pose and `−w_p` for the examples.
     pub weights: Table<[f64; 3]>,
     /// `b = Σ_p ‖p‖ w_p`, V×3 in mesh units: what the examples' distances from the rest pose make of w.

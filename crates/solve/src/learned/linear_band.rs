@@ -219,7 +219,7 @@ impl VertexSystem {
 
 /// What the linear band adds.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LinearBand {
+pub(crate) struct LinearBand {
     /// g, V×(K + 8) as the features are: ΔB is `Σ_e g_ve D_e`.
     pub feature_gains: Table<f64>,
     /// c, V×P in mesh units; without columns where s = 0.

@@ -10,6 +10,8 @@ mod parts;
 mod reach;
 mod scan_plan;
 mod smoothing;
+#[cfg(test)]
+mod tests;
 mod vector_strains;
 
 use crate::Details;
@@ -53,7 +55,7 @@ const MILLIMETRE: f64 = 1e-3;
 
 /// All that the learned method makes of the examples, step by step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Steps {
+pub(crate) struct Steps {
     /// Ŵ, V×P in mesh units: the smooth part of what the shell leaves.
     pub smooth_residual: Table<[f64; 3]>,
     /// α.
@@ -88,7 +90,7 @@ pub struct Steps {
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`]; [`rhytid_core::Error::Input`] and [`rhytid_core::Error::Internal`] if a system has no
 /// solution in floating point.
-pub fn learn(
+pub(crate) fn learn(
     shell: &mut Shell,
     face: &Face,
     settings: LearnedSettings,
@@ -172,7 +174,7 @@ impl Steps {
     ///
     /// # Errors
     /// [`rhytid_core::Error::Internal`] if a system has no solution in floating point.
-    pub fn leave_one_out(&self, vertices: &[VertexId]) -> Result<Table<[f64; 3]>> {
+    pub(crate) fn leave_one_out(&self, vertices: &[VertexId]) -> Result<Table<[f64; 3]>> {
         linear_band::leave_one_out(
             &self.strains,
             &self.linear_influences,

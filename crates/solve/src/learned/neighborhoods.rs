@@ -19,7 +19,7 @@ const WIDTH_AROUND_RIGID: f64 = 2.0;
 
 /// α of every vertex.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EdgeInfluences {
+pub(crate) struct EdgeInfluences {
     /// V×K strain edges, ascending; K = min(`max_influences`, F).
     pub edges: Table<StrainEdgeId>,
     /// α, V×K: at least 0, with the sum 1, or all 0 where no strain edge can be reached.
@@ -85,7 +85,7 @@ pub(crate) fn edge_influences(
 
 /// ω: what the linear band of every vertex listens to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LinearInfluences {
+pub(crate) struct LinearInfluences {
     /// V×(K + 8): strain edges count from 0, the handles' anchors from F.
     pub features: Table<u32>,
     /// V×(K + 8), at least 0, with the sum 1 unless a vertex reaches no handle.

@@ -2,5 +2,4 @@
 mod confidence;
 mod doctor;
 mod large_scale;
-mod learned;
 mod pins;

@@ -1,4 +1,6 @@
 //! The learned method's solve against float64 values of every step by an independent implementation.
+use super::learn;
+use crate::shell;
 use rhytid_core::HandleId;
 use rhytid_core::StrainEdgeId;
 use rhytid_core::Table;
@@ -7,8 +9,6 @@ use rhytid_core::{
     Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, NoProgress, Settings, StrainEdges,
     UpAxis,
 };
-use rhytid_solve::internals::learn;
-use rhytid_solve::shell;
 use rhytid_test_support::shared;
 use serde::Deserialize;
 
