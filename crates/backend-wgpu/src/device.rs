@@ -2,7 +2,7 @@
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
-use crate::limits::{lacking, limits, max_binding_bytes};
+use crate::limits::{limits, max_binding_bytes};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
 use std::sync::Arc;
@@ -169,7 +169,8 @@ fn adapters() -> Vec<(usize, wgpu::Adapter)> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::all()));
     adapters.retain(|adapter| {
         let flags = adapter.get_downlevel_capabilities().flags;
-        flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) && lacking(&limits(adapter)).is_none()
+        flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+            && crate::limits::lacking(&limits(adapter)).is_none()
     });
     adapters.sort_by_key(Wgpu::rank);
     let (gl, newer): (Vec<_>, Vec<_>) =
