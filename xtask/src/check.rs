@@ -73,8 +73,8 @@ pub(crate) fn check() -> Result {
     steps.print();
     runs.print();
     println!(
-        "\nleft for `cargo xtask test`, beside the kernels' freshness, the runtime alone and in browsers, a newcomer's crate, the \
-         packages and validation:"
+        "\nleft for `cargo xtask test`, beside the kernels' freshness, the runtime alone and in browsers, a newcomer's crate and the \
+         packages:"
     );
     for left_out in LEFT_OUT {
         println!("  {left_out}: {}", left_out.why);

@@ -1,5 +1,5 @@
 //! `cargo xtask test`: everything that must hold before a change lands.
-use crate::programs::{Runs, build};
+use crate::programs::{Program, Runs, build};
 use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
 use crate::{debian, deny, library, package, setup};
@@ -7,6 +7,10 @@ use std::process::Command;
 
 /// The whole workspace, for any of cargo's commands.
 pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
+
+/// The test program that runs under Vulkan's validation layer. The layer keeps memory of its own, so that sessions do not leak is for
+/// the others to say, which run without it.
+const VALIDATED: &str = "devices";
 
 /// Makes every skipped test a failure. The tests know it too, and say which of them it is.
 const FORBID_SKIPS: &str = "RHYTID_FORBID_SKIPS";
@@ -30,27 +34,25 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("dependencies", deny::deny_where_installed)?;
     steps.step("runtime alone", library::runtime)?;
     let programs = steps.step("build tests", || build(&WORKSPACE))?;
-    steps.step("tests", || {
-        for program in &programs {
-            let mut command = program.command(&[]);
-            with_drivers(&mut command);
-            runs.run(&program.name(), command)?;
-        }
-        runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))?;
-        outcome(runs)
-    })?;
-    steps.step("packages", package::package)?;
-    // The layer keeps memory of its own, so that sessions do not leak is for the tests above to say.
-    steps.step("validation", || {
-        let devices = programs.iter().find(|program| program.target == "devices");
-        let mut command =
-            devices.ok_or("there is no test program named devices")?.command(&["--quiet", "[vulkan/"]);
+    steps.step("tests", || tests(&programs, runs))?;
+    steps.step("packages", package::package)
+}
+
+/// Every test program, and the documentation's examples.
+fn tests(programs: &[Program], runs: &mut Runs) -> Result {
+    if !programs.iter().any(|program| program.target == VALIDATED) {
+        return Err(format!("there is no test program named {VALIDATED}"));
+    }
+    for program in programs {
+        let mut command = program.command(&[]);
         with_drivers(&mut command);
-        command.env("RHYTID_VULKAN_VALIDATION", "1");
-        let mut validated = Runs::default();
-        validated.run("devices, under Vulkan's validation layer", command)?;
-        outcome(&validated)
-    })
+        if program.target == VALIDATED {
+            command.env("RHYTID_VULKAN_VALIDATION", "1");
+        }
+        runs.run(&program.name(), command)?;
+    }
+    runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))?;
+    outcome(runs)
 }
 
 /// A second Vulkan driver, beside those that the loader finds by itself; and what drivers have compiled is where the program's own

@@ -283,7 +283,9 @@ impl<'a> Frame<'a> {
 
 #[inline(always)]
 fn is_turned(triangle: &Triangle, positions: &[[f32; 3]]) -> bool {
-    let n = normal(triangle.corners.map(|v| positions[v as usize]));
+    // Written out: `map` is called for each triangle where it is not inlined, which takes twice as long.
+    let [a, b, c] = triangle.corners;
+    let n = normal([positions[a as usize], positions[b as usize], positions[c as usize]]);
     vec3::dot(n, triangle.rest_normal) < LEAST as f32
 }
 
