@@ -132,17 +132,7 @@ impl Recipe {
         if self.coincident_poses {
             pose_features.copy_within(edges..2 * edges, 2 * edges);
         }
-        let mut basis = Vec::with_capacity(vertices * handles);
-        for _ in 0..vertices * handles {
-            let size = if self.small_weights { 10f64.powf(-8.0 * numbers.unit()) } else { 1.0 };
-            basis.push((size * numbers.signed()) as f32);
-        }
-        if self.surface == Surface::ZeroArea {
-            // What lies together moves together.
-            for v in (ON_TOP..vertices).step_by(ON_TOP) {
-                basis.copy_within((v - 1) * handles..v * handles, v * handles);
-            }
-        }
+        let basis = self.basis(vertices, handles, &mut numbers);
         let influence_edges =
             (0..vertices).flat_map(|_| numbers.some_below(edges, influences)).map(StrainEdgeId).collect();
         let influence_weights = (0..vertices * influences)
@@ -174,7 +164,7 @@ impl Recipe {
                 handles: Table::filled(examples, handles, [0.0; 3]),
             },
             bending_length: self.unit,
-            basis: Table::new(vertices, handles, basis),
+            basis,
             influences: Influences {
                 edges: Table::new(vertices, influences, influence_edges),
                 weights: Table::new(vertices, influences, influence_weights),
@@ -191,6 +181,22 @@ impl Recipe {
             self.learn(&mut parts, &mut numbers);
         }
         Built { rig: Rig::new(parts).expect("numbers of the right shapes and ranges"), handle_positions }
+    }
+
+    /// A random basis, V×H.
+    fn basis(&self, vertices: usize, handles: usize, numbers: &mut Numbers) -> Table<f32> {
+        let mut basis = Vec::with_capacity(vertices * handles);
+        for _ in 0..vertices * handles {
+            let size = if self.small_weights { 10f64.powf(-8.0 * numbers.unit()) } else { 1.0 };
+            basis.push((size * numbers.signed()) as f32);
+        }
+        if self.surface == Surface::ZeroArea {
+            // What lies together moves together.
+            for v in (ON_TOP..vertices).step_by(ON_TOP) {
+                basis.copy_within((v - 1) * handles..v * handles, v * handles);
+            }
+        }
+        Table::new(vertices, handles, basis)
     }
 
     /// Makes the rig one of the learned method: anything of the right shapes.

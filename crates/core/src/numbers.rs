@@ -1,8 +1,27 @@
 //! Small functions of lists of numbers that several crates need.
+use rayon::prelude::*;
+use rhytid_kernels::Real;
 
 /// The dot product of two lists, summed from left to right. What the longer one has more does not count.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The first of `numbers` that is NaN or infinite, as an index.
+///
+/// ```
+/// use rhytid_core::numbers::first_not_finite;
+///
+/// assert_eq!(first_not_finite(&[0.0, 1.0]), None);
+/// assert_eq!(first_not_finite(&[0.0, f32::NAN, f32::INFINITY]), Some(1));
+/// ```
+pub fn first_not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
+    const BLOCK: usize = 4096;
+    // Without an end in its middle, a block is checked many numbers at a time.
+    let is_finite = |block: &[T]| block.iter().fold(true, |finite, x| finite & x.widen().is_finite());
+    let block = numbers.par_chunks(BLOCK).with_min_len(16).position_first(|block| !is_finite(block))?;
+    let first = block * BLOCK;
+    numbers[first..].iter().position(|x| !x.widen().is_finite()).map(|i| first + i)
 }
 
 /// The median of numbers, which are put in another order: the mean of the two in the middle where their number is even, NaN

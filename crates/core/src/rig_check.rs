@@ -1,7 +1,7 @@
 //! The check of a rig's parts, which every rig has passed.
+use crate::numbers::first_not_finite;
 use crate::rig::RigParts;
 use crate::{Error, HandleId, Learned, Result, StrainEdgeId, Surface, Table, VertexId};
-use rayon::prelude::*;
 use rhytid_kernels::Real;
 use std::collections::HashSet;
 
@@ -178,7 +178,7 @@ fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
 
 /// Whether all numbers are finite.
 pub(crate) fn finite<T: Real>(name: &str, numbers: &[T]) -> Result<()> {
-    match numbers.par_iter().with_min_len(1 << 16).position_first(|x| !x.widen().is_finite()) {
+    match first_not_finite(numbers) {
         Some(at) => fail(format!("{name}[{at}] is {}, expected a finite number", numbers[at])),
         None => Ok(()),
     }

@@ -2,21 +2,12 @@
 use crate::sized_learned;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::Examples;
-use rhytid_core::Faces;
-use rhytid_core::FineScale;
-use rhytid_core::HandleSet;
-use rhytid_core::Method;
-use rhytid_core::Rig;
-use rhytid_core::RigParts;
-use rhytid_core::Surface;
-use rhytid_core::Table;
-use rhytid_core::UpAxis;
-use rhytid_core::VertexId;
+use rhytid_core::{
+    Examples, Faces, FineScale, HandleSet, Method, Rig, RigParts, Surface, Table, UpAxis, VertexId,
+};
 use rhytid_geometry::Topology;
 use rhytid_geometry::geodesic;
-use rhytid_solve::influences;
-use rhytid_solve::tangent_frames;
+use rhytid_solve::{influences, tangent_frames};
 
 /// How large a rig is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,20 +66,6 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
         INFLUENCES,
     );
     let spacing = (500.0 / handles.len() as f64).sqrt();
-    let mut basis = Table::filled(rest.len(), handles.len(), 0.0);
-    basis.par_rows_mut().zip(&rest).for_each(|(row, v)| {
-        for (b, h) in row.iter_mut().zip(&handles.rest) {
-            let square = DVec3::from(*v).distance_squared(DVec3::from(*h));
-            *b = (-square / (spacing * spacing)).exp();
-        }
-        let sum: f64 = row.iter().sum();
-        row.iter_mut().for_each(|b| *b /= sum);
-    });
-    for (h, v) in handles.vertices.iter().enumerate() {
-        let row = basis.row_mut(v.index());
-        row.fill(0.0);
-        row[h] = 1.0;
-    }
     let centers = size.examples + 1;
     let wave = |i: usize| (i as f64 * 0.618).sin();
     let pose_features = (0..centers * edges).map(|i| if i < edges { 0.0 } else { 0.2 * wave(i) }).collect();
@@ -102,7 +79,7 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
             handles: Table::new(size.examples, handles.len(), example_handles),
         },
         bending_length: spacing,
-        basis,
+        basis: basis(&rest, &handles, spacing),
         influences,
         fine_scale: FineScale {
             pose_features: Table::new(centers, edges, pose_features),
@@ -126,6 +103,25 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
         sized_learned::learn(&mut parts);
     }
     Rig::new(parts).and_then(|rig| rig.rounded()).expect("numbers of the right shapes and ranges")
+}
+
+/// A smooth basis that sums to 1 at every vertex: bells of width `spacing`, and a handle's vertex follows it alone. V×H.
+fn basis(rest: &[[f64; 3]], handles: &HandleSet<f64>, spacing: f64) -> Table<f64> {
+    let mut basis = Table::filled(rest.len(), handles.len(), 0.0);
+    basis.par_rows_mut().zip(rest).for_each(|(row, v)| {
+        for (b, h) in row.iter_mut().zip(&handles.rest) {
+            let square = DVec3::from(*v).distance_squared(DVec3::from(*h));
+            *b = (-square / (spacing * spacing)).exp();
+        }
+        let sum: f64 = row.iter().sum();
+        row.iter_mut().for_each(|b| *b /= sum);
+    });
+    for (h, v) in handles.vertices.iter().enumerate() {
+        let row = basis.row_mut(v.index());
+        row.fill(0.0);
+        row[h] = 1.0;
+    }
+    basis
 }
 
 /// Distinct vertices of a grid, spread evenly.

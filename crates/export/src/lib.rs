@@ -29,5 +29,4 @@ pub use recipe::{
     WrinkleGroups,
 };
 pub use scene::Scene;
-pub use scene::first_not_finite;
 pub use shapes::{Shape, Shapes};

@@ -2,6 +2,7 @@
 
 use super::recipe::StatedRecipe;
 use rhytid_core::channel::{self, Channel};
+use rhytid_core::numbers::first_not_finite;
 use rhytid_core::{Error, Faces, Materials, Result, Rig, RigidMotion, UpAxis, Uvs};
 
 /// What is known of an animation before its first frame.
@@ -111,10 +112,10 @@ impl<'a> Scene<'a> {
         if self.triangle_corners.is_empty() {
             return Some("has no triangles".into());
         }
-        if let Some(v) = first_not_finite(self.rest.as_flattened()) {
+        if let Some(v) = first_not_finite(self.rest.as_flattened()).map(|i| i / 3) {
             return Some(format!("has a rest position that is not finite, at vertex {v}"));
         }
-        if let Some(v) = first_not_finite(rest_normals.as_flattened()) {
+        if let Some(v) = first_not_finite(rest_normals.as_flattened()).map(|i| i / 3) {
             return Some(format!("has a rest normal that is not finite, at vertex {v}"));
         }
         if !(self.metres_per_unit.is_finite() && self.metres_per_unit > 0.0) {
@@ -147,14 +148,4 @@ impl<'a> Scene<'a> {
         let bad = head.iter().position(|motion| !motion.is_rigid())?;
         Some(format!("has a head motion in frame {bad} (from 0) that is not rigid"))
     }
-}
-
-/// The vertex of the first of `numbers` (V×3) that is NaN or infinite.
-pub fn first_not_finite(numbers: &[f32]) -> Option<usize> {
-    const BLOCK: usize = 1024;
-    // Without an end in its middle, a block is checked many numbers at a time.
-    let is_finite = |block: &[f32]| block.iter().fold(true, |finite, x| finite & x.is_finite());
-    let block = numbers.chunks(BLOCK).position(|block| !is_finite(block))?;
-    let first = block * BLOCK;
-    numbers[first..].iter().position(|x| !x.is_finite()).map(|i| (first + i) / 3)
 }

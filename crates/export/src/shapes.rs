@@ -1,8 +1,9 @@
 //! A mesh with shapes, as every format is given it.
 
 use super::recipe::StatedRecipe;
-use super::scene::{Scene, first_not_finite};
+use super::scene::Scene;
 use rhytid_core::channel;
+use rhytid_core::numbers::first_not_finite;
 use rhytid_core::{Error, Faces, Materials, Result, UpAxis, Uvs};
 
 /// A mesh with named shapes, each with a slider in the program that opens it; nothing of it moves by itself.
@@ -105,7 +106,7 @@ impl Shapes<'_> {
                 if offsets.len() != vertices {
                     return Some(format!("has {} {what} for {vertices} vertices", offsets.len()));
                 }
-                let vertex = first_not_finite(offsets.as_flattened())?;
+                let vertex = first_not_finite(offsets.as_flattened())? / 3;
                 Some(format!("has {what} that are not finite, first at vertex {vertex}"))
             })
     }

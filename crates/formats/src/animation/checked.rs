@@ -1,8 +1,9 @@
 //! The check of every frame, whatever the format.
 
 use rhytid_core::channel::{self, Channel, Interpolation, Timing};
+use rhytid_core::numbers::first_not_finite;
 use rhytid_core::{Error, Progress, Result};
-use rhytid_export::{Exporter, Frame, Scene, Written, first_not_finite};
+use rhytid_export::{Exporter, Frame, Scene, Written};
 use std::path::{Path, PathBuf};
 
 /// Checks the frames on their way to any exporter, so that none has to.
@@ -43,9 +44,7 @@ impl Checked {
                     numbers.len()
                 ));
             }
-            // The number's own place, where that of the vertex is another.
-            let place = || numbers.iter().position(|x| !x.is_finite());
-            if let Some(vertex) = first_not_finite(numbers).and_then(|_| Some(place()? / width)) {
+            if let Some(vertex) = first_not_finite(numbers).map(|i| i / width) {
                 return Some(format!("{here} {what} that are not finite, first at vertex {vertex}"));
             }
         }
