@@ -1,7 +1,6 @@
 //! Sheets and tubes made in code, bent: how far the shell is from what is right, with its handles turning, and refined.
 use rhytid_conformance::{Numbers, evaluate};
-use rhytid_core::VertexId;
-use rhytid_core::{Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, UpAxis};
+use rhytid_core::{Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, UpAxis, VertexId};
 use rhytid_kernels::vec3;
 use rhytid_solve::{Refine, solve};
 use std::f64::consts::{PI, TAU};

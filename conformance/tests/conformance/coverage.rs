@@ -2,9 +2,7 @@
 
 use crate::support::real::{clean_take, solved_face};
 use rhytid_capture::coverage::coverage;
-use rhytid_core::HandleId;
-use rhytid_core::Table;
-use rhytid_core::{Rig, Take};
+use rhytid_core::{HandleId, Rig, Table, Take};
 use rhytid_test_support::{changed, shared};
 
 /// Strains by their plain formula.

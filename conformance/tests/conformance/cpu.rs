@@ -3,9 +3,7 @@ use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::Expected;
 use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::{Case, Suite, cases, detail_params, evaluate, pivoted_weights, squared_differences};
-use rhytid_core::StrainEdgeId;
-use rhytid_core::VertexId;
-use rhytid_core::{Animator, Backend, BasisStorage, Stage};
+use rhytid_core::{Animator, Backend, BasisStorage, Stage, StrainEdgeId, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, normals};
 

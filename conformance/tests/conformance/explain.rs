@@ -1,9 +1,7 @@
 //! What is said of a vertex is what it does: the parts of an explanation add up to what the twin evaluates.
 
 use rhytid_conformance::evaluate;
-use rhytid_core::HandleId;
-use rhytid_core::HandleShare;
-use rhytid_core::{Face, FoldStrains, LearnedSettings, Method, NoProgress, Rig};
+use rhytid_core::{Face, FoldStrains, HandleId, HandleShare, LearnedSettings, Method, NoProgress, Rig};
 
 /// The demo's rig by each method whose folds are another function.
 fn rigs() -> (Face, Vec<(&'static str, Rig)>) {

@@ -2,13 +2,11 @@
 
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::HandleId;
-use rhytid_core::StrainEdgeId;
-use rhytid_core::VertexId;
 use rhytid_core::{
     Animator, Backend, Example, Face, Faces, Handles, Mesh, Method, NoProgress, Rig, Settings, Stage,
     StrainEdges, UpAxis, UploadOptions,
 };
+use rhytid_core::{HandleId, StrainEdgeId, VertexId};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 use serde::Deserialize;

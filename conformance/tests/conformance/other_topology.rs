@@ -3,8 +3,7 @@
 use crate::support::real;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{Numbers, evaluate};
-use rhytid_core::VertexId;
-use rhytid_core::{Backend, Example, Face, Handles, Method, NoProgress, Rig, Settings, UpAxis};
+use rhytid_core::{Backend, Example, Face, Handles, Method, NoProgress, Rig, Settings, UpAxis, VertexId};
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::mesh;
 use rhytid_kernels::vec3;

@@ -3,8 +3,9 @@
 use crate::support::real::{self, clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::VertexId;
-use rhytid_core::{Animator, Backend, Bind, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_core::{
+    Animator, Backend, Bind, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions, VertexId,
+};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 use std::path::Path;

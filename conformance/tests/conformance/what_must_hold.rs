@@ -6,8 +6,7 @@ use crate::support::told_apart;
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 use rhytid_conformance::{Numbers, evaluate, worst_difference};
-use rhytid_core::VertexId;
-use rhytid_core::{Bind, Example, Face, NoProgress, Rig};
+use rhytid_core::{Bind, Example, Face, NoProgress, Rig, VertexId};
 use rhytid_solve::solve;
 
 fn solved(face: &Face) -> Rig<f64> {

@@ -1,11 +1,10 @@
 //! The golden cases of the learned method: float64 values by an independent implementation.
 use rhytid_conformance::worst_difference;
-use rhytid_core::HandleId;
-use rhytid_core::VertexId;
 use rhytid_core::{
     Device, Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig,
     Settings, Stage, StrainEdges, UpAxis, UploadOptions,
 };
+use rhytid_core::{HandleId, VertexId};
 use rhytid_solve::solve;
 use serde_json::Value;
 

@@ -5,8 +5,7 @@ pub(crate) mod head;
 pub(crate) mod random_face;
 pub(crate) mod real;
 
-use rhytid_core::Rig;
-use rhytid_core::StrainEdgeId;
+use rhytid_core::{Rig, StrainEdgeId};
 
 /// Whether every two poses, the rest pose included, differ in the strains that vertex `v` listens to by more than
 /// `part` of the largest difference.

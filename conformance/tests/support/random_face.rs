@@ -1,8 +1,7 @@
 //! Random faces for property tests: sheets with holes, obtuse triangles and several components.
 use proptest::prelude::*;
 use rhytid_conformance::Numbers;
-use rhytid_core::VertexId;
-use rhytid_core::{Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, Settings, UpAxis};
+use rhytid_core::{Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, Settings, UpAxis, VertexId};
 
 /// A sheet of about `n × n` sheared and jittered vertices with a hole, triangles and quads.
 fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &mut Numbers) {

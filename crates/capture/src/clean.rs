@@ -13,15 +13,7 @@ use crate::{
 };
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::RawTake;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_core::RigidMotion;
-use rhytid_core::Take;
-use rhytid_core::Warning;
-use rhytid_core::human;
+use rhytid_core::{Error, Progress, RawTake, Remedy, Result, RigidMotion, Take, Warning, human};
 use rhytid_geometry::registration::Similarity;
 use std::borrow::Cow;
 use std::cmp::{Ordering, Reverse};

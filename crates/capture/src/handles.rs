@@ -2,16 +2,9 @@
 use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
 use glam::DVec3;
-use rhytid_core::Error;
-use rhytid_core::Face;
-use rhytid_core::Handles;
-use rhytid_core::InputErrorKind;
-use rhytid_core::RawTake;
-use rhytid_core::Result;
-use rhytid_core::VertexId;
+use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, VertexId};
 use rhytid_geometry::registration::OntoSurface;
-use rhytid_solve::Placed;
-use rhytid_solve::Skin;
+use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
 
 /// A marker that keeps its distance from others and is this far off the skin, in metres, is on no skin: on a head band.

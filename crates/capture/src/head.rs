@@ -4,10 +4,8 @@ use crate::settings::Settings;
 use crate::tracks::{Tracks, median_point, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
 use rhytid_core::numbers::median;
+use rhytid_core::{Error, InputErrorKind, Result};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 

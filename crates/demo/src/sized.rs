@@ -5,8 +5,7 @@ use rayon::prelude::*;
 use rhytid_core::{
     Examples, Faces, FineScale, HandleSet, Method, Rig, RigParts, Surface, Table, UpAxis, VertexId,
 };
-use rhytid_geometry::Topology;
-use rhytid_geometry::geodesic;
+use rhytid_geometry::{Topology, geodesic};
 use rhytid_solve::{influences, tangent_frames};
 
 /// How large a rig is.

@@ -1,7 +1,6 @@
 //! The demo's mesh, handles, examples and performance hold what the solve and the exporters rely on.
 use glam::DVec3;
-use rhytid_core::VertexId;
-use rhytid_core::{Face, Mesh};
+use rhytid_core::{Face, Mesh, VertexId};
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 const SIZE: usize = 20_000;

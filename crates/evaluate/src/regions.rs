@@ -1,12 +1,7 @@
 //! Regions of a face: brows, lids and so on where the markers' names say it, the neighbourhoods of the markers where not.
 
-use rhytid_core::Error;
-use rhytid_core::HandleId;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::VertexId;
-use rhytid_geometry::Topology;
-use rhytid_geometry::geodesic;
+use rhytid_core::{Error, HandleId, Result, Rig, VertexId};
+use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::Real;
 use rhytid_playback::region_of;
 

@@ -1,10 +1,7 @@
 //! Curves of strain: how much each region of a face is stretched and squeezed, frame by frame.
 
 use crate::Regions;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::VertexId;
-use rhytid_core::channel;
+use rhytid_core::{Result, Rig, VertexId, channel};
 use rhytid_formats::export::Frame;
 use rhytid_formats::tables;
 use rhytid_geometry::{PrincipalStrains, StrainGauge};

@@ -2,8 +2,7 @@
 //! so the companion is named by what is in it, `face.1f0c….bin`, and comes first: whatever happens in between, the file that
 //! names one has the one that it was written with.
 
-use rhytid_core::folder_of;
-use rhytid_core::{AtomicFile, Error, Result};
+use rhytid_core::{AtomicFile, Error, Result, folder_of};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::Write;

@@ -1,7 +1,6 @@
 //! The recipe of an animation: everything that decides its frames.
 
-use rhytid_core::Missing;
-use rhytid_core::{ChannelKind, Error, Result};
+use rhytid_core::{ChannelKind, Error, Missing, Result};
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};

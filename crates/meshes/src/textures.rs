@@ -1,8 +1,7 @@
 //! The images that a mesh's materials name.
 
 use super::{Format, gltf};
-use rhytid_core::{Error, Result, input_file};
-use rhytid_core::{Reach, folder_of, named_file};
+use rhytid_core::{Error, Reach, Result, folder_of, input_file, named_file};
 use std::path::Path;
 
 /// The base colours of materials in `path`: of the materials of an OBJ or its MTL (`map_Kd`), or of a glTF. Each is a material's name

@@ -1,10 +1,7 @@
 //! Weights of vertices, as they are painted: a property of a PLY's vertices, or a primvar.
 
 use super::ply;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::input_file;
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use rhytid_usd::read::read_primvar;
 use std::path::Path;
 

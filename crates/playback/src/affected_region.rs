@@ -3,10 +3,7 @@
 use crate::context::Context;
 use crate::edit_falloff::EditFalloff;
 use crate::fade::VertexGain;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::Stage;
-use rhytid_core::VertexId;
+use rhytid_core::{Result, Rig, Stage, VertexId};
 use rhytid_devices::Evaluator;
 use std::ops::Range;
 

@@ -1,12 +1,6 @@
 //! How well a rig gives back what it was made of.
 
-use rhytid_core::DeviceInfo;
-use rhytid_core::Face;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::Stage;
-use rhytid_core::UploadOptions;
-use rhytid_core::VertexId;
+use rhytid_core::{DeviceInfo, Face, Result, Rig, Stage, UploadOptions, VertexId};
 use rhytid_devices::Evaluator;
 use rhytid_solve::Misplaced;
 

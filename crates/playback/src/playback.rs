@@ -12,16 +12,9 @@ use crate::stages::{Batch, Evaluate, FrameBuffers, FrameEffects, Stages};
 use crate::untangle::Untangle;
 use crate::velocities::Velocities;
 use crate::{EditedTake, Layers, batch, layers, pipeline};
-use rhytid_core::ChannelKind;
-use rhytid_core::DeviceInfo;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::UploadOptions;
-use rhytid_core::Warning;
-use rhytid_core::human;
+use rhytid_core::{
+    ChannelKind, DeviceInfo, Error, Progress, Remedy, Result, Rig, UploadOptions, Warning, human,
+};
 use rhytid_devices::Evaluator;
 use rhytid_formats::export::{ChannelChoice, Frame, HeadMotion, OutputStage, Recipe};
 use rhytid_kernels::normals::VertexTriangles;

@@ -1,8 +1,7 @@
 //! Selections: which frames of a take are played, and at which rate.
 
 use crate::EditedTake;
-use rhytid_core::human;
-use rhytid_core::{Error, Result, RigidMotion, Take};
+use rhytid_core::{Error, Result, RigidMotion, Take, human};
 use std::ops::Range;
 use std::str::FromStr;
 

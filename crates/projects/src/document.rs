@@ -1,10 +1,8 @@
 //! A TOML document: its tables, values by their keys, and complaints that name the line.
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::line_of;
 use rhytid_core::text::quoted;
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

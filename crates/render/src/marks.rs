@@ -3,8 +3,7 @@
 use crate::heat::Heat;
 use crate::overlay::Mark;
 use glam::Vec3;
-use rhytid_core::HandleId;
-use rhytid_core::Rig;
+use rhytid_core::{HandleId, Rig};
 
 const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
 const VERTEX: [f32; 3] = [0.9, 0.05, 0.02];

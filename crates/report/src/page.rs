@@ -8,8 +8,7 @@ use crate::summary::{Spread, Summary};
 use crate::{events, picture, plots, timeline};
 use maud::{Markup, PreEscaped, html};
 use rhytid_capture::{Kind, Report};
-use rhytid_core::human;
-use rhytid_core::{Result, Rig, Take};
+use rhytid_core::{Result, Rig, Take, human};
 
 /// Edges whose strain is plotted.
 const EDGES: usize = 6;

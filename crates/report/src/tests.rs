@@ -2,8 +2,7 @@
 
 use super::*;
 use rhytid_capture::{Event, Found, Kind};
-use rhytid_core::NoProgress;
-use rhytid_core::Table;
+use rhytid_core::{NoProgress, Table};
 use rhytid_solve::solve;
 use rhytid_test_support::changed;
 use scraper::{ElementRef, Html, Selector};

@@ -1,10 +1,7 @@
 //! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
 use crate::system::{NONE, System};
 use rayon::prelude::*;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Table;
-use rhytid_core::VertexId;
+use rhytid_core::{Progress, Result, Table, VertexId};
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;

@@ -2,9 +2,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::Table;
-use rhytid_geometry::Closest;
-use rhytid_geometry::Surface;
 use rhytid_geometry::laplacian::is_degenerate;
+use rhytid_geometry::{Closest, Surface};
 
 /// Gives every vertex of which `binds` is true, none of them driven, the basis row of the closest point of the driven
 /// surface: the barycentric mean of the three rows there. The vertex keeps its offset from that point. Of triangles that

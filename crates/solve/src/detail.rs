@@ -3,15 +3,8 @@ use crate::Shell;
 use glam::DVec3;
 use pulp::Arch;
 use rayon::prelude::*;
-use rhytid_core::Example;
-use rhytid_core::HandleSet;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Table;
-use rhytid_kernels::fine_scale;
-use rhytid_kernels::large_scale;
-use rhytid_kernels::normals;
-use rhytid_kernels::vec3;
+use rhytid_core::{Example, HandleSet, Progress, Result, Table};
+use rhytid_kernels::{fine_scale, large_scale, normals, vec3};
 
 /// Vertices that one thread moves at a time.
 const VERTICES_AT_ONCE: usize = 4096;

@@ -55,28 +55,11 @@ pub use refine::Refine;
 pub use soft_shell::SoftShell;
 pub use system::System;
 
-use rhytid_core::Bind;
-use rhytid_core::Error;
-use rhytid_core::Examples;
-use rhytid_core::Face;
-use rhytid_core::FineScale;
-use rhytid_core::HandleId;
-use rhytid_core::HandleSet;
-use rhytid_core::Influences;
-use rhytid_core::Learned;
-use rhytid_core::Method;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::RigParts;
-use rhytid_core::StrainEdges;
-use rhytid_core::Surface;
-use rhytid_core::Table;
-use rhytid_core::VertexId;
-use rhytid_geometry::Topology;
-use rhytid_geometry::geodesic;
-use rhytid_geometry::laplacian;
-use rhytid_geometry::triangulate;
+use rhytid_core::{
+    Bind, Error, Examples, Face, FineScale, HandleId, HandleSet, Influences, Learned, Method, Progress,
+    Result, Rig, RigParts, StrainEdges, Surface, Table, VertexId,
+};
+use rhytid_geometry::{Topology, geodesic, laplacian, triangulate};
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
 ///

@@ -1,7 +1,6 @@
 //! Pins: vertices that stay where they are (section 2). A head whose back has no marker would swing with the face.
 use glam::DVec3;
-use rhytid_core::VertexId;
-use rhytid_core::{Face, Method};
+use rhytid_core::{Face, Method, VertexId};
 use rhytid_geometry::geodesic::Cell;
 
 /// What an example moves by less stays, in metres: rounding of files and of scans that were put into the neutral's place.

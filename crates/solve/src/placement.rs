@@ -3,15 +3,7 @@ use crate::align::aligned;
 use crate::exposure::exposure;
 use crate::mirror::mirror_images;
 use glam::{DMat3, DVec3};
-use rhytid_core::Error;
-use rhytid_core::Face;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_core::UpAxis;
-use rhytid_core::VertexId;
-use rhytid_geometry::Surface;
-use rhytid_geometry::Topology;
-use rhytid_geometry::components;
+use rhytid_core::{Error, Face, Remedy, Result, UpAxis, VertexId};
 use rhytid_geometry::geodesic::EdgeGraph;
 use rhytid_geometry::laplacian;
 use rhytid_geometry::laplacian::is_degenerate;
@@ -19,6 +11,7 @@ use rhytid_geometry::registration::OntoSurface;
 use rhytid_geometry::registration::Start;
 use rhytid_geometry::registration::onto_surface;
 use rhytid_geometry::triangulate;
+use rhytid_geometry::{Surface, Topology, components};
 use rhytid_kernels::normals;
 
 /// A vertex that less of the directions it faces see is in a hole.

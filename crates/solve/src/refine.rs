@@ -3,13 +3,7 @@
 use crate::driven::DrivenComponents;
 use crate::system::System;
 use rayon::prelude::*;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::VertexId;
-use rhytid_core::human;
-use rhytid_core::nearest_turn;
+use rhytid_core::{Error, Progress, Result, Rig, VertexId, human, nearest_turn};
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;

@@ -1,9 +1,6 @@
 //! A thin shell that is drawn towards targets instead of being held at handles: what lays one face over another.
 use crate::system::System;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Table;
+use rhytid_core::{Error, Progress, Result, Table};
 use rhytid_geometry::cholesky::Columns;
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;

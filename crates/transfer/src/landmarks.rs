@@ -1,11 +1,6 @@
 //! Landmarks: handles of both faces that are at the same place, and the similarity between them.
 use glam::DVec3;
-use rhytid_core::Error;
-use rhytid_core::Face;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::VertexId;
+use rhytid_core::{Error, Face, InputErrorKind, Result, Rig, VertexId};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit;
 

@@ -1,11 +1,6 @@
 //! The first face in each of its examples, as its rig has it, and what of that are wrinkles.
 use glam::DVec3;
-use rhytid_core::DeviceInfo;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::Table;
+use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Table};
 use rhytid_formats::export::OutputStage;
 use rhytid_playback::Playback;
 use rhytid_solve::Smoothing;

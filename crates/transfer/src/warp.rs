@@ -2,10 +2,7 @@
 use crate::skin::Skin;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Table;
-use rhytid_core::VertexId;
+use rhytid_core::{Progress, Result, Table, VertexId};
 use rhytid_geometry::laplacian::laplacian;
 use rhytid_solve::SoftShell;
 

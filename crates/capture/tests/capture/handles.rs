@@ -1,8 +1,7 @@
 //! Handles from a frame of a take: on the head that the take is from, where the vertices are known, and on another head.
 use glam::{DQuat, DVec3};
 use rhytid_capture::{HandleSettings, Match, PlacedHandles, match_by_position, place_handles};
-use rhytid_core::VertexId;
-use rhytid_core::{Example, Face, Handles, NoProgress, RawTake, Rig, Settings, UpAxis};
+use rhytid_core::{Example, Face, Handles, NoProgress, RawTake, Rig, Settings, UpAxis, VertexId};
 use rhytid_formats::{mesh, raw_take, tables};
 use rhytid_test_support::shared;
 use std::collections::BTreeMap;

@@ -4,13 +4,11 @@ use super::values::{
     FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_pose, parse_rate, parse_region,
     parse_seconds, rate, seconds,
 };
-use rhytid::Error;
-use rhytid::InputErrorKind;
-use rhytid::Result;
 use rhytid::capture::{Axes, Edit, Settings, Step};
 use rhytid::core::{input_file, rig_file};
 use rhytid::formats::{Reach, named_file, tables};
 use rhytid::playback::{CleanUp, FrameRange};
+use rhytid::{Error, InputErrorKind, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::collections::{BTreeMap, BTreeSet};

@@ -4,10 +4,6 @@ use super::bench;
 use crate::guard::guard;
 use crate::progress::Ui;
 use crate::{args, exit_code, output};
-use rhytid::Error;
-use rhytid::InputErrorKind;
-use rhytid::Progress;
-use rhytid::Result;
 use rhytid::conformance::{
     DeviceReport, Memory, Outcome, Report, StageTime, Suite, missing_devices, no_device, read_bandwidth,
     required_backends, run_device, unknown_backends,
@@ -21,6 +17,7 @@ use rhytid::devices::answer;
 use rhytid::devices::backends::Found;
 use rhytid::devices::devices;
 use rhytid::devices::find_device;
+use rhytid::{Error, InputErrorKind, Progress, Result};
 use rhytid_demo::{Size, sized_rig};
 use serde::{Deserialize, Serialize};
 use std::process::ExitCode;

@@ -2,13 +2,12 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::Result;
-use rhytid::Rig;
 use rhytid::core::Explanation;
 use rhytid::core::HandleId;
 use rhytid::core::HandleShare;
 use rhytid::core::VertexId;
 use rhytid::core::rig_file;
+use rhytid::{Result, Rig};
 use serde::Serialize;
 
 /// Rows of each table.

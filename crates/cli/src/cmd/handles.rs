@@ -4,10 +4,6 @@ use crate::args::UnitChoice;
 use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::Error;
-use rhytid::Face;
-use rhytid::InputErrorKind;
-use rhytid::Result;
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
 use rhytid::core::VertexId;
 use rhytid::core::human;
@@ -15,6 +11,7 @@ use rhytid::core::{AtomicFile, Handles};
 use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
+use rhytid::{Error, Face, InputErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 /// A marker that was laid farther from its vertex, in millimetres, is red in the picture.

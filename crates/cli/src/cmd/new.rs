@@ -2,16 +2,13 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::Error;
-use rhytid::Face;
-use rhytid::InputErrorKind;
-use rhytid::Result;
 use rhytid::capture::{HandleSettings, place_handles};
 use rhytid::core::human;
 use rhytid::core::{Example, Handles, Mesh, RawTake, Settings, UpAxis};
 use rhytid::formats::project::{self, Units};
 use rhytid::formats::{FileKind, Reach, mesh, named_file, raw_take, tables};
 use rhytid::solve::{Severity, Skin, examine};
+use rhytid::{Error, Face, InputErrorKind, Result};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 

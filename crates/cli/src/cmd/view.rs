@@ -2,13 +2,11 @@
 
 use crate::guard::guard;
 use crate::{args, drawing, inputs, interrupt, limits};
-use rhytid::DeviceErrorKind;
-use rhytid::Error;
-use rhytid::Result;
 use rhytid::core::Backend;
 use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::FileKind;
 use rhytid::view::WindowOptions;
+use rhytid::{DeviceErrorKind, Error, Result};
 
 /// Shows a window until it is closed.
 ///

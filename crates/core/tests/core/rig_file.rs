@@ -1,16 +1,9 @@
 //! The rig file: what is written is read back, and nothing that is broken is let in.
 
 use proptest::prelude::*;
-use rhytid_core::Error;
-use rhytid_core::FoldStrains;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Materials;
-use rhytid_core::NoProgress;
-use rhytid_core::Rig;
-use rhytid_core::StrainEdgeId;
-use rhytid_core::Table;
-use rhytid_core::Uvs;
-use rhytid_core::rig_file;
+use rhytid_core::{
+    Error, FoldStrains, InputErrorKind, Materials, NoProgress, Rig, StrainEdgeId, Table, Uvs, rig_file,
+};
 use rhytid_solve::solve;
 use rhytid_test_support::changed;
 use serde_json::{Value, json};

@@ -1,7 +1,6 @@
 use super::*;
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::VertexId;
-use rhytid_core::{BasisStorage, Method, NoProgress};
+use rhytid_core::{BasisStorage, Method, NoProgress, VertexId};
 use rhytid_test_support::flaky::{Flaky, watched};
 
 fn rig(method: Method) -> Rig {

@@ -1,6 +1,5 @@
 //! Real faces: how far each method is from the truth, and scans that are planned from markers alone.
-use rhytid_core::VertexId;
-use rhytid_core::{DeviceInfo, Example, Face, Handles, Mesh, NoProgress, Settings, Take, UpAxis};
+use rhytid_core::{DeviceInfo, Example, Face, Handles, Mesh, NoProgress, Settings, Take, UpAxis, VertexId};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_evaluate::coverage::{coverage, take_sigma};
 use rhytid_evaluate::{Comparison, Regions, Truth, evaluate};

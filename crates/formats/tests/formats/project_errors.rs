@@ -1,11 +1,5 @@
 //! What every mistake in a project file is called, and in the files it names.
-use rhytid_core::Bind;
-use rhytid_core::Error;
-use rhytid_core::HandleId;
-use rhytid_core::InputErrorKind;
-use rhytid_core::StrainEdges;
-use rhytid_core::UpAxis;
-use rhytid_core::VertexId;
+use rhytid_core::{Bind, Error, HandleId, InputErrorKind, StrainEdges, UpAxis, VertexId};
 use rhytid_formats::Reach;
 use rhytid_formats::project::{parse, read};
 use std::path::Path;

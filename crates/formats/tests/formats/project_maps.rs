@@ -1,8 +1,7 @@
 //! Examples whose folds are an artist's image.
 
 use rhytid_core::Face;
-use rhytid_formats::Reach;
-use rhytid_formats::project;
+use rhytid_formats::{Reach, project};
 use rhytid_test_support::Logged;
 use std::f64::consts::TAU;
 use std::fs;

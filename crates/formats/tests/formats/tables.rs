@@ -1,8 +1,6 @@
 //! The tables of handles and strain edges: what is read, and what every mistake is called.
 use proptest::prelude::*;
-use rhytid_core::HandleId;
-use rhytid_core::VertexId;
-use rhytid_core::{Error, Handles, Result};
+use rhytid_core::{Error, HandleId, Handles, Result, VertexId};
 use rhytid_formats::tables::{
     decode_handles, decode_strain_edges, read_handles, read_strain_edges, write_handles,
 };

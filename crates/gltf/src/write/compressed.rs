@@ -5,8 +5,7 @@ use super::document::{Document, Placement};
 use super::exact::Timing;
 use super::targets::MOST_TARGETS;
 use crate::attributes::Attribute;
-use rhytid_core::channel;
-use rhytid_core::{Progress, Result};
+use rhytid_core::{Progress, Result, channel};
 use rhytid_export::morphs::{Frames, Settings};
 use rhytid_export::{Deviation, Exporter, Frame, Options, Scene, Written};
 

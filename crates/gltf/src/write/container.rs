@@ -3,14 +3,9 @@
 //! The JSON is known last and comes first in a `.glb`, so its binary chunk waits in an unnamed file.
 
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use rhytid_core::AtomicFile;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_export::Options;
-use rhytid_export::companion;
+use rhytid_core::{AtomicFile, Error, Progress, Remedy, Result};
 use rhytid_export::companion::Companion;
+use rhytid_export::{Options, companion};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;

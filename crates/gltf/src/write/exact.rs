@@ -8,17 +8,8 @@ use super::targets::{
     MOST_TARGETS, check_finite, differences, floats, frame_name, normal_differences, unit_normals,
 };
 use crate::attributes::Attribute;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_core::RigidMotion;
-use rhytid_core::channel;
-use rhytid_export::Exporter;
-use rhytid_export::Frame;
-use rhytid_export::Options;
-use rhytid_export::Scene;
-use rhytid_export::Written;
+use rhytid_core::{Error, Progress, Remedy, Result, RigidMotion, channel};
+use rhytid_export::{Exporter, Frame, Options, Scene, Written};
 use std::path::Path;
 
 /// The weights are a square matrix whose elements are numbered by `u32`.

@@ -8,16 +8,9 @@ use super::grid::{Extent, Grid, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
 use super::targets::unit_normals;
 use crate::attributes::Attribute;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_core::channel;
-use rhytid_export::Exporter;
-use rhytid_export::Frame;
-use rhytid_export::Scene;
-use rhytid_export::Written;
+use rhytid_core::{Error, Progress, Remedy, Result, channel};
 use rhytid_export::morphs::Values;
+use rhytid_export::{Exporter, Frame, Scene, Written};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 

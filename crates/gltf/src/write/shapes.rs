@@ -5,15 +5,9 @@ use super::document::{About, Document, Placement};
 use super::grid::{Extent, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
 use super::targets::{MOST_TARGETS, unit_normals};
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_export::Options;
-use rhytid_export::Shape;
-use rhytid_export::Shapes;
-use rhytid_export::Written;
+use rhytid_core::{Error, Progress, Remedy, Result};
 use rhytid_export::morphs::Values;
+use rhytid_export::{Options, Shape, Shapes, Written};
 use std::path::Path;
 
 /// An error if `count` shapes are more than a file at `path` may hold.

@@ -3,11 +3,7 @@
 use ::gltf::json::Root;
 use base64::Engine;
 use percent_encoding::percent_decode_str;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::input_file;
-use rhytid_core::is_below;
+use rhytid_core::{Error, InputErrorKind, Result, input_file, is_below};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::io::ErrorKind;

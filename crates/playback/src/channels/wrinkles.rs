@@ -1,11 +1,7 @@
 //! Wrinkle activation: how far the folds of each example are switched on (`docs/wrinkles.md`).
 
 use rayon::prelude::*;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::Table;
+use rhytid_core::{Error, InputErrorKind, Result, Rig, Table};
 use rhytid_formats::export::WrinkleGroups;
 use rhytid_kernels::vec3;
 use std::sync::Arc;

@@ -1,9 +1,7 @@
 use super::*;
 use crate::Playback;
 use crate::Selection;
-use rhytid_core::HandleId;
-use rhytid_core::StrainEdgeId;
-use rhytid_core::{NoProgress, channel};
+use rhytid_core::{HandleId, NoProgress, StrainEdgeId, channel};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::{Frame, OutputStage, Recipe};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};

@@ -6,10 +6,7 @@ mod parse;
 pub use curve::{Curve, Ease};
 pub use parse::parse;
 
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::input_file;
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use rhytid_takes::tables::write_checked;
 use serde::Serialize;
 use std::collections::BTreeMap;

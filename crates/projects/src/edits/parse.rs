@@ -2,9 +2,8 @@
 
 use super::{Added, Correction, Curve, Ease, Edits, Gain, Hold, Offset, Region};
 use crate::document::{File, Section, found, number_of, tables, vector_of};
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
 use rhytid_core::text::quoted;
+use rhytid_core::{InputErrorKind, Result};
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;

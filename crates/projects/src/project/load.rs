@@ -2,21 +2,12 @@
 use super::sculpted;
 use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
 use rayon::prelude::*;
-use rhytid_core::Error;
-use rhytid_core::Example;
-use rhytid_core::Face;
-use rhytid_core::Handles;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Mesh;
-use rhytid_core::Pins;
-use rhytid_core::Reach;
-use rhytid_core::Result;
-use rhytid_core::Settings;
-use rhytid_core::StrainEdges;
-use rhytid_core::VertexId;
-use rhytid_core::named_file;
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
+use rhytid_core::{
+    Error, Example, Face, Handles, InputErrorKind, Mesh, Pins, Reach, Result, Settings, StrainEdges,
+    VertexId, named_file,
+};
 use rhytid_meshes as mesh;
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};

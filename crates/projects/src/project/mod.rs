@@ -12,12 +12,7 @@ pub use sections::{
     Method, PinsSection, Project, StrainSection, Units,
 };
 
-use rhytid_core::Error;
-use rhytid_core::Face;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Reach;
-use rhytid_core::Result;
-use rhytid_core::input_file;
+use rhytid_core::{Error, Face, InputErrorKind, Reach, Result, input_file};
 use rhytid_takes::tables::write_checked;
 use std::path::Path;
 

@@ -4,12 +4,8 @@ use super::sections::{
     Method, PinsSection, Project, StrainSection, Units,
 };
 use crate::document::{File, Section, found, tables, vector_of};
-use rhytid_core::Bind;
-use rhytid_core::FoldStrains;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::UpAxis;
 use rhytid_core::text::quoted;
+use rhytid_core::{Bind, FoldStrains, InputErrorKind, Result, UpAxis};
 use rhytid_meshes::Green;
 use std::collections::HashMap;
 use std::path::PathBuf;

@@ -3,11 +3,8 @@ use super::finding::{Finding, Report, Severity};
 use super::words::{count, first_few, length};
 use crate::align::{Misplaced, misplaced};
 use glam::DVec3;
-use rhytid_core::Example;
-use rhytid_core::Face;
-use rhytid_core::VertexId;
-use rhytid_geometry::Topology;
-use rhytid_geometry::triangulate;
+use rhytid_core::{Example, Face, VertexId};
+use rhytid_geometry::{Topology, triangulate};
 
 /// An example is said to be in another place from so many degrees or metres on.
 const MISPLACED: (f64, f64) = (0.5, 5e-4);

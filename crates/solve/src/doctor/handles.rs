@@ -4,14 +4,11 @@ use super::words::{count, first_few, length};
 use crate::driven::DrivenComponents;
 use crate::exposure::exposure;
 use glam::DVec3;
-use rhytid_core::HandleId;
-use rhytid_core::VertexId;
-use rhytid_core::{Face, Method, StrainEdges, UpAxis};
-use rhytid_geometry::Topology;
-use rhytid_geometry::geodesic;
+use rhytid_core::{Face, HandleId, Method, StrainEdges, UpAxis, VertexId};
 use rhytid_geometry::geodesic::EdgeGraph;
 use rhytid_geometry::geodesic::nearest_handles;
 use rhytid_geometry::triangulate;
+use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::normals;
 
 /// Nearest handles that a handle is compared with.

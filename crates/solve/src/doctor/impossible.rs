@@ -2,8 +2,7 @@
 use super::finding::{Finding, Report, Severity};
 use super::words::{count, first_few, length};
 use glam::DVec3;
-use rhytid_core::HandleId;
-use rhytid_core::{Face, LearnedSettings, Method, StrainEdges};
+use rhytid_core::{Face, HandleId, LearnedSettings, Method, StrainEdges};
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::triangulate;
 use std::collections::HashMap;

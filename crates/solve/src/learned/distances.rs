@@ -1,11 +1,7 @@
 //! How far the handles are from each vertex along the edges of the rest mesh, as far as it matters (step 4 of the learned
 //! method).
 use rayon::prelude::*;
-use rhytid_core::HandleId;
-use rhytid_core::HandleSet;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Table;
+use rhytid_core::{HandleId, HandleSet, Progress, Result, Table};
 use rhytid_geometry::Topology;
 use rhytid_geometry::geodesic::Cell;
 use rhytid_geometry::geodesic::EdgeGraph;

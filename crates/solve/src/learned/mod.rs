@@ -27,20 +27,10 @@ use neighborhoods::{ANCHORS, EdgeInfluences, LinearInfluences, Listens};
 pub use parts::FreePart;
 use pulp::Arch;
 use rayon::prelude::*;
-use rhytid_core::Example;
-use rhytid_core::Face;
-use rhytid_core::FineScale;
-use rhytid_core::FoldStrains;
-use rhytid_core::HandleSet;
-use rhytid_core::Influences;
-use rhytid_core::Learned;
-use rhytid_core::LearnedSettings;
-use rhytid_core::Motions;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Surface;
-use rhytid_core::Table;
-use rhytid_core::VertexId;
+use rhytid_core::{
+    Example, Face, FineScale, FoldStrains, HandleSet, Influences, Learned, LearnedSettings, Motions,
+    Progress, Result, Surface, Table, VertexId,
+};
 use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;

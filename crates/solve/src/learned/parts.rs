@@ -3,10 +3,7 @@ use super::neighborhoods::Listens;
 use crate::driven::DrivenComponents;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::Bind;
-use rhytid_core::Example;
-use rhytid_core::VertexId;
-use rhytid_core::horn;
+use rhytid_core::{Bind, Example, VertexId, horn};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 

@@ -4,12 +4,8 @@ use super::vector_strains::VectorStrains;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
-use rhytid_core::Error;
-use rhytid_core::Progress;
-use rhytid_core::Result;
-use rhytid_core::Rig;
-use rhytid_core::VertexId;
 use rhytid_core::numbers::dot;
+use rhytid_core::{Error, Progress, Result, Rig, VertexId};
 use rhytid_kernels::Real;
 
 /// Vertices that are looked at.

@@ -1,14 +1,11 @@
 //! The learned method's solve against float64 values of every step by an independent implementation.
 use super::learn;
 use crate::shell;
-use rhytid_core::HandleId;
-use rhytid_core::StrainEdgeId;
-use rhytid_core::Table;
-use rhytid_core::VertexId;
 use rhytid_core::{
     Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, NoProgress, Settings, StrainEdges,
     UpAxis,
 };
+use rhytid_core::{HandleId, StrainEdgeId, Table, VertexId};
 use rhytid_test_support::shared;
 use serde::Deserialize;
 

@@ -1,8 +1,7 @@
 //! Variances and planned scans against their definitions with dense matrices.
 use faer::Mat;
 use faer::linalg::solvers::Solve;
-use rhytid_core::VertexId;
-use rhytid_core::{Example, Face, LearnedSettings, Method, NoProgress, Rig};
+use rhytid_core::{Example, Face, LearnedSettings, Method, NoProgress, Rig, VertexId};
 use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_solve::{Confidence, plan_scans, solve};
 use rhytid_test_support::sheet;

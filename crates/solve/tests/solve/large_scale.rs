@@ -3,8 +3,7 @@
 use faer::Side;
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
-use rhytid_core::VertexId;
-use rhytid_core::{Error, NoProgress};
+use rhytid_core::{Error, NoProgress, VertexId};
 use rhytid_geometry::cholesky::Columns;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::{Dissection, Graph, Part, dissect};

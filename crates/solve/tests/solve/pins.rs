@@ -1,6 +1,5 @@
 //! Pins stay, whatever the handles do, and what no example moves is pinned where the examples show it.
-use rhytid_core::VertexId;
-use rhytid_core::{Example, Face, Method, NoProgress, Pins, Rig, Settings};
+use rhytid_core::{Example, Face, Method, NoProgress, Pins, Rig, Settings, VertexId};
 use rhytid_solve::{Solved, solve_in_full};
 use rhytid_test_support::sheet::{add_sheet, face};
 

@@ -1,9 +1,7 @@
 //! The times of a file's frames: from the frames' numbers and the rate, or from a column of times that was rounded.
 use crate::tables::rows::Rows;
-use rhytid_core::Error;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
 use rhytid_core::text::quoted;
+use rhytid_core::{Error, Remedy, Result};
 
 /// What a file without a rate is told, without its name.
 pub(super) fn no_rate() -> Error {

@@ -1,10 +1,7 @@
 //! Which handles of two faces are at the same place: `from,to`.
 use super::rows::Rows;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::input_file;
 use rhytid_core::text::quoted;
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::path::Path;
 
 /// Reads pairs of labels, of the first face and of the second, from a CSV file with the columns `from` and `to`; a row without one of them is left out, other columns do

@@ -1,11 +1,8 @@
 //! Which marker is which handle's: `handle,marker,distance_mm,sure`, a table that is written as a proposal and that a person edits.
 use super::rows::Rows;
 use super::write_checked;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
-use rhytid_core::input_file;
 use rhytid_core::text::quoted;
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::path::Path;
 
 /// A handle and its marker.

@@ -1,9 +1,7 @@
 //! The rows of a CSV file under its header.
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
 use rhytid_core::text::line_of;
 use rhytid_core::text::quoted;
+use rhytid_core::{Error, InputErrorKind, Result};
 
 /// Walks over the rows of a CSV file. Blank lines are skipped; blanks around cells do not count.
 pub(crate) struct Rows<'a> {

@@ -2,11 +2,10 @@
 
 use super::{confidence, head};
 use crate::tables::rows::Rows;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::listed;
 use rhytid_core::text::quoted;
+use rhytid_core::{InputErrorKind, Result};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// What a label's columns end with.

@@ -1,10 +1,8 @@
 //! The optional column of a marker's confidence, `LABEL_confidence`.
 use super::cells::{in_frame, shown};
 use crate::tables::rows::Rows;
-use rhytid_core::Error;
-use rhytid_core::Result;
-use rhytid_core::Take;
 use rhytid_core::text::quoted;
+use rhytid_core::{Error, Result, Take};
 
 const SUFFIX: &str = "_confidence";
 

@@ -9,15 +9,9 @@ use crate::tables::rows::Rows;
 use crate::tables::write_checked;
 use cells::{in_frame, number, shown};
 use columns::{AXES, match_columns};
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::RawTake;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
-use rhytid_core::Take;
-use rhytid_core::input_file;
 use rhytid_core::text::listed;
 use rhytid_core::text::quoted;
+use rhytid_core::{Error, InputErrorKind, RawTake, Remedy, Result, Take, input_file};
 use std::path::Path;
 
 pub use rhytid_core::Missing;

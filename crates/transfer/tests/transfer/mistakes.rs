@@ -1,8 +1,6 @@
 //! What is wrong is said, with its remedy.
 use crate::support::{bare, processor, rig};
-use rhytid_core::Examples;
-use rhytid_core::Table;
-use rhytid_core::{Face, NoProgress, Progress, Rig};
+use rhytid_core::{Examples, Face, NoProgress, Progress, Rig, Table};
 use rhytid_test_support::changed;
 use rhytid_transfer::{Settings, Transferred, transfer};
 

@@ -1,6 +1,5 @@
 //! A mesh of the same surface that has other vertices, in another order, and other faces.
-use rhytid_core::VertexId;
-use rhytid_core::{Face, Faces, Mesh};
+use rhytid_core::{Face, Faces, Mesh, VertexId};
 use rhytid_geometry::triangulate;
 use rhytid_kernels::normals::{VertexTriangles, fan};
 

@@ -1,8 +1,7 @@
 //! The real face onto itself with other vertices and faces: what is carried over is known.
 use crate::remesh::remeshed;
 use crate::support::{bare, face, minus, played, processor, rig, rms, wrinkles};
-use rhytid_core::NoProgress;
-use rhytid_core::VertexId;
+use rhytid_core::{NoProgress, VertexId};
 use rhytid_formats::export::OutputStage;
 use rhytid_test_support::shared;
 use rhytid_transfer::{Settings, transfer};

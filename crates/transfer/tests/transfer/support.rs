@@ -1,7 +1,5 @@
 //! Real faces, their rigs, and what rigs do.
-use rhytid_core::Table;
-use rhytid_core::VertexId;
-use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, UpAxis};
+use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, Table, UpAxis, VertexId};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::{mesh, tables};

@@ -22,11 +22,7 @@ mod text;
 use animation::Animation;
 use clips::{Clips, undeclared};
 use lookup::stated_recipe;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Reach;
-use rhytid_core::Result;
-use rhytid_core::named_file;
+use rhytid_core::{Error, InputErrorKind, Reach, Result, named_file};
 use rhytid_export::AnimationReader;
 use std::path::{Path, PathBuf};
 

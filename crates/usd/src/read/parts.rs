@@ -3,13 +3,9 @@
 use super::animation::Animation;
 use super::clips::clips;
 use super::open::open;
-use rhytid_core::Error;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
 use rhytid_core::channel::Channel;
-use rhytid_export::AnimationReader;
-use rhytid_export::StatedRecipe;
-use rhytid_export::Summary;
+use rhytid_core::{Error, Remedy, Result};
+use rhytid_export::{AnimationReader, StatedRecipe, Summary};
 use std::path::{Path, PathBuf};
 
 /// One file of the animation.

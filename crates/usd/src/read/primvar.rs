@@ -6,9 +6,7 @@ use crate::layer::Attribute;
 use crate::layer::Prim;
 use crate::layer::Property;
 use crate::layer::Value;
-use rhytid_core::Error;
-use rhytid_core::InputErrorKind;
-use rhytid_core::Result;
+use rhytid_core::{Error, InputErrorKind, Result};
 use std::path::Path;
 
 /// The numbers that the primvar `name` has at the vertices of a mesh, as it is without a time, else at its first one: those of `float[]`, or the red of a colour.

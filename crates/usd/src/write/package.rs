@@ -3,10 +3,7 @@
 use super::crate_file::CrateWriter;
 use super::sample::Sample;
 use crate::layer::Layer;
-use rhytid_core::AtomicFile;
-use rhytid_core::Error;
-use rhytid_core::Remedy;
-use rhytid_core::Result;
+use rhytid_core::{AtomicFile, Error, Remedy, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Seek};
 use zip::write::SimpleFileOptions;

@@ -1,13 +1,12 @@
 //! `rhytid info` of a rig file.
 
 use super::shape::{Shape, list, row, up};
-use rhytid::BasisStorage;
-use rhytid::Rig;
 use rhytid::core::Influences;
 use rhytid::core::Mesh;
 use rhytid::core::RigParts;
 use rhytid::core::UpAxis;
 use rhytid::core::human;
+use rhytid::{BasisStorage, Rig};
 use serde::Serialize;
 
 #[derive(Serialize)]

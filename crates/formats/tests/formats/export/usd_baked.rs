@@ -1,8 +1,7 @@
 //! A take as so many shapes with curves, as USD's own skeleton library plays it, and read back.
 use super::common::{EXTENSIONS, input_error, python, python_usd_24_3, root, run};
 use crate::animation::{Animation, UvKind, with_everything};
-use rhytid_core::RigidMotion;
-use rhytid_core::channel;
+use rhytid_core::{RigidMotion, channel};
 use rhytid_formats::animation;
 use rhytid_formats::export::Options;
 use rhytid_formats::usd;

@@ -1,8 +1,7 @@
 //! Handles and strain edges where no marker would be.
 
 use super::*;
-use rhytid_core::HandleId;
-use rhytid_core::VertexId;
+use rhytid_core::{HandleId, VertexId};
 
 #[test]
 fn handles_that_snapped_to_another_piece() {

@@ -1,9 +1,7 @@
 //! What cannot be solved, and is refused.
 
 use super::*;
-use rhytid_core::Faces;
-use rhytid_core::HandleId;
-use rhytid_core::VertexId;
+use rhytid_core::{Faces, HandleId, VertexId};
 
 /// Asserts that `change` makes the solve impossible, by this one error, which `solve` gives in the same words.
 #[track_caller]

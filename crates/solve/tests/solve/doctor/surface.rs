@@ -1,8 +1,7 @@
 //! The surface: pieces, triangles, edges, faces.
 
 use super::*;
-use rhytid_core::Faces;
-use rhytid_core::VertexId;
+use rhytid_core::{Faces, VertexId};
 
 #[test]
 fn components_without_handles_stay_or_follow() {
