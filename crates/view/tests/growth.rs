@@ -27,7 +27,7 @@ fn rigs_are_opened_and_takes_played_again_and_again_without_growth() {
     rhytid_formats::take::write(&files[1], &rhytid_demo::performance(&face)).unwrap();
     let mut setup = WgpuSetupCreateNew::without_display_handle();
     setup.device_descriptor = Arc::new(Wgpu::device_descriptor);
-    let builder = Harness::builder().with_size([500.0, 400.0]).with_step_dt(1.0 / 60.0);
+    let builder = Harness::builder().with_size([300.0, 240.0]).with_step_dt(1.0 / 60.0);
     let mut view = builder
         .wgpu_setup(WgpuSetup::CreateNew(setup))
         .build_eframe(|context| ViewApp::new(context).unwrap());
