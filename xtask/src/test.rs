@@ -12,6 +12,10 @@ pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
 /// the others to say, which run without it.
 const VALIDATED: &str = "devices";
 
+/// The test program that runs beside the others. It waits much: for the last crate of the pages, which one processor compiles, and for
+/// a browser.
+const BESIDE: &str = "browser";
+
 /// Makes every skipped test a failure. The tests know it too, and say which of them it is.
 const FORBID_SKIPS: &str = "RHYTID_FORBID_SKIPS";
 
@@ -40,9 +44,28 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
 
 /// Every test program, and the documentation's examples.
 fn tests(programs: &[Program], runs: &mut Runs) -> Result {
-    if !programs.iter().any(|program| program.target == VALIDATED) {
-        return Err(format!("there is no test program named {VALIDATED}"));
+    for target in [VALIDATED, BESIDE] {
+        if !programs.iter().any(|program| program.target == target) {
+            return Err(format!("there is no test program named {target}"));
+        }
     }
+    let (beside, others): (Vec<_>, Vec<_>) = programs.iter().partition(|program| program.target == BESIDE);
+    std::thread::scope(|scope| {
+        let beside = scope.spawn(|| {
+            let mut runs = Runs::default();
+            run_each(&beside, &mut runs).map(|()| runs)
+        });
+        let outcome = run_each(&others, runs).and_then(|()| {
+            runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))
+        });
+        runs.append(beside.join().expect("what runs beside does not panic")?);
+        outcome
+    })?;
+    outcome(runs)
+}
+
+/// Runs programs one after the other.
+fn run_each(programs: &[&Program], runs: &mut Runs) -> Result {
     for program in programs {
         let mut command = program.command(&[]);
         with_drivers(&mut command);
@@ -51,8 +74,7 @@ fn tests(programs: &[Program], runs: &mut Runs) -> Result {
         }
         runs.run(&program.name(), command)?;
     }
-    runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))?;
-    outcome(runs)
+    Ok(())
 }
 
 /// A second Vulkan driver, beside those that the loader finds by itself; and what drivers have compiled is where the program's own

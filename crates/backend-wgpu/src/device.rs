@@ -2,7 +2,7 @@
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
-use crate::limits::{limits, max_binding_bytes};
+use crate::limits::{has_compute_shaders, lacking, limits, max_binding_bytes};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
 use std::sync::Arc;
@@ -167,11 +167,7 @@ const OPENGL: usize = 8;
 #[cfg(not(target_arch = "wasm32"))]
 fn adapters() -> Vec<(usize, wgpu::Adapter)> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::all()));
-    adapters.retain(|adapter| {
-        let flags = adapter.get_downlevel_capabilities().flags;
-        flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
-            && crate::limits::lacking(&limits(adapter)).is_none()
-    });
+    adapters.retain(|adapter| has_compute_shaders(adapter) && lacking(&limits(adapter)).is_none());
     adapters.sort_by_key(Wgpu::rank);
     let (gl, newer): (Vec<_>, Vec<_>) =
         adapters.into_iter().partition(|adapter| adapter.get_info().backend == wgpu::Backend::Gl);

@@ -16,6 +16,28 @@ pub(crate) fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     }
 }
 
+/// Whether the kernels can be compiled for an adapter.
+pub(crate) fn has_compute_shaders(adapter: &wgpu::Adapter) -> bool {
+    let info = adapter.get_info();
+    let flags = adapter.get_downlevel_capabilities().flags;
+    flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+        && (info.backend != wgpu::Backend::Gl || opengl_has_compute_shaders(&info.driver_info))
+}
+
+/// Whether the shading language of an OpenGL `version` has compute shaders: from 4.3 on, in OpenGL ES from 3.1 on. An older OpenGL may
+/// offer them by an extension; wgpu counts that, but cannot compile shaders for it.
+fn opengl_has_compute_shaders(version: &str) -> bool {
+    let (number, first) = match version.strip_prefix("OpenGL ES ") {
+        Some(number) => (number, (3, 1)),
+        None => (version, (4, 3)),
+    };
+    let mut numbers = number.split(|c: char| !c.is_ascii_digit()).map(str::parse::<u32>);
+    match (numbers.next(), numbers.next()) {
+        (Some(Ok(major)), Some(Ok(minor))) => (major, minor) >= first,
+        _ => true,
+    }
+}
+
 /// What `limits` lack for the kernels to run.
 pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
     let storage_buffers =
@@ -40,4 +62,26 @@ pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
 /// The largest array that a kernel can address, in bytes.
 pub(crate) fn max_binding_bytes(limits: &wgpu::Limits) -> u64 {
     limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The words of drivers: an H100's OpenGL offers compute shaders as an extension.
+    #[test]
+    fn an_opengl_too_old_for_compute_shaders_is_known_by_its_version() {
+        for (version, expected) in [
+            ("3.3.0 NVIDIA 580.159.04", false),
+            ("4.2.13 Compatibility Profile", false),
+            ("OpenGL ES 3.0 Mesa 22.3.6", false),
+            ("4.5 (Core Profile) Mesa 22.3.6", true),
+            ("4.6.0 NVIDIA 580.159.04", true),
+            ("OpenGL ES 3.1 Mesa 22.3.6", true),
+            ("OpenGL ES 3.2 NVIDIA 580.159.04", true),
+            ("no number", true),
+        ] {
+            assert_eq!(opengl_has_compute_shaders(version), expected, "{version}");
+        }
+    }
 }

@@ -141,7 +141,7 @@ fn rank(
     let failed: Vec<String> = tried
         .iter()
         .filter(|(_, tried)| !tried.failed.is_empty())
-        .map(|(device, tried)| format!("{} fails {}", device.id(), tried.failed.join(", ")))
+        .map(|(device, tried)| format!("{} fails: {}", device.id(), tried.failed.join(", ")))
         .collect();
     for sentence in &failed {
         let warning = Warning::from(format!("auto leaves a device out: {sentence}"));

@@ -2,6 +2,7 @@
 //! cache folder for each version of its driver and of this program.
 
 use crate::guard::{Guard, PATIENCE, Signs};
+use crate::listing::message_of;
 use etcetera::BaseStrategy;
 use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
 use rhytid_core::{AtomicFile, Device, DeviceInfo, Error, NoProgress, Progress, Result, Stage};
@@ -16,7 +17,7 @@ pub(crate) struct Trial {
     pub(crate) backend: String,
     pub(crate) name: String,
     pub(crate) driver: String,
-    /// What failed: `kernel/case`, or the device's error. Empty where everything passed.
+    /// What failed: `kernel/case`, or the device's error without its name. Empty where everything passed.
     pub(crate) failed: Vec<String>,
     /// Of a face of 65,536 vertices with positions and normals read back; 0 where something failed.
     pub(crate) frames_per_second: f64,
@@ -74,7 +75,7 @@ pub(crate) fn try_guarded(info: &DeviceInfo, guard: Guard, progress: &dyn Progre
     let unreadable = |error| Error::Internal(format!("the trial of {}: {error}", info.id()));
     match answer.and_then(|answer| serde_json::from_str(&answer).map_err(unreadable)) {
         Err(Error::Cancelled) => Err(Error::Cancelled),
-        Err(error) => Ok(Trial::new(info, Err(vec![error.to_string()]))),
+        Err(error) => Ok(Trial::new(info, Err(vec![message_of(&error)]))),
         Ok(trial) => Ok(trial),
     }
 }
@@ -101,9 +102,13 @@ fn try_device(info: &DeviceInfo, before: impl Fn(), progress: &dyn Progress) -> 
             }
             let failed = report.outcomes.iter().filter(|outcome| !outcome.is_acceptable());
             let failed: Vec<String> = failed.map(|outcome| outcome.name.clone()).collect();
-            if failed.is_empty() { measure(&device).map_err(|e| vec![e.to_string()]) } else { Err(failed) }
+            if failed.is_empty() {
+                measure(&device).map_err(|error| vec![message_of(&error)])
+            } else {
+                Err(failed)
+            }
         }
-        Err(error) => Err(vec![error.to_string()]),
+        Err(error) => Err(vec![message_of(&error)]),
     };
     Ok(Trial::new(info, outcome))
 }

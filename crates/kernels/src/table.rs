@@ -117,10 +117,10 @@ macro_rules! buffers {
     };
 }
 
-/// Makes [`Kernel`]: each variant with the folder of its sources and what the sources do not say themselves.
 /// A program for browsers does without the texts for other APIs.
 const BROWSER: bool = cfg!(target_arch = "wasm32");
 
+/// Makes [`Kernel`]: each variant with the folder of its sources and what the sources do not say themselves.
 macro_rules! kernels {
     ($(
         $(#[$doc:meta])*

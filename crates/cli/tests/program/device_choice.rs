@@ -146,7 +146,7 @@ fn auto_says_what_it_takes_and_tries_each_device_once() {
         std::fs::write(&file, failing.to_string()).unwrap();
         let output = animate(&f, &cache, "");
         assert!(!output.contains("auto takes cpu:0") && output.contains("auto takes "), "{output}");
-        assert!(output.contains("cpu:0 fails normals/holes"), "{output}");
+        assert!(output.contains("cpu:0 fails: normals/holes"), "{output}");
         // Who lists the devices has them tried anew.
         rhytid("devices").env("XDG_CACHE_HOME", &cache).output().unwrap();
         assert!(animate(&f, &cache, "").contains("auto takes cpu:0"));

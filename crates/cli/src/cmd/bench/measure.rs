@@ -1,8 +1,8 @@
 //! The time that a device takes for a rig, and the least that it has to move for it.
 
 use rhytid::conformance::{Memory, stage_name};
-use rhytid::core::DeviceInfo;
 use rhytid::core::numbers::median;
+use rhytid::core::{DeviceInfo, DeviceKind};
 use rhytid::{Animator, BasisStorage, Result, Rig, Session, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -18,8 +18,8 @@ pub(super) struct Measured {
     pub stage: &'static str,
     pub ms: f64,
     pub bytes: f64,
-    /// The time that the processor's memory needs for the bytes, of the time that the stage takes.
-    pub share_of_bandwidth: f64,
+    /// The time that the processor's memory needs for the bytes, of the time that the stage takes. None for a GPU with memory of its own.
+    pub share_of_bandwidth: Option<f64>,
 }
 
 /// A whole frame: from handle positions to positions and normals.
@@ -29,7 +29,7 @@ pub(super) struct Whole {
     pub bytes: f64,
     /// Of the processor's memory, measured in turns with the device: the median.
     pub read_bandwidth_gb_s: f64,
-    pub share_of_bandwidth: f64,
+    pub share_of_bandwidth: Option<f64>,
     pub fps: f64,
 }
 
@@ -68,7 +68,8 @@ pub(super) fn measure(
     let mut rounds = all.swap_remove(0);
     let bandwidth = median(&mut bandwidths);
     let bytes = least_bytes(rig, options);
-    let share = |bytes: f64, ms: f64| bytes / bandwidth * 1e3 / ms;
+    let shares_memory = info.kind != DeviceKind::DiscreteGpu;
+    let share = |bytes: f64, ms: f64| shares_memory.then_some(bytes / bandwidth * 1e3 / ms);
     let (ms, sum) = (median(&mut rounds.wholes), bytes.iter().sum());
     let whole = Whole {
         ms,
@@ -241,6 +242,6 @@ mod tests {
         let beside = beside.unwrap();
         assert!(beside.ms > 0.0 && beside.ratio > 0.0, "{beside:?}");
         let least_ms = whole.bytes / (whole.read_bandwidth_gb_s * 1e6);
-        assert!((whole.share_of_bandwidth - least_ms / whole.ms).abs() < 1e-9);
+        assert!((whole.share_of_bandwidth.unwrap() - least_ms / whole.ms).abs() < 1e-9);
     }
 }

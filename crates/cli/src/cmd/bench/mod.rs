@@ -195,13 +195,13 @@ impl DeviceTimes {
             return format!("  {error}\n");
         }
         let heading = ["  stage", "ms", "MB", "GB/s", "of the memory"].map(str::to_owned);
-        let row = |name: &str, ms: f64, bytes: f64, share: f64| {
+        let row = |name: &str, ms: f64, bytes: f64, share: Option<f64>| {
             [
                 format!("  {name}"),
                 format!("{ms:.2}"),
                 format!("{:.1}", bytes / 1e6),
                 format!("{:.1}", bytes / ms / 1e6),
-                format!("{:.0} %", 100.0 * share),
+                share.map_or("–".into(), |share| format!("{:.0} %", 100.0 * share)),
             ]
         };
         let stages = self.stages.iter().map(|s| row(s.stage, s.ms, s.bytes, s.share_of_bandwidth));

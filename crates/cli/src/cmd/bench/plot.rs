@@ -96,11 +96,13 @@ fn draw_bars(root: &Root, report: &BenchReport, devices: &[&DeviceTimes]) -> Dra
             start = end;
         }
         // What the bytes of a frame take at the memory's speed.
-        let least = x(whole.ms * whole.share_of_bandwidth);
-        let mark = [at(least, top - 3 * FINE), at(least, bottom + 3 * FINE)];
-        root.draw(&PathElement::new(mark, INK.stroke_width(2 * FINE)))?;
+        let least = whole.share_of_bandwidth.map(|share| x(whole.ms * share));
+        if let Some(least) = least {
+            let mark = [at(least, top - 3 * FINE), at(least, bottom + 3 * FINE)];
+            root.draw(&PathElement::new(mark, INK.stroke_width(2 * FINE)))?;
+        }
         let right = text(12).pos(Pos::new(HPos::Left, VPos::Center));
-        let end = x(whole.ms).max(least) + 6 * FINE as i32;
+        let end = x(whole.ms).max(least.unwrap_or(0)) + 6 * FINE as i32;
         let times = format!("{:.2} ms, {:.0} frames/s", whole.ms, whole.fps);
         root.draw(&Text::new(times, at(end, middle), right))?;
     }
