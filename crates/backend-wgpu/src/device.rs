@@ -2,7 +2,9 @@
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
-use crate::limits::{has_compute_shaders, lacking, limits, max_binding_bytes};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::limits::{has_compute_shaders, lacking};
+use crate::limits::{limits, max_binding_bytes};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
 use std::sync::Arc;

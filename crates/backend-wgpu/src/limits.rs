@@ -17,6 +17,7 @@ pub(crate) fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
 }
 
 /// Whether the kernels can be compiled for an adapter.
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn has_compute_shaders(adapter: &wgpu::Adapter) -> bool {
     let info = adapter.get_info();
     let flags = adapter.get_downlevel_capabilities().flags;
@@ -26,6 +27,7 @@ pub(crate) fn has_compute_shaders(adapter: &wgpu::Adapter) -> bool {
 
 /// Whether the shading language of an OpenGL `version` has compute shaders: from 4.3 on, in OpenGL ES from 3.1 on. An older OpenGL may
 /// offer them by an extension; wgpu counts that, but cannot compile shaders for it.
+#[cfg(not(target_arch = "wasm32"))]
 fn opengl_has_compute_shaders(version: &str) -> bool {
     let (number, first) = match version.strip_prefix("OpenGL ES ") {
         Some(number) => (number, (3, 1)),
